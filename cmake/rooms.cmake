@@ -1,0 +1,30 @@
+# A room is a folder that is a library: kiln_room(common/base SOURCES ... ROOMS ... LIBRARIES ...).
+# ROOMS are the only rooms whose headers it may include, directly or through one of them. The list is
+# written to rooms.txt, against which tests/architecture/include_rules_test.cpp holds every #include.
+set_property(GLOBAL PROPERTY KILN_ROOM_LINES "")
+
+function(kiln_room room)
+  cmake_parse_arguments(ARG "" "" "SOURCES;ROOMS;LIBRARIES" ${ARGN})
+  string(REPLACE "/" "_" target "kiln_${room}")
+  if(ARG_SOURCES)
+    add_library(${target} STATIC ${ARG_SOURCES})
+    set(scope PUBLIC)
+  else()
+    add_library(${target} INTERFACE)
+    set(scope INTERFACE)
+  endif()
+  target_include_directories(${target} ${scope} ${PROJECT_SOURCE_DIR} ${PROJECT_BINARY_DIR})
+  foreach(dep ${ARG_ROOMS})
+    string(REPLACE "/" "_" dep_target "kiln_${dep}")
+    target_link_libraries(${target} ${scope} ${dep_target})
+  endforeach()
+  target_link_libraries(${target} ${scope} ${ARG_LIBRARIES})
+  string(REPLACE ";" " " deps "${ARG_ROOMS}")
+  set_property(GLOBAL APPEND PROPERTY KILN_ROOM_LINES "${room}: ${deps}")
+endfunction()
+
+function(kiln_write_rooms)
+  get_property(lines GLOBAL PROPERTY KILN_ROOM_LINES)
+  string(REPLACE ";" "\n" text "${lines}")
+  file(WRITE ${PROJECT_BINARY_DIR}/rooms.txt "${text}\n")
+endfunction()

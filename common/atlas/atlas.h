@@ -1,0 +1,83 @@
+// The atlas: charts of all instances placed on pages, and which surface points each texel owns.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "common/base/bytes.h"
+#include "common/base/status.h"
+#include "common/scene/scene.h"
+
+namespace kiln {
+
+// Charts of one mesh, shared by its instances. `corner_uv` holds 3 lightmap coordinates per triangle in a
+// space of the mesh's own (authored TEXCOORD_1, or projected metres); placements map it to texels.
+struct MeshCharts {
+  std::vector<Vec2> corner_uv;
+  std::vector<uint32_t> chart_of_triangle;
+  uint32_t chart_count = 0;
+  bool generated = false;  // no usable TEXCOORD_1: charts are ours
+};
+
+// Texel coordinates of a chart's point: uv * scale + offset, on `page`. Texel (x, y) covers
+// [x, x+1) x [y, y+1); a bilinear lookup at texel coordinates c touches the centres around c.
+struct ChartPlacement {
+  Vec2 scale{1.0f}, offset{0.0f};
+  uint32_t page = 0;
+};
+
+// Surface points of the valid texels, in Morton order of world position. 64 candidate points a texel
+// (Hammersley set, see site_point); a record says which lie on which (instance, triangle).
+// Record: valid mask lo, hi; then per pair: cover lo, hi, instance, triangle. (Roughton 2019, 4.2.)
+struct TexelSites {
+  std::vector<uint32_t> texel;       // (page * height + y) * width + x
+  std::vector<uint32_t> first_word;  // size texel.size() + 1
+  std::vector<uint32_t> words;
+  size_t size() const { return texel.size(); }
+};
+
+struct Atlas {
+  uint32_t width = 0, height = 0, pages = 1;
+  bool packed = false;  // layout pack; else the file's own atlas
+  std::vector<MeshCharts> meshes;               // by mesh
+  std::vector<uint32_t> instance_first_chart;   // by instance, size + 1: index into placements
+  std::vector<ChartPlacement> placements;       // by (instance, chart)
+  std::vector<uint32_t> owner;                  // by texel: placement index + 1 whose bilinear footprint
+                                                // holds it, 0: empty. Coordinator only: not sent.
+  TexelSites sites;
+  std::vector<std::string> warnings;            // for the report, one sentence each
+
+  uint64_t texel_count() const { return uint64_t{width} * height * pages; }
+};
+
+struct AtlasSettings {
+  enum class Layout { kAuto, kAtlas, kPack } layout = Layout::kAuto;
+  uint32_t width = 1024, height = 1024;  // layout atlas
+  float texels_per_metre = 4.0f;         // layout pack
+  uint32_t max_page_size = 8192;         // layout pack: a side
+  float crease_degrees = 60.0f;          // generated charts: largest turn between neighbouring faces
+};
+
+// Builds charts, places them and finds the texel sites. The same scene and settings give the same atlas
+// whatever the number of threads.
+// Errors (kInvalidInput) name the objects: layout atlas without TEXCOORD_1, coordinates outside [0,1],
+// two objects on one texel; a density at which the pages would not fit; no texel covered at all.
+Expected<Atlas> build_atlas(const Scene& scene, const AtlasSettings& settings);
+
+// Point j of 64 in the unit square: Hammersley (j + 1/2)/64, radical inverse.
+Vec2 site_point(uint32_t j);
+
+// Point j of a texel's valid points that `u` in [0,1) picks (uniformly), as instance, triangle and
+// barycentrics of vertices 1 and 2, computed in double and clamped into the triangle.
+struct SitePick {
+  uint32_t instance, triangle;
+  float b1, b2;
+};
+SitePick pick_site(const Atlas& atlas, const Scene& scene, uint32_t site, float u);
+
+// What a worker needs of the atlas, as one chunk.
+Bytes write_atlas(const Atlas& atlas);
+Expected<Atlas> read_atlas(std::span<const std::byte> bytes, const Scene& scene);  // checked; owner is empty
+
+}  // namespace kiln

@@ -1,0 +1,159 @@
+#include "common/atlas/atlas.h"
+
+#include <bit>
+
+#include "common/base/check.h"
+#include "common/base/format.h"
+
+namespace kiln {
+namespace {
+
+constexpr uint32_t kAtlasMagic = 0x41544c31;
+
+uint64_t mask64(uint32_t lo, uint32_t hi) { return lo | uint64_t{hi} << 32; }
+
+uint32_t nth_set_bit(uint64_t mask, uint32_t n) {
+  while (n--) mask &= mask - 1;
+  return static_cast<uint32_t>(std::countr_zero(mask));
+}
+
+// Checks one record; true if every pair is in range and every valid point is covered exactly once.
+bool check_record(std::span<const uint32_t> record, const Scene& scene) {
+  if (record.size() < 6 || (record.size() - 2) % 4 != 0) return false;
+  const uint64_t valid = mask64(record[0], record[1]);
+  uint64_t seen = 0;
+  for (size_t w = 2; w < record.size(); w += 4) {
+    const uint64_t cover = mask64(record[w], record[w + 1]);
+    if (cover & seen) return false;
+    seen |= cover;
+    if (record[w + 2] >= scene.instances.size()) return false;
+    if (record[w + 3] >= scene.meshes[scene.instances[record[w + 2]].mesh].triangles.size()) return false;
+  }
+  return valid != 0 && seen == valid;
+}
+
+}  // namespace
+
+Vec2 site_point(uint32_t j) {
+  uint32_t r = j & 63;  // reverse six bits
+  r = (r >> 3 & 7) | (r & 7) << 3;
+  r = (r & 0b010010) | (r >> 2 & 0b001001) | (r << 2 & 0b100100);
+  return {(static_cast<float>(j & 63) + 0.5f) / 64.0f, (static_cast<float>(r) + 0.5f) / 64.0f};
+}
+
+SitePick pick_site(const Atlas& atlas, const Scene& scene, uint32_t site, float u) {
+  const TexelSites& s = atlas.sites;
+  const uint32_t* record = s.words.data() + s.first_word[site];
+  const uint64_t valid = mask64(record[0], record[1]);
+  const uint32_t n = static_cast<uint32_t>(std::popcount(valid));
+  const uint32_t j = nth_set_bit(valid, std::min(static_cast<uint32_t>(n * u), n - 1));
+  const uint32_t* pair = record + 2;
+  while (!(mask64(pair[0], pair[1]) >> j & 1)) pair += 4;
+  SitePick pick{pair[2], pair[3], 0, 0};
+
+  const uint32_t mesh = scene.instances[pick.instance].mesh;
+  const MeshCharts& charts = atlas.meshes[mesh];
+  const ChartPlacement& place =
+      atlas.placements[atlas.instance_first_chart[pick.instance] + charts.chart_of_triangle[pick.triangle]];
+  const uint32_t texel = s.texel[site] % (atlas.width * atlas.height);
+  const Vec2 point = site_point(j);
+  const DVec2 p(double(texel % atlas.width) + point.x, double(texel / atlas.width) + point.y);
+  DVec2 c[3];
+  for (int k = 0; k < 3; ++k) {
+    const Vec2& uv = charts.corner_uv[3 * size_t{pick.triangle} + k];
+    c[k] = DVec2(double(uv.x) * place.scale.x + place.offset.x, double(uv.y) * place.scale.y + place.offset.y);
+  }
+  const auto area = [](const DVec2& a, const DVec2& b, const DVec2& q) {
+    return (b.x - a.x) * (q.y - a.y) - (b.y - a.y) * (q.x - a.x);
+  };
+  const double whole = area(c[0], c[1], c[2]);
+  if (whole == 0) {
+    pick.b1 = pick.b2 = 1.0f / 3.0f;
+    return pick;
+  }
+  double b1 = std::clamp(area(c[2], c[0], p) / whole, 0.0, 1.0);
+  double b2 = std::clamp(area(c[0], c[1], p) / whole, 0.0, 1.0);
+  if (b1 + b2 > 1) {
+    const double sum = b1 + b2;
+    b1 /= sum;
+    b2 /= sum;
+  }
+  pick.b1 = static_cast<float>(b1);
+  pick.b2 = static_cast<float>(b2);
+  return pick;
+}
+
+Bytes write_atlas(const Atlas& atlas) {
+  ByteWriter w;
+  w.put(kAtlasMagic);
+  w.put(atlas.width);
+  w.put(atlas.height);
+  w.put(atlas.pages);
+  w.put<uint64_t>(atlas.meshes.size());
+  for (const MeshCharts& m : atlas.meshes) {
+    w.put_array(m.corner_uv);
+    w.put_array(m.chart_of_triangle);
+    w.put(m.chart_count);
+  }
+  w.put_array(atlas.instance_first_chart);
+  w.put_array(atlas.placements);
+  w.put_array(atlas.sites.texel);
+  w.put_array(atlas.sites.first_word);
+  w.put_array(atlas.sites.words);
+  return w.take();
+}
+
+Expected<Atlas> read_atlas(std::span<const std::byte> bytes, const Scene& scene) {
+  const auto bad = [](std::string_view what) {
+    return fail(ErrorKind::kInvalidInput, text("an atlas chunk is damaged: {}", what));
+  };
+  ByteReader r(bytes);
+  Atlas a;
+  if (r.get<uint32_t>() != kAtlasMagic) return bad("it is not an atlas");
+  a.width = r.get<uint32_t>();
+  a.height = r.get<uint32_t>();
+  a.pages = r.get<uint32_t>();
+  a.meshes.resize(r.get_count(20));
+  for (MeshCharts& m : a.meshes) {
+    m.corner_uv = r.get_array<Vec2>();
+    m.chart_of_triangle = r.get_array<uint32_t>();
+    m.chart_count = r.get<uint32_t>();
+    if (!r.ok()) break;
+  }
+  a.instance_first_chart = r.get_array<uint32_t>();
+  a.placements = r.get_array<ChartPlacement>();
+  a.sites.texel = r.get_array<uint32_t>();
+  a.sites.first_word = r.get_array<uint32_t>();
+  a.sites.words = r.get_array<uint32_t>();
+  if (!r.at_end()) return bad("its length is wrong");
+
+  if (a.width == 0 || a.height == 0 || a.pages == 0 || a.width > 1u << 16 || a.height > 1u << 16 ||
+      a.texel_count() > uint64_t{1} << 32)
+    return bad("its size is wrong");
+  if (a.meshes.size() != scene.meshes.size()) return bad("it belongs to another scene");
+  for (size_t m = 0; m < a.meshes.size(); ++m) {
+    const size_t triangles = scene.meshes[m].triangles.size();
+    if (a.meshes[m].corner_uv.size() != 3 * triangles || a.meshes[m].chart_of_triangle.size() != triangles)
+      return bad("a mesh has other triangles");
+    for (uint32_t chart : a.meshes[m].chart_of_triangle)
+      if (chart >= a.meshes[m].chart_count) return bad("a chart does not exist");
+  }
+  if (a.instance_first_chart.size() != scene.instances.size() + 1) return bad("an instance has no charts");
+  for (size_t i = 0; i < scene.instances.size(); ++i)
+    if (uint64_t{a.instance_first_chart[i]} + a.meshes[scene.instances[i].mesh].chart_count >
+        a.placements.size())
+      return bad("a placement does not exist");
+  const TexelSites& s = a.sites;
+  if (s.first_word.size() != s.texel.size() + 1) return bad("its sites are inconsistent");
+  for (size_t i = 0; i < s.texel.size(); ++i) {
+    if (s.texel[i] >= a.texel_count() || s.first_word[i] > s.first_word[i + 1] ||
+        s.first_word[i + 1] > s.words.size())
+      return bad("a site is out of range");
+    const std::span<const uint32_t> record(s.words.data() + s.first_word[i],
+                                           s.first_word[i + 1] - s.first_word[i]);
+    if (!check_record(record, scene)) return bad("a site names surface that does not exist");
+  }
+  return a;
+}
+
+}  // namespace kiln

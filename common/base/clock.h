@@ -1,0 +1,43 @@
+// Time is an argument: schedulers take a Clock, tests pass a ManualClock. No result depends on either.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+
+namespace kiln {
+
+class Clock {
+ public:
+  virtual ~Clock() = default;
+  virtual int64_t now_ms() const = 0;  // monotonic milliseconds from an arbitrary start
+};
+
+class SteadyClock final : public Clock {
+ public:
+  int64_t now_ms() const override {
+    using namespace std::chrono;
+    return duration_cast<milliseconds>(steady_clock::now().time_since_epoch()).count();
+  }
+};
+
+class ManualClock final : public Clock {
+ public:
+  int64_t now_ms() const override { return now_; }
+  void advance(int64_t ms) { now_ += ms; }
+
+ private:
+  int64_t now_ = 0;
+};
+
+// Seconds since construction, for reports.
+class Stopwatch {
+ public:
+  double seconds() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+}  // namespace kiln

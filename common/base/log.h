@@ -1,0 +1,17 @@
+// Log lines on standard error, one sentence each; standard output is for results.
+#pragma once
+
+#include <string_view>
+
+namespace kiln {
+
+enum class LogLevel { kDebug, kInfo, kWarning, kError, kOff };
+
+// `name` heads every line ("kiln", "kiln-worker 3"). The default level is kWarning.
+void log_setup(std::string_view name, LogLevel level);
+void log_debug(std::string_view text);
+void log_info(std::string_view text);
+void log_warning(std::string_view text);
+void log_error(std::string_view text);
+
+}  // namespace kiln

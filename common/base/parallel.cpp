@@ -1,0 +1,29 @@
+#include "common/base/parallel.h"
+
+#include <sched.h>
+
+#include <algorithm>
+#include <atomic>
+#include <thread>
+#include <vector>
+
+namespace kiln {
+
+unsigned hardware_threads() {
+  cpu_set_t set;
+  if (sched_getaffinity(0, sizeof set, &set) == 0) return std::max(1, CPU_COUNT(&set));
+  return std::max(1u, std::thread::hardware_concurrency());
+}
+
+void parallel_for(size_t count, const std::function<void(size_t)>& body, unsigned threads) {
+  const size_t n = std::min<size_t>(count, threads ? threads : hardware_threads());
+  std::atomic<size_t> next{0};
+  auto run = [&] {
+    for (size_t i = next++; i < count; i = next++) body(i);
+  };
+  std::vector<std::jthread> team;
+  for (size_t t = 1; t < n; ++t) team.emplace_back(run);
+  run();
+}
+
+}  // namespace kiln

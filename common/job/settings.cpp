@@ -1,0 +1,198 @@
+#include "common/job/settings.h"
+
+#include <charconv>
+#include <cmath>
+
+#include "common/base/format.h"
+#include "common/basis/basis.h"
+
+namespace kiln {
+namespace {
+
+Status refuse(std::string why) { return fail(ErrorKind::kUsage, std::move(why)); }
+
+Expected<double> number(const std::string& s) {
+  double v = 0;
+  const auto [end, code] = std::from_chars(s.data(), s.data() + s.size(), v);
+  if (code != std::errc() || end != s.data() + s.size() || !std::isfinite(v))
+    return fail(ErrorKind::kUsage, text("'{}' is not a number", s));
+  return v;
+}
+
+Expected<std::vector<double>> numbers(std::string_view s) {
+  std::vector<double> out;
+  while (true) {
+    const size_t comma = s.find(',');
+    KILN_TRY(const double v, number(std::string(s.substr(0, comma))));
+    out.push_back(v);
+    if (comma == s.npos) return out;
+    s.remove_prefix(comma + 1);
+  }
+}
+
+template <class T>
+Status store_number(T& target, const std::string& s, double low, double high) {
+  KILN_TRY(const double v, number(s));
+  if (v < low || v > high) return refuse(text("{} is outside {} to {}", s, low, high));
+  if constexpr (std::is_integral_v<T>) {
+    if (v != std::floor(v)) return refuse(text("{} is not a whole number", s));
+  }
+  target = static_cast<T>(v);
+  return {};
+}
+
+Status store_word(std::string& target, const std::string& s, std::initializer_list<const char*> words) {
+  std::string all;
+  for (const char* word : words) {
+    if (s == word) {
+      target = s;
+      return {};
+    }
+    all += (all.empty() ? "" : ", ") + std::string(word);
+  }
+  return refuse(text("'{}' is not one of {}", s, all));
+}
+
+Status parse_resolution(BakeSettings& b, const std::string& s) {
+  const size_t x = s.find('x');
+  KILN_TRY_STATUS(store_number(b.width, s.substr(0, x), 1, 16384));
+  if (x == s.npos) {
+    b.height = b.width;
+    return {};
+  }
+  return store_number(b.height, s.substr(x + 1), 1, 16384);
+}
+
+Status parse_sun(BakeSettings& b, const std::string& s) {
+  const size_t colon = s.find(':');
+  if (colon == s.npos) return refuse("a sun is X,Y,Z:R,G,B (direction to it, irradiance)");
+  KILN_TRY(const auto d, numbers(s.substr(0, colon)));
+  KILN_TRY(const auto e, numbers(s.substr(colon + 1)));
+  if (d.size() != 3 || e.size() != 3) return refuse("a sun is X,Y,Z:R,G,B (direction to it, irradiance)");
+  if (d[0] == 0 && d[1] == 0 && d[2] == 0) return refuse("the direction to the sun is zero");
+  for (double v : e)
+    if (v < 0) return refuse("the irradiance of the sun is negative");
+  b.suns.push_back({{d[0], d[1], d[2]}, {e[0], e[1], e[2]}});
+  return {};
+}
+
+std::string print_suns(const BakeSettings& b) {
+  std::string out;
+  for (const auto& s : b.suns)
+    out += text("{}{},{},{}:{},{},{}", out.empty() ? "" : " ", s.to_light[0], s.to_light[1], s.to_light[2],
+                s.irradiance[0], s.irradiance[1], s.irradiance[2]);
+  return out;
+}
+
+Status parse_components(BakeSettings& b, const std::string& s) {
+  b.direct = s == "direct" || s == "direct,indirect" || s == "indirect,direct";
+  b.indirect = s == "indirect" || s == "direct,indirect" || s == "indirect,direct";
+  if (!b.direct && !b.indirect) return refuse(text("'{}' is not one of direct, indirect, direct,indirect", s));
+  return {};
+}
+
+Status parse_basis(BakeSettings& b, const std::string& s) {
+  KILN_TRY_STATUS(find_basis(s));
+  b.basis = s;
+  return {};
+}
+
+std::string print(double v) { return text("{}", v); }
+using B = BakeSettings;
+using S = const std::string&;
+
+const Setting kTable[] = {
+    {"layout", "NAME", "", "atlas: TEXCOORD_1 is the whole scene's atlas; pack: charts are packed; auto: atlas if valid",
+     [](B& b, S s) { return store_word(b.layout, s, {"atlas", "pack", "auto"}); },
+     [](const B& b) { return b.layout; }},
+    {"resolution", "N|WxH", "texels", "size of the lightmap in layout atlas", parse_resolution,
+     [](const B& b) { return text("{}x{}", b.width, b.height); }},
+    {"texels-per-metre", "D", "1/m", "density in layout pack",
+     [](B& b, S s) { return store_number(b.texels_per_metre, s, 1e-4, 1e5); },
+     [](const B& b) { return print(b.texels_per_metre); }},
+    {"environment", "FILE|R,G,B", "radiance", "equirectangular HDR or EXR (+Y up) or a constant; overrides the scene's",
+     [](B& b, S s) {
+       b.environment = s;
+       return Status{};
+     },
+     [](const B& b) { return b.environment; }},
+    {"environment-strength", "S", "", "scale of the environment",
+     [](B& b, S s) { return store_number(b.environment_strength, s, 0, 1e9); },
+     [](const B& b) { return print(b.environment_strength); }},
+    {"environment-rotation", "DEG", "degrees", "turn of the environment about +Y",
+     [](B& b, S s) { return store_number(b.environment_rotation, s, -36000, 36000); },
+     [](const B& b) { return print(b.environment_rotation); }},
+    {"sun", "X,Y,Z:R,G,B", "", "adds a directional light: direction to it, irradiance on a facing surface", parse_sun,
+     print_suns},
+    {"sun-angle", "DEG", "degrees", "angular diameter of directional lights; 0 is a delta light",
+     [](B& b, S s) { return store_number(b.sun_angle, s, 0, 90); },
+     [](const B& b) { return print(b.sun_angle); }},
+    {"components", "LIST", "", "what is stored: direct (straight from an emitter), indirect (reflected at least once)",
+     parse_components,
+     [](const B& b) {
+       return std::string(b.direct ? b.indirect ? "direct,indirect" : "direct" : "indirect");
+     }},
+    {"max-bounces", "N", "", "reflections that light may undergo before it reaches the texel",
+     [](B& b, S s) { return store_number(b.max_bounces, s, 0, 1e6); },
+     [](const B& b) { return text("{}", b.max_bounces); }},
+    {"error", "E", "", "a texel stops when its confidence interval is within E of its mean",
+     [](B& b, S s) { return store_number(b.error, s, 1e-6, 10); }, [](const B& b) { return print(b.error); }},
+    {"confidence", "C", "", "of that interval",
+     [](B& b, S s) { return store_number(b.confidence, s, 0.01, 0.999999); },
+     [](const B& b) { return print(b.confidence); }},
+    {"min-samples", "N", "", "samples every texel gets",
+     [](B& b, S s) { return store_number(b.min_samples, s, 1, 1 << 30); },
+     [](const B& b) { return text("{}", b.min_samples); }},
+    {"max-samples", "N", "", "samples no texel exceeds; equal to min-samples: a fixed count",
+     [](B& b, S s) { return store_number(b.max_samples, s, 1, 1 << 30); },
+     [](const B& b) { return text("{}", b.max_samples); }},
+    {"time-limit", "S", "seconds", "stop sending work after S seconds and state the error; 0: none",
+     [](B& b, S s) { return store_number(b.time_limit, s, 0, 1e9); },
+     [](const B& b) { return print(b.time_limit); }},
+    {"basis", "NAME", "", "stored basis: irradiance or sh_l1", parse_basis, [](const B& b) { return b.basis; }},
+    {"dilate", "N", "texels", "how far colours are carried into empty texels",
+     [](B& b, S s) { return store_number(b.dilate, s, 0, 64); },
+     [](const B& b) { return text("{}", b.dilate); }},
+    {"workers", "N", "", "worker processes in local mode; 0: one",
+     [](B& b, S s) { return store_number(b.workers, s, 0, 256); },
+     [](const B& b) { return text("{}", b.workers); }},
+    {"threads", "N", "", "threads of each worker; 0: all processors shared out",
+     [](B& b, S s) { return store_number(b.threads, s, 0, 1024); },
+     [](const B& b) { return text("{}", b.threads); }},
+    {"tile-texels", "N", "texels", "texels in one unit of work; changes no byte of the result",
+     [](B& b, S s) { return store_number(b.tile_texels, s, 1, 65536); },
+     [](const B& b) { return text("{}", b.tile_texels); }},
+    {"seed", "N", "", "of all random numbers",
+     [](B& b, S s) { return store_number(b.seed, s, 0, 9007199254740992.0); },
+     [](const B& b) { return text("{}", b.seed); }},
+    {"isa", "NAME", "", "numeric class: the instruction set of Embree's kernels",
+     [](B& b, S s) { return store_word(b.isa, s, {"sse2", "sse4.2", "avx", "avx2", "avx512"}); },
+     [](const B& b) { return b.isa; }},
+    {"lease-ms", "MS", "milliseconds", "a worker silent for this long loses its units to another",
+     [](B& b, S s) { return store_number(b.lease_ms, s, 200, 3600000); },
+     [](const B& b) { return text("{}", b.lease_ms); }},
+};
+
+}  // namespace
+
+std::span<const Setting> settings_table() { return kTable; }
+
+Status set_option(BakeSettings& settings, const std::string& name, const std::string& value,
+                  const std::string& source) {
+  for (const Setting& row : kTable) {
+    if (name != row.name) continue;
+    if (Status s = row.parse(settings, value); !s)
+      return fail(ErrorKind::kUsage, text("--{} {}: {}", name, value, s.error().message));
+    settings.source[name] = source;
+    return {};
+  }
+  return fail(ErrorKind::kUsage, text("there is no setting '{}': 'kiln bake --help' lists them", name));
+}
+
+Status check_settings(const BakeSettings& b) {
+  if (b.min_samples > b.max_samples)
+    return refuse(text("--min-samples {} is above --max-samples {}", b.min_samples, b.max_samples));
+  return {};
+}
+
+}  // namespace kiln

@@ -1,0 +1,60 @@
+// Every option of a bake, once: command line, job file, report and docs/settings come from one table.
+#pragma once
+
+#include <map>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/base/status.h"
+
+namespace kiln {
+
+struct BakeSettings {
+  std::string layout = "auto";
+  uint32_t width = 1024, height = 1024;
+  double texels_per_metre = 4;
+  std::string environment;  // empty: what the scene says; "R,G,B" or a path
+  double environment_strength = 1;
+  double environment_rotation = 0;  // degrees about +Y
+  struct Sun {
+    double to_light[3], irradiance[3];
+  };
+  std::vector<Sun> suns;
+  double sun_angle = 0;  // degrees, angular diameter
+  bool direct = true, indirect = true;
+  uint32_t max_bounces = 64;
+  double error = 0.05, confidence = 0.95;
+  uint32_t min_samples = 64, max_samples = 16384;
+  double time_limit = 0;  // seconds; 0: none
+  std::string basis = "sh_l1";
+  uint32_t dilate = 4;  // texels
+  uint32_t workers = 0, threads = 0;  // 0: chosen from the processors
+  uint32_t tile_texels = 256;
+  uint64_t seed = 0;
+  std::string isa = "avx2";
+  uint32_t lease_ms = 15000;
+
+  // Name of the source that set a row ("command line", "job file x.json"); absent: default.
+  std::map<std::string, std::string> source;
+};
+
+// One row of the table. `parse` checks and stores, `print` gives the value in the form that parse reads.
+struct Setting {
+  const char* name;   // key of the job file; the command line's is --name
+  const char* value;  // placeholder in --help
+  const char* unit;   // "" where it has none
+  const char* about;
+  Status (*parse)(BakeSettings&, const std::string&);
+  std::string (*print)(const BakeSettings&);
+};
+
+std::span<const Setting> settings_table();
+
+// Sets one option by name; errors name the option, the value and what is allowed.
+Status set_option(BakeSettings& settings, const std::string& name, const std::string& value,
+                  const std::string& source);
+// Rules between options (min <= max, ...). Call once after the last set_option.
+Status check_settings(const BakeSettings& settings);
+
+}  // namespace kiln

@@ -1,0 +1,43 @@
+#include "common/job/unit.h"
+
+namespace kiln {
+
+Bytes write_job(const JobSpec& job) {
+  ByteWriter w;
+  w.put(job.id);
+  w.put(job.scene);
+  w.put(job.atlas);
+  w.put(job.transport.basis);
+  w.put<uint8_t>(job.transport.direct);
+  w.put<uint8_t>(job.transport.indirect);
+  w.put(job.transport.max_bounces);
+  w.put(job.transport.seed);
+  w.put_string(job.transport.isa);
+  return w.take();
+}
+
+Expected<JobSpec> read_job(std::span<const std::byte> bytes) {
+  ByteReader r(bytes);
+  JobSpec job;
+  job.id = r.get<uint64_t>();
+  job.scene = r.get<Digest>();
+  job.atlas = r.get<Digest>();
+  job.transport.basis = r.get<uint32_t>();
+  job.transport.direct = r.get<uint8_t>() != 0;
+  job.transport.indirect = r.get<uint8_t>() != 0;
+  job.transport.max_bounces = r.get<uint32_t>();
+  job.transport.seed = r.get<uint64_t>();
+  job.transport.isa = r.get_string();
+  if (!r.at_end()) return fail(ErrorKind::kProtocol, "a job description is damaged");
+  return job;
+}
+
+Digest result_digest(const UnitResult& result) {
+  Sha256 h;
+  const uint64_t head[] = {result.unit, result.site_count, result.plane_count, result.nonfinite};
+  h.add(std::as_bytes(std::span(head)));
+  h.add(bytes_of(result.moments));
+  return h.finish();
+}
+
+}  // namespace kiln

@@ -1,0 +1,55 @@
+// The work: (texels, sample range) units, and what comes back.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "common/base/bytes.h"
+#include "common/base/hash.h"
+#include "common/base/status.h"
+
+namespace kiln {
+
+// What every unit of a job shares; shipped once. Everything that decides a byte of the result is here or
+// in the unit.
+struct TransportSettings {
+  uint32_t basis = 1;  // index into basis_roster()
+  bool direct = true, indirect = true;
+  uint32_t max_bounces = 64;
+  uint64_t seed = 0;
+  std::string isa = "avx2";  // Embree's kernels: "sse2", "sse4.2", "avx", "avx2", "avx512"
+};
+
+struct JobSpec {
+  uint64_t id = 0;
+  Digest scene;  // structure chunk
+  Digest atlas;  // atlas chunk
+  TransportSettings transport;
+};
+
+Bytes write_job(const JobSpec& job);
+Expected<JobSpec> read_job(std::span<const std::byte> bytes);
+
+// Sums over samples [first_sample, first_sample + sample_count) of each listed texel site. The result
+// does not depend on how a pass is cut into units: every texel's sums stand alone.
+struct WorkUnit {
+  uint64_t id = 0;  // unique in the job
+  uint32_t first_sample = 0, sample_count = 0;
+  std::vector<uint32_t> sites;  // indices into TexelSites
+};
+
+struct UnitResult {
+  uint64_t unit = 0;
+  uint32_t site_count = 0, plane_count = 0;
+  std::vector<double> moments;  // [site][plane], plane order of moment_plane_names()
+  uint64_t rays = 0;            // all rays traced
+  uint64_t nonfinite = 0;       // contributions dropped because they were not finite
+  uint32_t nonfinite_texel = 0, nonfinite_sample = 0;  // the first of them, to replay
+  double seconds = 0;           // of one thread; for the report only
+};
+
+// SHA-256 of what must be equal when a unit is answered twice: ids, shape and moments, not the times.
+Digest result_digest(const UnitResult& result);
+
+}  // namespace kiln

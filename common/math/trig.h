@@ -1,0 +1,45 @@
+// Elementary functions from plain arithmetic, so that their last bits do not depend on the libm of a
+// machine. Each states its error, which common/math tests measure.
+#pragma once
+
+#include "common/math/vec.h"
+
+namespace kiln {
+
+// (sin 2 pi t, cos 2 pi t) for t in [-1, 2]; absolute error below 2e-7.
+struct SinCos {
+  float sin, cos;
+};
+inline SinCos sincos_turns(float t) {
+  // Reduce to the nearest eighth pair: t = k/4 + r with |r| <= 1/8, then Taylor polynomials in double.
+  const double k = std::floor(4.0 * t + 0.5);
+  const double a = (t - 0.25 * k) * 6.283185307179586476925;
+  const double a2 = a * a;
+  const double s = a * (1 + a2 * (-1.0 / 6 + a2 * (1.0 / 120 + a2 * (-1.0 / 5040 + a2 / 362880))));
+  const double c = 1 + a2 * (-0.5 + a2 * (1.0 / 24 + a2 * (-1.0 / 720 + a2 / 40320)));
+  switch (static_cast<int>(k) & 3) {
+    case 0: return {static_cast<float>(s), static_cast<float>(c)};
+    case 1: return {static_cast<float>(c), static_cast<float>(-s)};
+    case 2: return {static_cast<float>(-s), static_cast<float>(-c)};
+    default: return {static_cast<float>(-c), static_cast<float>(s)};
+  }
+}
+
+// atan2(y, x) / (2 pi) in [-1/2, 1/2]; absolute error below 1e-7 turns. (0, 0) gives 0.
+inline float atan2_turns(float y, float x) {
+  const double ax = std::abs(x), ay = std::abs(y);
+  const double hi = std::max(ax, ay), lo = std::min(ax, ay);
+  if (hi == 0) return 0.0f;
+  // atan(r) on [0, 1]: halve the range with atan(r) = pi/8 + atan((r - q)/(1 + r q)), q = tan(pi/8).
+  const double r = lo / hi;
+  const double q = 0.41421356237309504880;
+  const double u = (r - q) / (1 + r * q), u2 = u * u;
+  const double p =
+      u * (1 + u2 * (-1.0 / 3 + u2 * (1.0 / 5 + u2 * (-1.0 / 7 + u2 * (1.0 / 9 + u2 * (-1.0 / 11 + u2 / 13))))));
+  double turns = 0.0625 + p * 0.15915494309189533577;
+  if (ay > ax) turns = 0.25 - turns;
+  if (x < 0) turns = 0.5 - turns;
+  return static_cast<float>(y < 0 ? -turns : turns);
+}
+
+}  // namespace kiln

@@ -1,0 +1,93 @@
+// The prepared scene: what a bake needs of a scene file, and nothing of the file's format.
+// Lights and materials are records {type, name, properties}; only the worker's rooms for lights and
+// materials know the types, so a new one never touches import, scene or wire.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/image/image.h"
+#include "common/math/vec.h"
+
+namespace kiln {
+
+// One glTF primitive's geometry in its own space. Every index is below positions.size(); positions are
+// finite; triangles have positive area; optional arrays are empty or of positions.size().
+struct Mesh {
+  std::string name;
+  std::vector<Vec3> positions;
+  std::vector<Vec3> normals;      // unit; always present (generated where the file has none)
+  std::vector<Vec4> tangents;     // xyz unit, w = +-1
+  std::vector<Vec2> uv[2];        // TEXCOORD_0, TEXCOORD_1 (v downwards, as glTF)
+  std::vector<Vec4> colors;       // COLOR_0, linear RGBA
+  std::vector<UVec3> triangles;
+  std::vector<uint32_t> source_triangle;  // index of each kept triangle in the file's primitive
+};
+
+struct Instance {
+  uint32_t mesh = 0;
+  uint32_t material = 0;  // index into Scene::materials
+  Mat4x3 to_world{1.0f};  // never singular; a negative determinant mirrors
+  std::string name;       // node name, for messages
+  uint32_t node = 0;      // node, mesh and primitive of the file, for the glTF that is written
+  uint32_t file_mesh = 0, file_primitive = 0;
+};
+
+// Where a property is a texture: which one, which UV set, and the affine map of KHR_texture_transform:
+// uv' = (m[0] u + m[1] v + m[2], m[3] u + m[4] v + m[5]).
+struct TextureUse {
+  int32_t texture = -1;  // index into Scene::textures
+  uint32_t uv_set = 0;
+  float m[6] = {1, 0, 0, 0, 1, 0};
+};
+
+struct Property {
+  std::string name;
+  std::vector<double> numbers;
+  std::string word;
+  TextureUse texture;
+};
+
+struct Record {
+  std::string type;
+  std::string name;
+  Mat4x3 to_world{1.0f};  // lights: the node's transform, along -z as glTF
+  std::vector<Property> properties;
+
+  const Property* find(std::string_view property) const {
+    for (const Property& p : properties)
+      if (p.name == property) return &p;
+    return nullptr;
+  }
+};
+
+// Types written by import today, with their properties (numbers unless said otherwise):
+//   lights    "directional"  color[3], intensity (lux), angle (degrees), bake (word: full|indirect|none)
+//             "point"        color[3], intensity (cd), range (m, absent: no limit), bake
+//             "spot"         as point, inner, outer (cone half angles, radians)
+//             "environment"  radiance[3], image (texture, float32 RGB, equirectangular: u = 0.5 is -z,
+//                            growing towards +x; v = 0 is +y), rotation (degrees about +Y), bake
+//   materials "metallic_roughness"
+//                            base_color[4], base_color_texture, metallic, roughness,
+//                            metallic_roughness_texture (G roughness, B metallic), normal_texture,
+//                            normal_scale, emission[3] (factor x strength), emission_texture,
+//                            alpha_mode (word: opaque|mask|blend), alpha_cutoff, double_sided (0|1),
+//                            and extension scalars under their glTF names (transmission, ior, ...)
+//             "unlit"        base_color[4], base_color_texture, alpha_mode, alpha_cutoff, double_sided
+struct Scene {
+  std::vector<Mesh> meshes;
+  std::vector<Instance> instances;
+  std::vector<Record> materials;
+  std::vector<Record> lights;
+  std::vector<Texture> textures;
+
+  size_t triangle_count() const {  // of all instances
+    size_t n = 0;
+    for (const Instance& i : instances) n += meshes[i.mesh].triangles.size();
+    return n;
+  }
+};
+
+}  // namespace kiln

@@ -1,0 +1,28 @@
+// Image files in and out. The only user of OpenImageIO.
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <string>
+
+#include "common/base/bytes.h"
+#include "common/base/status.h"
+#include "common/image/image.h"
+
+namespace kiln {
+
+// Decodes an 8- or 16-bit colour image (PNG, JPEG, ...) to kUnorm8, 1 to 4 channels. `name` is for
+// messages. Images above 16384 texels a side or 1 GiB decoded are refused before they are decoded.
+Expected<Texture> decode_image(std::span<const std::byte> file, const std::string& name);
+
+// Reads an equirectangular HDR or EXR (or any image) as kFloat32 RGB, in the file's own unit, linear.
+// Errors (kInvalidInput) name the file and the first texel that is NaN, infinite or negative.
+Expected<Texture> read_environment(const std::filesystem::path& path);
+
+// Writes 8-bit RGB (3 bytes a texel, row 0 on top) as PNG, by rename.
+Status write_png(const std::filesystem::path& path, uint32_t width, uint32_t height,
+                 std::span<const uint8_t> rgb);
+// The same in memory, for embedding in a page.
+Expected<Bytes> encode_png(uint32_t width, uint32_t height, std::span<const uint8_t> rgb);
+
+}  // namespace kiln

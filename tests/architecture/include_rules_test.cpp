@@ -1,0 +1,131 @@
+// Holds every #include of the product against the rooms that CMake was told a room may use.
+#include <fstream>
+#include <map>
+#include <regex>
+#include <set>
+#include <sstream>
+
+namespace kiln {
+namespace {
+namespace fs = std::filesystem;
+
+using Rooms = std::map<std::string, std::set<std::string>>;
+
+Rooms read_rooms() {
+  Rooms rooms;
+  std::ifstream in(test::binary_dir() / "rooms.txt");
+  for (std::string line; std::getline(in, line);) {
+    const size_t colon = line.find(':');
+    if (colon == std::string::npos) continue;
+    std::istringstream deps(line.substr(colon + 1));
+    auto& set = rooms[line.substr(0, colon)];
+    for (std::string dep; deps >> dep;) set.insert(dep);
+  }
+  return rooms;
+}
+
+// A room's own dependencies and theirs.
+std::set<std::string> closure(const Rooms& rooms, const std::string& room) {
+  std::set<std::string> seen{room};
+  std::vector<std::string> open{room};
+  while (!open.empty()) {
+    const auto it = rooms.find(open.back());
+    open.pop_back();
+    if (it == rooms.end()) continue;
+    for (const auto& dep : it->second)
+      if (seen.insert(dep).second) open.push_back(dep);
+  }
+  return seen;
+}
+
+std::string room_of(const fs::path& relative, const Rooms& rooms) {
+  fs::path folder = relative.parent_path();
+  while (!folder.empty()) {
+    if (rooms.count(folder.generic_string())) return folder.generic_string();
+    folder = folder.parent_path();
+  }
+  return {};
+}
+
+std::vector<fs::path> product_sources() {
+  std::vector<fs::path> files;
+  for (const char* top : {"common", "coordinator", "worker"})
+    for (const auto& entry : fs::recursive_directory_iterator(test::source_dir() / top))
+      if (entry.path().extension() == ".h" || entry.path().extension() == ".cpp")
+        files.push_back(fs::relative(entry.path(), test::source_dir()));
+  return files;
+}
+
+template <class Visit>
+void for_each_include(const fs::path& file, const Visit& visit) {
+  static const std::regex pattern(R"(^\s*#\s*include\s*([<"])([^>"]+)[>"])");
+  std::ifstream in(test::source_dir() / file);
+  for (std::string line; std::getline(in, line);) {
+    std::smatch m;
+    if (std::regex_search(line, m, pattern)) visit(m[2].str());
+  }
+}
+
+TEST(IncludeRules, RoomsIncludeOnlyWhatTheyList) {
+  const Rooms rooms = read_rooms();
+  ASSERT_GE(rooms.size(), 8u);
+  for (const fs::path& file : product_sources()) {
+    const std::string room = room_of(file, rooms);
+    if (room.empty()) continue;  // a program's main.cpp
+    const auto allowed = closure(rooms, room);
+    for_each_include(file, [&](const std::string& included) {
+      const std::string other = room_of(included, rooms);
+      if (!other.empty())
+        EXPECT_TRUE(allowed.count(other)) << file << " includes " << included << ", but " << room
+                                          << " does not list " << other;
+    });
+  }
+}
+
+TEST(IncludeRules, CoordinatorAndWorkerNeverIncludeEachOther) {
+  for (const fs::path& file : product_sources()) {
+    const std::string top = file.begin()->string();
+    for_each_include(file, [&](const std::string& included) {
+      if (top == "coordinator") EXPECT_NE(included.rfind("worker/", 0), 0u) << file;
+      if (top == "worker") EXPECT_NE(included.rfind("coordinator/", 0), 0u) << file;
+      if (top == "common")
+        EXPECT_TRUE(included.rfind("worker/", 0) != 0 && included.rfind("coordinator/", 0) != 0) << file;
+    });
+  }
+}
+
+TEST(IncludeRules, RoomsHaveNoCycle) {
+  const Rooms rooms = read_rooms();
+  for (const auto& [room, deps] : rooms)
+    for (const auto& dep : deps) EXPECT_FALSE(closure(rooms, dep).count(room)) << room << " and " << dep;
+}
+
+// A third-party library enters through the files named here, so that replacing it is a one-room change.
+TEST(IncludeRules, ThirdPartyHeadersEnterThroughNamedFiles) {
+  const std::map<std::string, std::set<std::string>> named = {
+      {"glm/", {"common/math/vec.h"}},
+      {"fmt/", {"common/base/format.h"}},
+      {"spdlog/", {"common/base/log.cpp"}},
+      {"openssl/", {"common/base/hash.cpp"}},
+      {"xxhash.h", {"common/base/hash.cpp"}},
+      {"nlohmann/", {"common/base/json.cpp", "coordinator/document/gltf_document.cpp",
+                     "coordinator/encode/gltf.cpp"}},
+      {"embree", {"worker/accel/embree_api.h"}},
+      {"OpenImageIO/", {"coordinator/imageio/imageio.cpp"}},
+      {"OpenEXR/", {"coordinator/encode/exr.cpp"}},
+      {"tiny_gltf.h", {"coordinator/import/gltf_model.cpp"}},
+      {"asio", {"common/wire/asio_api.h"}},
+      {"flatbuffers/", {"common/wire/messages.cpp"}},
+      {"zstd.h", {"common/wire/compress.cpp"}},
+      {"CLI/", {"coordinator/cli/parser.cpp"}},
+  };
+  for (const fs::path& file : product_sources())
+    for_each_include(file, [&](const std::string& included) {
+      for (const auto& [prefix, files] : named)
+        if (included.rfind(prefix, 0) == 0)
+          EXPECT_TRUE(files.count(file.generic_string())) << file << " includes " << included;
+    });
+}
+
+}  // namespace
+}  // namespace kiln

@@ -1,0 +1,91 @@
+#include "common/base/bytes.h"
+#include "common/base/files.h"
+#include "common/base/hash.h"
+#include "common/base/json.h"
+#include "common/base/parallel.h"
+#include "common/base/statistics.h"
+
+namespace kiln {
+namespace {
+
+TEST(Hash, Sha256OfAbc) {
+  EXPECT_EQ(sha256(bytes_of("abc")).hex(), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+  EXPECT_EQ(Digest::from_hex(sha256(bytes_of("abc")).hex())->hex(), sha256(bytes_of("abc")).hex());
+  EXPECT_FALSE(Digest::from_hex("ab"));
+}
+
+TEST(Bytes, ReaderRefusesSizesBeforeAllocating) {
+  ByteWriter w;
+  w.put<uint64_t>(uint64_t{1} << 60);  // a count that would be 2^60 floats
+  const Bytes bytes = w.take();
+  ByteReader r(bytes);
+  EXPECT_TRUE(r.get_array<float>().empty());
+  EXPECT_FALSE(r.ok());
+  EXPECT_EQ(r.get<uint32_t>(), 0u);
+}
+
+TEST(Bytes, RoundTrip) {
+  ByteWriter w;
+  w.put(1.5f);
+  w.put_string("kiln");
+  w.put_array(std::vector<int>{1, 2, 3});
+  const Bytes bytes = w.take();
+  ByteReader r(bytes);
+  EXPECT_EQ(r.get<float>(), 1.5f);
+  EXPECT_EQ(r.get_string(), "kiln");
+  EXPECT_EQ(r.get_array<int>(), (std::vector<int>{1, 2, 3}));
+  EXPECT_TRUE(r.at_end());
+}
+
+TEST(Files, AtomicWriteLeavesNothingBehindOnFailure) {
+  test::TempDir dir;
+  const auto path = dir.path() / "a.txt";
+  ASSERT_TRUE(write_file_atomic(path, "one"));
+  EXPECT_FALSE(write_atomic(path, [](const std::filesystem::path& temporary) -> Status {
+    EXPECT_TRUE(write_file_atomic(temporary, "half"));
+    return fail(ErrorKind::kIo, "no");
+  }));
+  EXPECT_EQ(read_file(path)->size(), 3u);
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(dir.path()), {}), 1);
+}
+
+TEST(Files, BoundIsKept) {
+  test::TempDir dir;
+  ASSERT_TRUE(write_file_atomic(dir.path() / "a", "12345"));
+  EXPECT_TRUE(read_file(dir.path() / "a", 5));
+  EXPECT_FALSE(read_file(dir.path() / "a", 4));
+}
+
+TEST(Files, OutputFolderNeedsSpace) {
+  test::TempDir dir;
+  EXPECT_TRUE(prepare_output_folder(dir.path() / "new/deep", 1));
+  const Status full = prepare_output_folder(dir.path(), uint64_t{1} << 60);
+  ASSERT_FALSE(full);
+  EXPECT_EQ(exit_status(full.error()), 2);
+}
+
+TEST(Json, WriterAndFlatReader) {
+  JsonWriter w;
+  w.begin_object().pair("a", 1.5).pair("b", "x\"y").key("c").begin_array().value(1).value(2).end_array().end_object();
+  const auto flat = parse_flat_json(w.take());
+  ASSERT_TRUE(flat);
+  ASSERT_EQ(flat->size(), 3u);
+  EXPECT_EQ((*flat)[1].second, "x\"y");
+  EXPECT_EQ((*flat)[2].second, "1,2");
+  EXPECT_FALSE(parse_flat_json("{\"a\": {\"b\": 1}}"));
+  EXPECT_FALSE(parse_flat_json("{"));
+}
+
+TEST(Parallel, EveryIndexOnce) {
+  std::vector<int> hits(1000, 0);
+  parallel_for(hits.size(), [&](size_t i) { ++hits[i]; });
+  for (int h : hits) EXPECT_EQ(h, 1);
+}
+
+TEST(Statistics, NormalInterval) {
+  EXPECT_NEAR(normal_interval(0.95), 1.9599639845400545, 1e-12);
+  EXPECT_NEAR(normal_interval(0.6826894921370859), 1.0, 1e-12);
+}
+
+}  // namespace
+}  // namespace kiln
