@@ -6,6 +6,7 @@
 
 #include "common/base/files.h"
 #include "common/base/format.h"
+#include "common/base/json.h"
 #include "coordinator/cli/command.h"
 
 namespace kiln {

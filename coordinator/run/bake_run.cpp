@@ -9,6 +9,7 @@
 #include "common/base/statistics.h"
 #include "common/basis/basis.h"
 #include "common/scene/prepared.h"
+#include "coordinator/merge/accumulator.h"
 #include "coordinator/plan/schedule.h"
 #include "coordinator/post/stage.h"
 #include "coordinator/report/preview.h"
