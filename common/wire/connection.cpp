@@ -4,7 +4,6 @@
 
 #include "common/base/format.h"
 #include "common/wire/connection_impl.h"
-#include "common/wire/limits.h"
 
 namespace kiln {
 
@@ -31,6 +30,7 @@ void Connection::Impl::read_header() {
 }
 
 void Connection::Impl::read_payload() {
+  if (header.length > payload_limit) return shut("data came before the hand-shake");
   payload.resize(header.length);  // capped by read_frame_header
   asio::async_read(socket, asio::buffer(payload), [self = shared_from_this()](asio::error_code code, size_t) {
     if (self->shut_down) return;
@@ -104,6 +104,10 @@ void Connection::send(const Message& message) {
   impl_->queued += frame.size();
   impl_->queue.push_back(std::move(frame));
   impl_->write_next();
+}
+
+void Connection::accept_data() {
+  impl_->payload_limit = kMaxDataBytes;
 }
 
 size_t Connection::queued_bytes() const {

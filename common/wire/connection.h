@@ -29,6 +29,8 @@ class Connection {
 
   // Begins to read. `budget`: on_room is called each time the queue drops below it.
   void start(Handlers handlers, size_t budget);
+  // Until this is called only control messages are taken: a stranger cannot make us allocate more.
+  void accept_data();
   // Queues a message. Above kMaxQueuedBytes the peer does not read: the connection is closed instead.
   void send(const Message& message);
   size_t queued_bytes() const;

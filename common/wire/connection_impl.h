@@ -5,6 +5,7 @@
 
 #include "common/wire/connection.h"
 #include "common/wire/event_loop_impl.h"
+#include "common/wire/limits.h"
 
 namespace kiln {
 
@@ -27,6 +28,7 @@ struct Connection::Impl : std::enable_shared_from_this<Connection::Impl> {
   Bytes payload;
   std::deque<Bytes> queue;  // the front is being written
   size_t queued = 0;
+  uint32_t payload_limit = kMaxControlBytes;
   bool writing = false, closing = false, shut_down = false;
   std::string close_reason;
 };
