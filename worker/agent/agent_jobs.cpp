@@ -18,6 +18,7 @@ void Agent::start_job(const Job& message) {
   if (!job) return break_connection(job.error().message);
   const bool same = job_ && write_job(*job_) == message.spec;
   if (same) {  // after a reconnect: go on where we were
+    waiting_job_.reset();
     if (!class_.empty()) send(JobClass{job_->id, class_});
     return pool_ ? offer() : fetch();
   }
