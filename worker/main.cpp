@@ -1,1 +1,11 @@
-int main() { return 2; }
+// kiln-worker: the agent with Embree behind it.
+#include <cstdlib>
+
+#include "worker/agent/options.h"
+#include "worker/bake/baker.h"
+
+int main(int argc, char** argv) {
+  const int status =
+      kiln::worker_main({argv + 1, argv + argc}, KILN_ENGINE, kiln::Baker::create, kiln::numeric_class);
+  std::_Exit(status);  // a unit that still runs has nobody to wait for it
+}

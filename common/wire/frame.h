@@ -1,0 +1,56 @@
+// The frame around every message: 16 bytes, little-endian, the same in every protocol version.
+//   u16 magic  u8 major  u8 minor  u16 type  u16 flags  u32 length  u32 checksum
+// `checksum` is the low half of XXH3-64 of the payload: it finds damage, not malice.
+#pragma once
+
+#include <array>
+#include <span>
+
+#include "common/base/bytes.h"
+#include "common/base/status.h"
+
+namespace kiln {
+
+// Numbers are on the wire: append, never renumber. The ends of control and data decide the cap.
+enum class MessageType : uint16_t {
+  kHello = 1,
+  kWelcome,
+  kRefused,  // raw text in every version, so that any two versions can say why they part
+  kJob,
+  kJobClass,
+  kJobFailed,
+  kCredits,
+  kChunkRequest,
+  kUnitFailed,
+  kCommitAck,
+  kHeartbeat,
+  kDrain,
+  kGoodbye,
+  kLastControl = kGoodbye,
+  kChunkPiece = 256,
+  kUnit,
+  kResult,
+  kLastData = kResult,
+};
+
+constexpr size_t kFrameHeaderBytes = 16;
+constexpr uint16_t kFrameMagic = 0x4c4b;  // "KL"
+
+struct FrameHeader {
+  uint8_t major = 0, minor = 0;
+  MessageType type{};
+  uint16_t flags = 0;  // 0 in this version
+  uint32_t length = 0, checksum = 0;
+};
+
+// Fails (kProtocol) on a wrong magic, an unknown type or a length above the type's cap. Any major passes:
+// the hand-shake refuses it in words.
+Expected<FrameHeader> read_frame_header(std::span<const std::byte, kFrameHeaderBytes> bytes);
+Status check_frame_payload(const FrameHeader& header, std::span<const std::byte> payload);
+
+// `frame` begins with kFrameHeaderBytes to be overwritten; the payload follows. It is below the type's cap.
+void seal_frame(MessageType type, Bytes& frame);
+
+uint32_t payload_cap(MessageType type);  // 0: no such type
+
+}  // namespace kiln

@@ -1,0 +1,101 @@
+// ROOM: add a message: a type in frame.h, a table in messages.fbs, a struct here, a pair of functions in
+// messages.cpp (control) or blocks.cpp (data). Both ends then fail to compile until they handle it.
+#pragma once
+
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "common/job/unit.h"
+#include "common/wire/frame.h"
+
+namespace kiln {
+
+// w: worker to coordinator, c: coordinator to worker.
+struct Hello {  // w, first
+  std::string version, token, host;
+  uint32_t pid = 0;
+  uint64_t instance = 0;
+  uint32_t threads = 1;
+  std::string isa, engine;
+};
+struct Welcome {  // c
+  uint32_t worker = 0, heartbeat_ms = 0, lease_ms = 0;
+};
+struct Refused {  // c or w, last: the reason and the way out
+  std::string reason;
+};
+struct Job {   // c
+  Bytes spec;  // write_job()
+};
+struct JobClass {  // w: numeric class for the job's kernels
+  uint64_t job = 0;
+  std::string numeric_class;
+};
+struct JobFailed {  // w: the scene could not be made ready
+  uint64_t job = 0;
+  ErrorKind kind = ErrorKind::kInternal;
+  std::string reason;
+};
+struct Credits {  // w: the scene is ready, and at most `units` may be with this worker at a time
+  uint64_t job = 0;
+  uint32_t units = 0;
+};
+struct ChunkRequest {  // w
+  std::vector<Digest> ids;
+  bool compress = false;
+};
+struct ChunkPiece {  // c, data; pieces of a chunk come in order
+  Digest id;
+  uint64_t offset = 0, total = 0;
+  Bytes bytes;
+  bool compress = false;  // on the wire; `bytes` never are
+};
+struct Unit {  // c, data
+  uint64_t job = 0, lease = 0;
+  WorkUnit unit;
+};
+struct Result {  // w, data; kept by the worker until its CommitAck
+  uint64_t job = 0, lease = 0;
+  UnitResult result;
+  Digest digest;  // result_digest() by the worker
+};
+struct UnitFailed {  // w
+  uint64_t job = 0, unit = 0, lease = 0;
+  ErrorKind kind = ErrorKind::kInternal;
+  std::string reason;
+};
+struct CommitAck {  // c: the result is committed, or was already: forget it
+  uint64_t job = 0, unit = 0;
+  Digest digest;
+};
+struct Heartbeat {  // w
+  uint32_t running = 0, queued = 0;
+};
+struct Drain {  // w: give me no more; these units were not begun
+  std::vector<uint64_t> units;
+  std::string reason;
+};
+struct Goodbye {  // c or w, last
+  std::string reason;
+};
+
+using Message = std::variant<Hello, Welcome, Refused, Job, JobClass, JobFailed, Credits, ChunkRequest,
+                             UnitFailed, CommitAck, Heartbeat, Drain, Goodbye, ChunkPiece, Unit, Result>;
+
+// A whole frame. Texts above kMaxTextBytes are cut; a data message must fit kMaxDataBytes.
+Bytes encode(const Message& message);
+
+// The message of a payload whose checksum was right. Fails (kProtocol) on another major (except Refused)
+// and on anything that is not well formed; never reads outside `payload`.
+Expected<Message> decode(const FrameHeader& header, std::span<const std::byte> payload);
+
+// Handlers of std::visit, one per message.
+template <class... F>
+struct Overloaded : F... {
+  using F::operator()...;
+};
+template <class... F>
+Overloaded(F...) -> Overloaded<F...>;
+
+}  // namespace kiln

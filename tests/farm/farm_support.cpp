@@ -1,0 +1,103 @@
+#include "tests/farm/farm_support.h"
+
+#include <stdlib.h>
+
+#include <fstream>
+#include <sstream>
+
+#include "common/atlas/atlas.h"
+#include "tests/support/paths.h"
+
+namespace kiln::test {
+
+TestJob::TestJob() {
+  Scene s;
+  Mesh m;
+  m.name = "quad";
+  m.positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
+  m.normals.assign(4, Vec3(0, 0, 1));
+  m.triangles = {{0, 1, 2}, {0, 2, 3}};
+  m.source_triangle = {0, 1};
+  s.meshes.push_back(m);
+  s.materials.push_back({"metallic_roughness", "white", Mat4x3(1.0f), {}});
+  Texture t;  // large enough for several pieces
+  t.name = "noise";
+  t.width = 3000, t.height = 1500, t.channels = 1;
+  for (uint32_t i = 0; i < t.width * t.height; ++i) t.texels.push_back(std::byte(i * 2654435761u >> 13 & 255));
+  s.textures.push_back(t);
+  s.instances.push_back({0, 0, Mat4x3(1.0f), "node", 0, 0, 0});
+  Atlas a;
+  a.width = a.height = 4;
+  a.meshes.push_back({{{0, 0}, {1, 0}, {1, 1}, {0, 0}, {1, 1}, {0, 1}}, {0, 0}, 1, false});
+  a.instance_first_chart = {0, 1};
+  a.placements.push_back({Vec2(4.0f), Vec2(0.0f), 0});
+  a.sites.first_word = {0};
+  spec.id = 77;
+  spec.scene = write_scene(s, chunks);
+  spec.atlas = chunks.add(write_atlas(a));
+}
+
+std::vector<WorkUnit> make_units(uint64_t first_id, size_t count, uint32_t first_sample) {
+  std::vector<WorkUnit> units;
+  for (size_t i = 0; i < count; ++i) {
+    WorkUnit u{first_id + i, first_sample, 8, {}};
+    for (uint32_t s = 0; s < 16; ++s) u.sites.push_back(static_cast<uint32_t>(i * 16 + s));
+    units.push_back(u);
+  }
+  return units;
+}
+
+StubOptions::StubOptions(const std::string& text) { ::setenv("KILN_STUB", text.c_str(), 1); }
+StubOptions::~StubOptions() { ::unsetenv("KILN_STUB"); }
+
+FarmSettings stub_settings(uint32_t workers, uint32_t threads) {
+  FarmSettings s;
+  s.local_workers = workers;
+  s.local_threads = threads;
+  s.worker_program = (binary_dir() / "bin/kiln-stub-worker").string();
+  s.lease_ms = 5000;
+  return s;
+}
+
+std::string PassOutcome::events() const {
+  std::string all;
+  for (const std::string& e : statistics.events) all += e + "\n";
+  return all;
+}
+
+PassOutcome bake(const FarmSettings& settings, std::vector<WorkUnit> units,
+                 const std::function<void(size_t)>& on_result, int64_t deadline_ms) {
+  const TestJob job;
+  PassOutcome outcome;
+  auto farm = Farm::start(settings, job.spec, job.chunks);
+  if (!farm) {
+    outcome.complete = tl::unexpected<Error>(farm.error());
+    return outcome;
+  }
+  const auto keep = [&](const WorkUnit& unit, const UnitResult& result) -> Status {
+    if (!outcome.moments.emplace(unit.id, result.moments).second)
+      return fail(ErrorKind::kInternal, "a unit was committed twice");
+    if (on_result) on_result(outcome.moments.size());
+    return {};
+  };
+  outcome.complete = (*farm)->run_pass(std::move(units), deadline_ms, keep, {});
+  outcome.statistics = (*farm)->statistics();
+  return outcome;
+}
+
+std::vector<pid_t> children_of(pid_t process) {
+  std::ifstream in("/proc/" + std::to_string(process) + "/task/" + std::to_string(process) + "/children");
+  std::vector<pid_t> children;
+  for (pid_t child; in >> child;) children.push_back(child);
+  return children;
+}
+
+bool alive(pid_t process) {
+  std::ifstream in("/proc/" + std::to_string(process) + "/stat");
+  std::string line;
+  if (!std::getline(in, line)) return false;
+  const char state = line[line.rfind(')') + 2];
+  return state != 'Z' && state != 'X';
+}
+
+}  // namespace kiln::test

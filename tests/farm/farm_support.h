@@ -1,0 +1,44 @@
+// A tiny job and a farm of stub workers to bake it.
+#pragma once
+
+#include <sys/types.h>
+
+#include <functional>
+#include <map>
+
+#include "coordinator/dispatch/farm.h"
+
+namespace kiln::test {
+
+struct TestJob {
+  TestJob();
+  ChunkStore chunks;
+  JobSpec spec;
+};
+
+std::vector<WorkUnit> make_units(uint64_t first_id, size_t count, uint32_t first_sample = 0);
+
+// Sets KILN_STUB for as long as it lives.
+class StubOptions {
+ public:
+  explicit StubOptions(const std::string& text);
+  ~StubOptions();
+};
+
+FarmSettings stub_settings(uint32_t workers, uint32_t threads = 1);
+
+struct PassOutcome {
+  Expected<bool> complete = false;
+  std::map<uint64_t, std::vector<double>> moments;  // by unit
+  FarmStatistics statistics;
+  std::string events() const;  // one a line
+};
+
+// Starts a farm, runs one pass and ends the farm. `on_result` is called with the number of results so far.
+PassOutcome bake(const FarmSettings& settings, std::vector<WorkUnit> units,
+                 const std::function<void(size_t)>& on_result = {}, int64_t deadline_ms = 0);
+
+std::vector<pid_t> children_of(pid_t process);
+bool alive(pid_t process);  // and not a zombie
+
+}  // namespace kiln::test

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <cmath>
+
+#include "common/job/unit.h"
+
+namespace kiln::test {
+
+// Sums over samples of a pure function of (site, sample, plane).
+inline UnitResult stub_bake(const WorkUnit& unit, uint32_t planes) {
+  UnitResult result;
+  result.unit = unit.id;
+  result.site_count = static_cast<uint32_t>(unit.sites.size());
+  result.plane_count = planes;
+  result.rays = uint64_t{unit.sample_count} * unit.sites.size();
+  for (const uint32_t site : unit.sites)
+    for (uint32_t p = 0; p < planes; ++p) {
+      double sum = 0;
+      for (uint32_t s = unit.first_sample; s < unit.first_sample + unit.sample_count; ++s)
+        sum += std::sin(site * 0.37 + s * 1.7 + p);
+      result.moments.push_back(sum);
+    }
+  return result;
+}
+
+}  // namespace kiln::test

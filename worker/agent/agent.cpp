@@ -1,0 +1,211 @@
+#include "worker/agent/agent.h"
+
+#include <signal.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <random>
+
+#include "common/base/format.h"
+#include "common/base/log.h"
+#include "common/wire/limits.h"
+#include "worker/agent/agent_impl.h"
+
+namespace kiln {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr auto kConnectPatience = milliseconds(10000);
+constexpr int64_t kFirstPauseMs = 50, kLongestPauseMs = 5000;
+constexpr auto kDrainPatience = milliseconds(60000);
+
+std::string host_name() {
+  std::array<char, 256> name{};
+  ::gethostname(name.data(), name.size() - 1);
+  return name.data();
+}
+
+std::string best_isa() {
+  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl")) return "avx512";
+  if (__builtin_cpu_supports("avx2")) return "avx2";
+  if (__builtin_cpu_supports("avx")) return "avx";
+  return __builtin_cpu_supports("sse4.2") ? "sse4.2" : "sse2";
+}
+
+uint64_t draw_instance() {
+  std::random_device device;
+  return uint64_t{device()} << 32 | device();
+}
+
+}  // namespace
+
+Agent::Agent(const AgentSettings& settings)
+    : settings_(settings),
+      retry_(loop_),
+      heartbeat_(loop_),
+      drain_limit_(loop_),
+      instance_(draw_instance()) {}
+
+Status Agent::run() {
+  loop_.on_signals({SIGTERM, SIGINT}, [this](int) { drain("told to stop by a signal"); });
+  last_contact_ms_ = clock_.now_ms();
+  connect();
+  loop_.run_until([this] { return end_.has_value(); });
+  return *end_;
+}
+
+void Agent::finish(Status end) {
+  if (!end_) end_ = std::move(end);
+}
+
+void Agent::connect() {
+  connect_to(
+      loop_, settings_.host, settings_.port, kConnectPatience,
+      [this](Expected<std::unique_ptr<Connection>> connection) { on_connected(std::move(connection)); });
+}
+
+void Agent::retry(const std::string& reason) {
+  if (end_) return;
+  const int64_t alone_ms = clock_.now_ms() - last_contact_ms_;
+  if (alone_ms >= settings_.patience_ms)
+    return finish(fail(ErrorKind::kUnavailable,
+                       text("no coordinator at {}:{} for {} s: {}. Is it running, and is the port open?",
+                            settings_.host, settings_.port, alone_ms / 1000, reason)));
+  int64_t pause = std::min(kLongestPauseMs, kFirstPauseMs << std::min(failures_++, 10u));
+  // Spread, so that a thousand workers do not come back in the same millisecond.
+  pause += static_cast<int64_t>(draw_instance() % static_cast<uint64_t>(pause));
+  if (failures_ == 1) log_info(text("{}; trying again", reason));
+  retry_.after(milliseconds(pause), [this] { connect(); });
+}
+
+void Agent::on_connected(Expected<std::unique_ptr<Connection>> connection) {
+  if (end_) return;
+  if (!connection) return retry(connection.error().message);
+  connection_ = std::move(*connection);
+  connection_->accept_data();
+  Connection::Handlers handlers;
+  handlers.on_frame = [this](const FrameHeader& h, std::span<const std::byte> p) { on_frame(h, p); };
+  handlers.on_closed = [this](const std::string& reason) { on_closed(reason); };
+  connection_->start(std::move(handlers), kChunkWriteBudget);
+  send_hello();
+}
+
+void Agent::send_hello() {
+  Hello hello;
+  hello.version = KILN_VERSION;
+  hello.token = settings_.token;
+  hello.host = host_name();
+  hello.pid = static_cast<uint32_t>(::getpid());
+  hello.instance = instance_;
+  hello.threads = settings_.threads;
+  hello.isa = best_isa();
+  hello.engine = settings_.engine;
+  connection_->send(hello);
+}
+
+void Agent::send(const Message& message) {
+  if (welcomed_) connection_->send(message);
+}
+
+void Agent::break_connection(const std::string& reason) {
+  log_warning(text("the coordinator broke the protocol: {}", reason));
+  if (connection_) connection_->close_after_writes(reason);
+}
+
+void Agent::on_closed(const std::string& reason) {
+  connection_.reset();
+  welcomed_ = false;
+  heartbeat_.cancel();
+  cache_.forget_partial();
+  if (fetch_) fetch_->connection_lost();
+  if (draining_) leave_if_drained();
+  retry(text("lost the coordinator: {}", reason));
+}
+
+void Agent::on_frame(const FrameHeader& header, std::span<const std::byte> payload) {
+  last_contact_ms_ = clock_.now_ms();
+  auto message = decode(header, payload);
+  if (message) return handle(*message);
+  if (header.major != kWireMajor) return finish(fail(ErrorKind::kUsage, message.error().message));
+  break_connection(message.error().message);
+}
+
+void Agent::handle(Message& message) {
+  const auto out_of_place = [this](const auto&) { break_connection("a message that only a worker sends"); };
+  std::visit(Overloaded{
+                 [this](Welcome& m) { greet(m); },
+                 [this](Refused& m) {
+                   finish(fail(ErrorKind::kUsage, text("the coordinator at {}:{} refused this worker: {}",
+                                                       settings_.host, settings_.port, m.reason)));
+                 },
+                 [this](Goodbye& m) {
+                   log_info(text("the coordinator says goodbye: {}", m.reason));
+                   finish({});
+                 },
+                 [this](Job& m) { start_job(m); },
+                 [this](ChunkPiece& m) { on_piece(m); },
+                 [this](Unit& m) { take_unit(m); },
+                 [this](CommitAck& m) { on_ack(m); },
+                 [&](Hello& m) { out_of_place(m); },
+                 [&](JobClass& m) { out_of_place(m); },
+                 [&](JobFailed& m) { out_of_place(m); },
+                 [&](Credits& m) { out_of_place(m); },
+                 [&](ChunkRequest& m) { out_of_place(m); },
+                 [&](UnitFailed& m) { out_of_place(m); },
+                 [&](Heartbeat& m) { out_of_place(m); },
+                 [&](Drain& m) { out_of_place(m); },
+                 [&](Result& m) { out_of_place(m); },
+             },
+             message);
+}
+
+void Agent::greet(const Welcome& welcome) {
+  failures_ = 0;
+  welcomed_ = true;
+  heartbeat_ms_ = welcome.heartbeat_ms;
+  log_info(text("connected to {}:{} as worker {}", settings_.host, settings_.port, welcome.worker));
+  beat();
+}
+
+void Agent::beat() {
+  const size_t queued = pool_ ? pool_->queued() : 0;
+  send(
+      Heartbeat{static_cast<uint32_t>(running_ - std::min(running_, queued)), static_cast<uint32_t>(queued)});
+  heartbeat_.after(milliseconds(heartbeat_ms_), [this] { beat(); });
+}
+
+void Agent::drain(const std::string& reason) {
+  if (draining_) return;
+  draining_ = true;
+  Drain message{{}, reason};
+  if (pool_)
+    for (const Unit& unit : pool_->take_unbegun()) {
+      message.units.push_back(unit.unit.id);
+      --running_;
+    }
+  log_info(text("{}: {} units run on, {} are handed back", reason, running_, message.units.size()));
+  send(message);
+  drain_limit_.after(kDrainPatience, [this] { finish({}); });
+  leave_if_drained();
+}
+
+// A result stays until it is acknowledged; without a coordinator there is nobody to wait for.
+void Agent::leave_if_drained() {
+  if (!draining_ || end_ || (welcomed_ && (running_ > 0 || !kept_.empty()))) return;
+  if (!welcomed_) return finish({});
+  send(Goodbye{"drained"});
+  connection_->close_after_writes("drained");
+  welcomed_ = false;
+}
+
+Status run_agent(const AgentSettings& settings) {
+  auto agent = std::make_unique<Agent>(settings);
+  Status end = agent->run();
+  // Bake threads cannot be interrupted and still use it; the process is about to end (agent.h).
+  if (!agent->idle()) (void)agent.release();
+  return end;
+}
+
+}  // namespace kiln

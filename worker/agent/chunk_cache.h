@@ -1,0 +1,35 @@
+// Chunks by content, kept in memory across jobs and connections.
+#pragma once
+
+#include <optional>
+#include <unordered_map>
+#include <unordered_set>
+
+#include "common/wire/messages.h"
+
+namespace kiln {
+
+class ChunkCache {
+ public:
+  const Bytes* find(const Digest& id) const;
+  // True when the piece completes its chunk. Pieces of one chunk come in order, chunks one after another;
+  // a chunk whose bytes do not have its id is an error (kProtocol) and is not kept.
+  Expected<bool> add(const ChunkPiece& piece);
+  void forget_partial() { partial_.reset(); }  // the connection that was sending it is gone
+  // Drops what is not in `needed` if all together take more than max_bytes.
+  void shrink(const std::unordered_set<Digest>& needed, uint64_t max_bytes);
+  uint64_t total_bytes() const { return total_; }
+
+ private:
+  struct Partial {
+    Digest id;
+    uint64_t total = 0;
+    Bytes bytes;
+    std::unique_ptr<Sha256> hash = std::make_unique<Sha256>();
+  };
+  std::unordered_map<Digest, Bytes> chunks_;
+  std::optional<Partial> partial_;
+  uint64_t total_ = 0;
+};
+
+}  // namespace kiln
