@@ -16,10 +16,10 @@ Camera look_from(const Vec3& eye, const Vec3& forward) {
   return c;
 }
 
-// Many different triangles, seen from their front, lit, not pressed against the lens.
+// Much of the lightmap, seen from its front, lit, not pressed against the lens.
 double score(const SurfaceLook& look, const View& view, float radius) {
   size_t front = 0, back = 0, lit = 0, near = 0;
-  std::vector<uint64_t> seen;
+  std::vector<size_t> seen;
   for (const Fragment& f : view.fragments) {
     if (f.inverse_depth == 0) continue;
     if (f.back) {
@@ -30,13 +30,13 @@ double score(const SurfaceLook& look, const View& view, float radius) {
     near += f.inverse_depth * radius > 20.0f;
     Vec3 e;
     lit += look.irradiance(f, e) && luminance(e) > 0;
-    seen.push_back(uint64_t{f.instance} << 32 | f.triangle);
+    seen.push_back(look.texel(f));
   }
   std::sort(seen.begin(), seen.end());
-  const double kinds = static_cast<double>(std::unique(seen.begin(), seen.end()) - seen.begin());
+  const double texels = static_cast<double>(std::unique(seen.begin(), seen.end()) - seen.begin());
   const double all = static_cast<double>(view.fragments.size());
   const double share = front / all;
-  return std::sqrt(kinds) * share * (lit / all + 0.1) * std::max(0.0, 1.0 - 3.0 * back / all) *
+  return std::sqrt(texels) * share * (lit / all + 0.1) * std::max(0.0, 1.0 - 3.0 * back / all) *
          std::max(0.05, 1.0 - 2.0 * near / all);
 }
 
@@ -66,6 +66,10 @@ Camera choose_camera(const ImportResult& imported, const Atlas& atlas, const Lig
           const float a = 0.785398f * static_cast<float>(turn);
           candidates.push_back(look_from(centre + half * Vec3(x, y, z), Vec3(std::cos(a), -0.15f, std::sin(a))));
         }
+  for (float x : {-0.92f, 0.0f, 0.92f})  // from walls and corners across the room
+    for (float y : {-0.3f, 0.5f})
+      for (float z : {-0.92f, 0.0f, 0.92f})
+        if (x != 0 || z != 0) candidates.push_back(look_from(centre + half * Vec3(x, y, z), half * Vec3(-x, -y, -z)));
   for (int turn = 0; turn < 8; ++turn) {
     const float a = 0.785398f * static_cast<float>(turn);
     const Vec3 out(std::cos(a), 0.6f, std::sin(a));

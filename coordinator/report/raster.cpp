@@ -92,11 +92,14 @@ std::vector<ScreenTriangle> project(const Scene& scene, const Projector& project
   return out;
 }
 
-float edge(const Vec2& a, const Vec2& b, const Vec2& p) { return (b.x - a.x) * (p.y - a.y) - (b.y - a.y) * (p.x - a.x); }
+// In double: a triangle cut at the near plane has corners a million pixels away.
+double edge(const Vec2& a, const Vec2& b, const Vec2& p) {
+  return (double{b.x} - a.x) * (double{p.y} - a.y) - (double{b.y} - a.y) * (double{p.x} - a.x);
+}
 
 void fill(const ScreenTriangle& s, View& view, uint32_t row_begin, uint32_t row_end,
           const std::function<bool(const Fragment&)>& visible) {
-  const float area = edge(s.xy[0], s.xy[1], s.xy[2]);
+  const double area = edge(s.xy[0], s.xy[1], s.xy[2]);
   if (area == 0 || !std::isfinite(area)) return;
   const auto clamp_to = [](float v, uint32_t low, uint32_t high) {
     return static_cast<uint32_t>(std::clamp(v, static_cast<float>(low), static_cast<float>(high)));
@@ -108,9 +111,9 @@ void fill(const ScreenTriangle& s, View& view, uint32_t row_begin, uint32_t row_
   for (uint32_t y = top; y < bottom; ++y)
     for (uint32_t x = left; x < right; ++x) {
       const Vec2 p(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f);
-      const float l0 = edge(s.xy[1], s.xy[2], p) / area, l1 = edge(s.xy[2], s.xy[0], p) / area;
-      const float l2 = 1.0f - l0 - l1;
-      if (l0 < 0 || l1 < 0 || l2 < 0) continue;
+      const double d0 = edge(s.xy[1], s.xy[2], p) / area, d1 = edge(s.xy[2], s.xy[0], p) / area;
+      if (d0 < 0 || d1 < 0 || d0 + d1 > 1) continue;
+      const auto l0 = static_cast<float>(d0), l1 = static_cast<float>(d1), l2 = static_cast<float>(1 - d0 - d1);
       Fragment f;
       f.inverse_depth = l0 * s.w[0] + l1 * s.w[1] + l2 * s.w[2];
       Fragment& target = view.fragments[size_t{y} * view.width + x];

@@ -8,7 +8,7 @@
 namespace kiln {
 namespace {
 
-Vec4 texel(const Texture& t, float u, float v) {
+Vec4 lookup(const Texture& t, float u, float v) {
   const auto wrap = [](float x, uint32_t size, Wrap mode) {
     if (mode == Wrap::kClamp) x = std::clamp(x, 0.0f, 1.0f);
     if (mode == Wrap::kMirror && (static_cast<int64_t>(std::floor(x)) & 1)) x = 1.0f - (x - std::floor(x));
@@ -63,7 +63,7 @@ Vec2 SurfaceLook::interpolate(const std::vector<Vec2>& values, const Fragment& f
 Vec4 SurfaceLook::texture(const TextureUse& use, const Fragment& f) const {
   if (use.texture < 0) return Vec4(1.0f);
   const Vec2 uv = interpolate(scene_.meshes[scene_.instances[f.instance].mesh].uv[use.uv_set], f);
-  return texel(scene_.textures[use.texture], use.m[0] * uv.x + use.m[1] * uv.y + use.m[2],
+  return lookup(scene_.textures[use.texture], use.m[0] * uv.x + use.m[1] * uv.y + use.m[2],
                use.m[3] * uv.x + use.m[4] * uv.y + use.m[5]);
 }
 
@@ -84,13 +84,27 @@ bool SurfaceLook::visible(const Fragment& f) const {
   return look.opaque || base_color(f).w >= look.cutoff;
 }
 
-bool SurfaceLook::irradiance(const Fragment& f, Vec3& e) const {
+Vec2 SurfaceLook::texel_coordinates(const Fragment& f, uint32_t& page) const {
   const uint32_t mesh = scene_.instances[f.instance].mesh;
   const MeshCharts& charts = atlas_.meshes[mesh];
   const ChartPlacement& place =
       atlas_.placements[atlas_.instance_first_chart[f.instance] + charts.chart_of_triangle[f.triangle]];
   const Vec2* uv = &charts.corner_uv[3 * size_t{f.triangle}];
-  const Vec2 c = (uv[0] * (1.0f - f.b1 - f.b2) + uv[1] * f.b1 + uv[2] * f.b2) * place.scale + place.offset - 0.5f;
+  page = place.page;
+  return (uv[0] * (1.0f - f.b1 - f.b2) + uv[1] * f.b1 + uv[2] * f.b2) * place.scale + place.offset;
+}
+
+size_t SurfaceLook::texel(const Fragment& f) const {
+  uint32_t page;
+  const Vec2 c = texel_coordinates(f, page);
+  const float x = std::clamp(c.x, 0.0f, static_cast<float>(atlas_.width - 1));
+  const float y = std::clamp(c.y, 0.0f, static_cast<float>(atlas_.height - 1));
+  return (size_t{page} * atlas_.height + static_cast<size_t>(y)) * atlas_.width + static_cast<size_t>(x);
+}
+
+bool SurfaceLook::irradiance(const Fragment& f, Vec3& e) const {
+  uint32_t page;
+  const Vec2 c = texel_coordinates(f, page) - 0.5f;
   const float fx = std::floor(c.x), fy = std::floor(c.y);
   const float weight_x[2] = {1.0f - (c.x - fx), c.x - fx}, weight_y[2] = {1.0f - (c.y - fy), c.y - fy};
   e = Vec3(0.0f);
@@ -98,7 +112,7 @@ bool SurfaceLook::irradiance(const Fragment& f, Vec3& e) const {
   for (int k = 0; k < 4; ++k) {
     const float x = std::clamp(fx + static_cast<float>(k & 1), 0.0f, static_cast<float>(atlas_.width - 1));
     const float y = std::clamp(fy + static_cast<float>(k >> 1), 0.0f, static_cast<float>(atlas_.height - 1));
-    const size_t t = (size_t{place.page} * atlas_.height + static_cast<size_t>(y)) * atlas_.width + static_cast<size_t>(x);
+    const size_t t = (size_t{page} * atlas_.height + static_cast<size_t>(y)) * atlas_.width + static_cast<size_t>(x);
     if (!is_set(map_.validity[t])) continue;
     const float w = weight_x[k & 1] * weight_y[k >> 1];
     e += Vec3(map_.planes.data[0][t], map_.planes.data[1][t], map_.planes.data[2][t]) * w;
@@ -116,7 +130,7 @@ Vec3 SurfaceLook::sky(const Vec3& d) const {
   if (image.texture < 0) return r.vec3("radiance", Vec3(0.0f));
   const float u = atan2_turns(d.z, d.x) + 0.5f + r.number("rotation", 0.0f) / 360.0f;
   const float v = 2.0f * atan2_turns(std::sqrt(d.x * d.x + d.z * d.z), d.y);
-  return Vec3(texel(scene_.textures[image.texture], u, std::min(v, 0.99999f))) * r.number("strength", 1.0f);
+  return Vec3(lookup(scene_.textures[image.texture], u, std::min(v, 0.99999f))) * r.number("strength", 1.0f);
 }
 
 }  // namespace kiln

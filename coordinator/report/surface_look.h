@@ -14,6 +14,7 @@ class SurfaceLook {
   Vec3 emission(const Fragment& f) const;     // radiance
   // Irradiance by bilinear lookup; false where the texel has no value.
   bool irradiance(const Fragment& f, Vec3& e) const;
+  size_t texel(const Fragment& f) const;      // of the lightmap, nearest
   bool visible(const Fragment& f) const;      // culling and alpha
   bool double_sided(uint32_t instance) const { return looks_[scene_.instances[instance].material].double_sided; }
   Vec3 sky(const Vec3& direction) const;
@@ -26,6 +27,7 @@ class SurfaceLook {
     float cutoff = 0.5f;
     bool opaque = true, double_sided = false, unlit = false;
   };
+  Vec2 texel_coordinates(const Fragment& f, uint32_t& page) const;
   Vec4 texture(const TextureUse& use, const Fragment& f) const;
   Vec2 interpolate(const std::vector<Vec2>& values, const Fragment& f) const;
 

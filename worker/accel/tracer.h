@@ -48,21 +48,8 @@ class Tracer {
   virtual size_t memory_bytes() const = 0;
 };
 
-// The nearest floats on the outer side that clear the surface's own rounding error: no scene-scale epsilon.
-// Waechter & Binder 2019, A Fast and Robust Method for Avoiding Self-Intersection, Ray Tracing Gems ch. 6.
-inline Vec3 offset_origin(const Vec3& p, const Vec3& n) {
-  constexpr float kOrigin = 1.0f / 32.0f, kFloatScale = 1.0f / 65536.0f, kIntScale = 256.0f;
-  Vec3 out;
-  for (int i = 0; i < 3; ++i) {
-    const int step = static_cast<int>(kIntScale * n[i]);
-    int bits;
-    __builtin_memcpy(&bits, &p[i], 4);
-    bits += p[i] < 0 ? -step : step;
-    float moved;
-    __builtin_memcpy(&moved, &bits, 4);
-    out[i] = std::abs(p[i]) < kOrigin ? p[i] + kFloatScale * n[i] : moved;
-  }
-  return out;
-}
+// Origin of a ray that leaves a surface point on the side of n: moved by `error`, a bound on how far
+// rounding can put the point or the intersection off the surface. No scene-scale epsilon.
+inline Vec3 offset_origin(const Vec3& p, const Vec3& n, float error) { return p + n * error; }
 
 }  // namespace kiln

@@ -38,7 +38,7 @@ void PathIntegrator::light(const Vertex& v, const LightSample& s, uint32_t bounc
     contribution *= evaluate(*v.bsdf, v.wo, local) * local.z;
     if (!(max_component(contribution) > 0.0f)) return;
   }
-  const Vec3 origin = offset_origin(v.point.position, v.point.ng);
+  const Vec3 origin = offset_origin(v.point.position, v.point.ng, v.point.error);
   Ray ray{origin, s.direction};
   if (!s.far) {
     ray.direction = v.point.position + s.segment - origin;
@@ -84,7 +84,7 @@ Vec3 PathIntegrator::incoming(const SurfacePoint& receiver, Vec3 direction, floa
   SurfacePoint from = receiver;
   for (uint32_t bounces = 0;; ++bounces) {
     ++out.rays;
-    const Hit hit = tracer_.intersect({offset_origin(from.position, from.ng), direction},
+    const Hit hit = tracer_.intersect({offset_origin(from.position, from.ng, from.error), direction},
                                       stream.bits(dimension(bounces, kDirection)));
     if (!hit.valid()) {
       const Environment& environment = lights_.environment;

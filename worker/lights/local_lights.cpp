@@ -103,8 +103,9 @@ LightSample LocalLights::sample_triangle(const Surfaces& s, const Emitter& e, co
     side = -side;
   }
   if (!(cos_light > 0.0f)) return out;
-  out.segment = offset_origin(q.position, side) - p;
+  out.segment = offset_origin(q.position, side, q.error) - p;
   out.pdf = d2 / (cos_light * e.area);
+  if (!std::isfinite(out.pdf)) return LightSample{};  // seen edge on: it subtends nothing
   out.weight = emission_at(s.material(e.instance), q.attributes) / out.pdf;
   return out;
 }
@@ -141,7 +142,8 @@ float LocalLights::pdf(const Surfaces& s, const Vec3& p, uint32_t instance, uint
   const Vec3 n = normalize_or(cross(c[1] - c[0], c[2] - c[0]), Vec3(0.0f));
   const float cos_light = std::abs(dot(direction, n));
   if (!(cos_light > 0.0f)) return 0.0f;
-  return probability(punctual_.size() + emitter, p) * t * t / (cos_light * e.area);
+  const float density = t * t / (cos_light * e.area);
+  return std::isfinite(density) ? probability(punctual_.size() + emitter, p) * density : 0.0f;
 }
 
 }  // namespace kiln

@@ -19,9 +19,10 @@ float ggx_d(const Vec3& h, float alpha) {
   return a2 * kInvPi / (t * t);
 }
 
-float lambda(const Vec3& v, float alpha) {
-  const float tan2 = (v.x * v.x + v.y * v.y) / (v.z * v.z);
-  return 0.5f * (std::sqrt(1.0f + alpha * alpha * tan2) - 1.0f);
+// cos x (1 + 2 Lambda): Smith's masking without a division by a cosine that may be next to nothing.
+float smith(float cos, float alpha) {
+  const float a2 = alpha * alpha;
+  return std::sqrt(a2 + (1.0f - a2) * cos * cos);
 }
 
 Vec3 sample_visible_normal(const Vec3& wo, float alpha, const Vec2& u) {
@@ -54,8 +55,9 @@ Vec3 evaluate(const Bsdf& b, const Vec3& wo, const Vec3& wi) {
   if (!b.has_specular()) return b.diffuse * kInvPi;
   const Vec3 h = normalize_or(wo + wi, Vec3(0, 0, 1));
   const Vec3 f = schlick(b.f0, dot(wi, h));
-  const float g2 = 1.0f / (1.0f + lambda(wo, b.alpha) + lambda(wi, b.alpha));
-  return (Vec3(1.0f) - f) * b.diffuse * kInvPi + f * (ggx_d(h, b.alpha) * g2 / (4.0f * wo.z * wi.z));
+  // G2 / (4 cos cos) of the height-correlated form.
+  const float visibility = 0.5f / (wo.z * smith(wi.z, b.alpha) + wi.z * smith(wo.z, b.alpha));
+  return (Vec3(1.0f) - f) * b.diffuse * kInvPi + f * (ggx_d(h, b.alpha) * visibility);
 }
 
 float pdf(const Bsdf& b, const Vec3& wo, const Vec3& wi) {
@@ -64,8 +66,9 @@ float pdf(const Bsdf& b, const Vec3& wo, const Vec3& wi) {
   float sum = (1.0f - p) * wi.z * kInvPi;
   if (p > 0.0f) {
     const Vec3 h = normalize_or(wo + wi, Vec3(0, 0, 1));
-    // Density of visible normals G1 max(0, wo.h) D / wo.z, times the Jacobian 1/(4 wo.h).
-    sum += p * ggx_d(h, b.alpha) / ((1.0f + lambda(wo, b.alpha)) * 4.0f * wo.z);
+    // Density of visible normals G1 max(0, wo.h) D / wo.z, times the Jacobian 1/(4 wo.h), where
+    // G1 / wo.z = 2 / (wo.z + smith(wo)).
+    sum += p * ggx_d(h, b.alpha) / (2.0f * (wo.z + smith(wo.z, b.alpha)));
   }
   return sum;
 }

@@ -38,6 +38,14 @@ SurfacePoint Surfaces::at(uint32_t instance, uint32_t triangle, float b1, float 
   SurfacePoint s;
   // Offsets from p0 keep the rounding error to that of one vertex.
   s.position = transform_point(i.to_world, p0 + (p1 - p0) * b1 + (p2 - p0) * b2);
+  // Sums of magnitudes that enter the point's coordinates and Embree's edge vectors. Waechter & Binder
+  // (Ray Tracing Gems, ch. 6) step by 256 units in the last place of each coordinate; a plane near a
+  // coordinate's zero but long in the others then acnes, since Embree's error grows with the triangle's
+  // extent. Departure: the largest magnitude of all axes counts, and a step of 2^-17 of it.
+  const Vec3 reach = glm::max(glm::max(glm::abs(p0), glm::abs(p1)), glm::abs(p2));
+  const Vec3 sum = glm::abs(i.to_world[0]) * reach.x + glm::abs(i.to_world[1]) * reach.y +
+                   glm::abs(i.to_world[2]) * reach.z + glm::abs(i.to_world[3]);
+  s.error = 0x1p-17f * max_component(sum);
   s.ng = normalize_or(transform_normal(i.to_world, cross(p1 - p0, p2 - p0)), Vec3(0, 1, 0));
   const Vec3 n = m.normals[t.x] * (1.0f - b1 - b2) + m.normals[t.y] * b1 + m.normals[t.z] * b2;
   s.ns = normalize_or(transform_normal(i.to_world, n), s.ng);
