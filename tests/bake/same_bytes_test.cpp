@@ -1,0 +1,173 @@
+// The promise of equal bytes: whatever the number of workers, the size of tiles, deaths, silences and
+// repeated answers, the master files have the same digests.
+#include <signal.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <fstream>
+#include <map>
+#include <set>
+
+#include "coordinator/run/bake_run.h"
+#include "tests/bake/scene_gltf.h"
+
+namespace kiln {
+namespace {
+namespace fs = std::filesystem;
+
+// Processes whose parent is this one and that run kiln-worker.
+std::set<pid_t> worker_processes() {
+  std::set<pid_t> found;
+  for (const auto& entry : fs::directory_iterator("/proc")) {
+    const std::string name = entry.path().filename();
+    if (name.find_first_not_of("0123456789") != std::string::npos) continue;
+    std::ifstream stat(entry.path() / "stat");
+    std::string line;
+    std::getline(stat, line);
+    const size_t close = line.rfind(')');
+    if (close == std::string::npos || line.find("(kiln-worker)") == std::string::npos) continue;
+    std::istringstream rest(line.substr(close + 2));
+    char state;
+    pid_t parent;
+    rest >> state >> parent;
+    if (parent == ::getpid() && state != 'Z') found.insert(static_cast<pid_t>(std::stol(name)));
+  }
+  return found;
+}
+
+class SameBytes : public testing::Test {
+ protected:
+  SameBytes() { test::write_scene_glb(test::small_room(), dir_.path() / "room.glb"); }
+
+  BakeRequest request() {
+    BakeRequest r;
+    r.scene = dir_.path() / "room.glb";
+    r.output = dir_.path() / ("out" + std::to_string(++count_));
+    r.worker_program = test::binary_dir() / "bin/kiln-worker";
+    r.settings.layout = "pack";
+    r.settings.texels_per_metre = 4;
+    r.settings.min_samples = 32;
+    r.settings.max_samples = 3000;  // beyond one range of samples
+    r.settings.error = 0.08;
+    r.settings.workers = 1;
+    r.settings.threads = 1;
+    r.settings.tile_texels = 8;     // many units, so that faults fall between them
+    return r;
+  }
+
+  static std::map<std::string, std::string> digests(const BakeReport& report) {
+    std::map<std::string, std::string> out;
+    for (const OutputFile& f : report.outputs)
+      if (f.master) out[f.name] = f.digest.hex();
+    return out;
+  }
+
+  static std::string events(const BakeReport& report) {
+    std::string all;
+    for (const std::string& event : report.farm.events) all += event + "\n";
+    return all;
+  }
+
+  std::map<std::string, std::string> bake(const BakeRequest& r, BakeReport* out = nullptr,
+                                          const std::function<void(const BakeProgress&)>& progress = [](const auto&) {}) {
+    const auto report = run_bake(r, progress);
+    EXPECT_TRUE(report) << (report ? "" : report.error().message);
+    if (!report) return {};
+    if (out) *out = *report;
+    return digests(*report);
+  }
+
+  const std::map<std::string, std::string>& reference() {
+    if (reference_.empty()) reference_ = bake(request());
+    EXPECT_EQ(reference_.size(), 5u);
+    return reference_;
+  }
+
+  // Signals one worker once, when a share of the first long pass is done.
+  std::function<void(const BakeProgress&)> once(int signal, std::atomic<pid_t>& victim) {
+    return [signal, &victim](const BakeProgress& p) {
+      if (victim != 0 || p.stage != "bake" || p.pass < 2) return;
+      const auto workers = worker_processes();
+      if (workers.empty()) return;
+      victim = *workers.begin();
+      ::kill(victim, signal);
+    };
+  }
+
+  test::TempDir dir_;
+  int count_ = 0;
+  std::map<std::string, std::string> reference_;
+};
+
+TEST_F(SameBytes, RunTwice) { EXPECT_EQ(bake(request()), reference()); }
+
+TEST_F(SameBytes, AnotherSeedDiffers) {
+  BakeRequest r = request();
+  r.settings.seed = 1;
+  EXPECT_NE(bake(r), reference());
+}
+
+TEST_F(SameBytes, TwoAndFiveWorkers) {
+  for (uint32_t workers : {2u, 5u}) {
+    BakeRequest r = request();
+    r.settings.workers = workers;
+    EXPECT_EQ(bake(r), reference()) << workers << " workers";
+  }
+}
+
+TEST_F(SameBytes, ThreadsAndTileSizes) {
+  BakeRequest r = request();
+  r.settings.threads = 3;
+  r.settings.tile_texels = 1;
+  EXPECT_EQ(bake(r), reference());
+  r = request();
+  r.settings.tile_texels = 5000;
+  EXPECT_EQ(bake(r), reference());
+}
+
+TEST_F(SameBytes, OneWorkerKilled) {
+  BakeRequest r = request();
+  r.settings.workers = 2;
+  std::atomic<pid_t> victim = 0;
+  BakeReport report;
+  EXPECT_EQ(bake(r, &report, once(SIGKILL, victim)), reference());
+  EXPECT_NE(victim, 0);
+  EXPECT_GE(report.farm.workers_lost, 1u);
+}
+
+TEST_F(SameBytes, TheOnlyWorkerKilled) {
+  std::atomic<pid_t> victim = 0;
+  BakeReport report;
+  EXPECT_EQ(bake(request(), &report, once(SIGKILL, victim)), reference());
+  EXPECT_NE(victim, 0);
+  EXPECT_GE(report.farm.reassigned, 1u);
+}
+
+TEST_F(SameBytes, OneWorkerStopped) {
+  BakeRequest r = request();
+  r.settings.workers = 2;
+  r.settings.lease_ms = 500;
+  std::atomic<pid_t> victim = 0;
+  BakeReport report;
+  EXPECT_EQ(bake(r, &report, once(SIGSTOP, victim)), reference());
+  EXPECT_NE(victim, 0);
+  // Its units were copied when they were late, or given away when its lease had run out.
+  EXPECT_NE(events(report).find("silent"), std::string::npos) << events(report);
+}
+
+TEST_F(SameBytes, EveryUnitAnsweredTwice) {
+  BakeRequest r = request();
+  r.settings.workers = 2;
+  r.duplicate_every_unit = true;
+  BakeReport report;
+  EXPECT_EQ(bake(r, &report), reference());
+  EXPECT_GE(report.farm.duplicates, report.farm.units / 2);
+}
+
+TEST_F(SameBytes, NoWorkerProcessIsLeft) {
+  reference();
+  EXPECT_TRUE(worker_processes().empty());
+}
+
+}  // namespace
+}  // namespace kiln
