@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "common/base/clock.h"
 #include "common/wire/messages.h"
 
 namespace kiln::test {
@@ -20,11 +21,16 @@ class RawPeer {
   void send(const Message& message) { send_bytes(encode(message)); }
   // The next message; empty when the peer closed, nothing came for `patience_ms` or it was malformed.
   std::optional<Message> receive(int patience_ms = 5000);
-  // Skips to the next message of type T.
+  // Skips to the next message of type T; empty if it does not come within `patience_ms`.
   template <class T>
   std::optional<T> next(int patience_ms = 5000) {
-    while (auto m = receive(patience_ms))
+    const SteadyClock clock;
+    const int64_t limit = clock.now_ms() + patience_ms;
+    for (int64_t left = patience_ms; left >= 0; left = limit - clock.now_ms()) {
+      auto m = receive(static_cast<int>(left));
+      if (!m) break;
       if (T* t = std::get_if<T>(&*m)) return std::move(*t);
+    }
     return std::nullopt;
   }
   bool closed(int patience_ms = 5000);  // the other end closed; what it sent before is dropped
