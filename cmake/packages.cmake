@@ -27,6 +27,7 @@ kiln_require_library(KILN_ZSTD zstd libzstd-dev)
 kiln_require_library(KILN_FMT fmt libfmt-dev)
 kiln_require_library(KILN_SPDLOG spdlog libspdlog-dev)
 kiln_require_library(KILN_OIIO OpenImageIO libopenimageio-dev)
+kiln_require_library(KILN_OIIO_UTIL OpenImageIO_Util libopenimageio-dev)
 
 # Embree 3 is what Debian 12 ships; worker/accel/embree_api.h also speaks Embree 4.
 find_library(KILN_EMBREE NAMES embree4 embree3)

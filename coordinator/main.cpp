@@ -1,1 +1,5 @@
-int main() { return 2; }
+#include "coordinator/cli/command.h"
+
+int main(int argc, char** argv) {
+  return kiln::run_command_line(argc, argv, {kiln::bake_command(), kiln::plan_command()});
+}

@@ -37,18 +37,34 @@ struct TexelSites {
   size_t size() const { return texel.size(); }
 };
 
+// For the report.
+struct AtlasStatistics {
+  uint64_t charts = 0;             // placed: of all instances
+  uint64_t distinct_masks = 0;     // layout pack: equal instances share one
+  uint64_t mask_texels = 0;        // texels that belong to a chart: the footprint of bilinear lookups
+  uint64_t covered_texels = 0;     // texels with a site
+  uint64_t overlapped_points = 0;  // site points claimed twice; the first triangle has them
+  uint32_t generated_meshes = 0;   // meshes whose charts are ours
+};
+
 struct Atlas {
   uint32_t width = 0, height = 0, pages = 1;
-  bool packed = false;  // layout pack; else the file's own atlas
-  std::vector<MeshCharts> meshes;               // by mesh
-  std::vector<uint32_t> instance_first_chart;   // by instance, size + 1: index into placements
-  std::vector<ChartPlacement> placements;       // by (instance, chart)
-  std::vector<uint32_t> owner;                  // by texel: placement index + 1 whose bilinear footprint
-                                                // holds it, 0: empty. Coordinator only: not sent.
+  bool packed = false;                         // layout pack; else the file's own atlas
+  std::vector<MeshCharts> meshes;              // by mesh
+  std::vector<uint32_t> instance_first_chart;  // by instance, size + 1: index into placements
+  std::vector<ChartPlacement> placements;      // by (instance, chart)
+  std::vector<uint32_t> owner;                 // by texel: placement index + 1 whose bilinear footprint
+                                               // holds it, 0: empty. Coordinator only: not sent.
   TexelSites sites;
-  std::vector<std::string> warnings;            // for the report, one sentence each
+  std::vector<std::string> warnings;  // for the report, one sentence each
+  AtlasStatistics statistics;         // coordinator only: not sent
 
   uint64_t texel_count() const { return uint64_t{width} * height * pages; }
+  // Packing efficiency: share of all texels that belong to a chart.
+  double used_share() const {
+    return texel_count() ? static_cast<double>(statistics.mask_texels) / static_cast<double>(texel_count())
+                         : 0.0;
+  }
 };
 
 struct AtlasSettings {
@@ -56,7 +72,8 @@ struct AtlasSettings {
   uint32_t width = 1024, height = 1024;  // layout atlas
   float texels_per_metre = 4.0f;         // layout pack
   uint32_t max_page_size = 8192;         // layout pack: a side
-  float crease_degrees = 60.0f;          // generated charts: largest turn between neighbouring faces
+  float crease_degrees = 60.0f;          // generated charts: largest turn from a chart's first face
+  unsigned threads = 0;                  // 0: all; changes nothing but the time
 };
 
 // Builds charts, places them and finds the texel sites. The same scene and settings give the same atlas

@@ -1,7 +1,7 @@
-#include "common/atlas/atlas.h"
-
 #include <bit>
 
+#include "common/atlas/atlas.h"
+#include "common/atlas/triangle2.h"
 #include "common/base/check.h"
 #include "common/base/format.h"
 
@@ -10,7 +10,9 @@ namespace {
 
 constexpr uint32_t kAtlasMagic = 0x41544c31;
 
-uint64_t mask64(uint32_t lo, uint32_t hi) { return lo | uint64_t{hi} << 32; }
+uint64_t mask64(uint32_t lo, uint32_t hi) {
+  return lo | uint64_t{hi} << 32;
+}
 
 uint32_t nth_set_bit(uint64_t mask, uint32_t n) {
   while (n--) mask &= mask - 1;
@@ -31,6 +33,8 @@ bool check_record(std::span<const uint32_t> record, const Scene& scene) {
   }
   return valid != 0 && seen == valid;
 }
+
+bool finite(const Vec2& v) { return std::isfinite(v.x) && std::isfinite(v.y); }
 
 }  // namespace
 
@@ -58,21 +62,14 @@ SitePick pick_site(const Atlas& atlas, const Scene& scene, uint32_t site, float 
   const uint32_t texel = s.texel[site] % (atlas.width * atlas.height);
   const Vec2 point = site_point(j);
   const DVec2 p(double(texel % atlas.width) + point.x, double(texel / atlas.width) + point.y);
-  DVec2 c[3];
-  for (int k = 0; k < 3; ++k) {
-    const Vec2& uv = charts.corner_uv[3 * size_t{pick.triangle} + k];
-    c[k] = DVec2(double(uv.x) * place.scale.x + place.offset.x, double(uv.y) * place.scale.y + place.offset.y);
-  }
-  const auto area = [](const DVec2& a, const DVec2& b, const DVec2& q) {
-    return (b.x - a.x) * (q.y - a.y) - (b.y - a.y) * (q.x - a.x);
-  };
-  const double whole = area(c[0], c[1], c[2]);
+  const Triangle2 t = texel_triangle(charts, place, pick.triangle);
+  const double whole = area2(t);
   if (whole == 0) {
     pick.b1 = pick.b2 = 1.0f / 3.0f;
     return pick;
   }
-  double b1 = std::clamp(area(c[2], c[0], p) / whole, 0.0, 1.0);
-  double b2 = std::clamp(area(c[0], c[1], p) / whole, 0.0, 1.0);
+  double b1 = std::clamp(area2(t.c[2], t.c[0], p) / whole, 0.0, 1.0);
+  double b2 = std::clamp(area2(t.c[0], t.c[1], p) / whole, 0.0, 1.0);
   if (b1 + b2 > 1) {
     const double sum = b1 + b2;
     b1 /= sum;
@@ -128,13 +125,15 @@ Expected<Atlas> read_atlas(std::span<const std::byte> bytes, const Scene& scene)
   if (!r.at_end()) return bad("its length is wrong");
 
   if (a.width == 0 || a.height == 0 || a.pages == 0 || a.width > 1u << 16 || a.height > 1u << 16 ||
-      a.texel_count() > uint64_t{1} << 32)
+      a.pages > 1u << 16 || a.texel_count() > uint64_t{1} << 31)
     return bad("its size is wrong");
   if (a.meshes.size() != scene.meshes.size()) return bad("it belongs to another scene");
   for (size_t m = 0; m < a.meshes.size(); ++m) {
     const size_t triangles = scene.meshes[m].triangles.size();
     if (a.meshes[m].corner_uv.size() != 3 * triangles || a.meshes[m].chart_of_triangle.size() != triangles)
       return bad("a mesh has other triangles");
+    for (const Vec2& uv : a.meshes[m].corner_uv)
+      if (!finite(uv)) return bad("a coordinate is not a number");
     for (uint32_t chart : a.meshes[m].chart_of_triangle)
       if (chart >= a.meshes[m].chart_count) return bad("a chart does not exist");
   }
@@ -143,6 +142,9 @@ Expected<Atlas> read_atlas(std::span<const std::byte> bytes, const Scene& scene)
     if (uint64_t{a.instance_first_chart[i]} + a.meshes[scene.instances[i].mesh].chart_count >
         a.placements.size())
       return bad("a placement does not exist");
+  for (const ChartPlacement& place : a.placements)
+    if (!finite(place.scale) || !finite(place.offset) || place.page >= a.pages)
+      return bad("a chart is placed outside it");
   const TexelSites& s = a.sites;
   if (s.first_word.size() != s.texel.size() + 1) return bad("its sites are inconsistent");
   for (size_t i = 0; i < s.texel.size(); ++i) {

@@ -56,8 +56,9 @@ constexpr uint32_t pascal_mod2(uint32_t x) {
   return x;
 }
 
-// 32 bits to [0, 1) in float: the top 24 bits, never 1.
-constexpr float unit_float(uint32_t bits) { return static_cast<float>(bits >> 8) * 0x1p-24f; }
+// 32 bits to (0, 1) in float: the middle of one of 2^23 equal cells. Neither 0 nor 1 ever comes out: at
+// 10^7 samples a second either would, and a warp may divide by it.
+constexpr float unit_float(uint32_t bits) { return (static_cast<float>(bits >> 9) + 0.5f) * 0x1p-23f; }
 
 // The stream of one sample of one texel. Dimensions are asked for in pairs by number, so that adding a
 // strategy renumbers nothing else: see docs/maths.md for the allotment.
@@ -68,7 +69,7 @@ class SampleStream {
                           texel)),
         sample_(sample) {}
 
-  // Two numbers in [0, 1), stratified over the samples of this texel.
+  // Two numbers in (0, 1), stratified over the samples of this texel.
   Vec2 pair(uint32_t dimension) const {
     const uint32_t seed = hash_combine(key_, dimension);
     const uint32_t index = owen_scramble(sample_, seed);

@@ -1,6 +1,7 @@
 // The only GLM include. Scalar code, no SIMD types: the layout is the stored layout.
 #pragma once
 
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
 #include <glm/mat4x3.hpp>

@@ -67,8 +67,8 @@ struct Record {
 //   lights    "directional"  color[3], intensity (lux), angle (degrees), bake (word: full|indirect|none)
 //             "point"        color[3], intensity (cd), range (m, absent: no limit), bake
 //             "spot"         as point, inner, outer (cone half angles, radians)
-//             "environment"  radiance[3], image (texture, float32 RGB, equirectangular: u = 0.5 is -z,
-//                            growing towards +x; v = 0 is +y), rotation (degrees about +Y), bake
+//             "environment"  radiance[3], image (texture, float32 RGB, equirectangular: u = 0.5 is +x,
+//                            growing towards +z; v = 0 is +y), rotation (degrees about +Y), strength, bake
 //   materials "metallic_roughness"
 //                            base_color[4], base_color_texture, metallic, roughness,
 //                            metallic_roughness_texture (G roughness, B metallic), normal_texture,

@@ -11,10 +11,20 @@
 
 namespace kiln {
 
+// Where an image of "images" is; exactly one of uri and buffer_view is set in a valid file.
+struct GltfImage {
+  std::string name;
+  std::string uri;
+  int64_t buffer_view = -1;
+};
+
 struct GltfDocument {
-  std::filesystem::path path;   // for messages and relative URIs
-  std::string json;             // the JSON text
-  std::vector<Bytes> buffers;   // by index of "buffers", each at least byteLength long
+  std::filesystem::path path;  // for messages and relative URIs
+  std::string json;            // the JSON text
+  std::string structure;       // the same without "buffers" and "images": nothing in it loads anything
+  std::vector<GltfImage> images;
+  std::vector<Bytes> buffers;  // by index of "buffers", each at least byteLength long; empty: a fallback
+                               // buffer of EXT_meshopt_compression, which has no data by design
 };
 
 // Reads .gltf (external and data: buffers) or .glb. Errors (kInvalidInput) name the file and the element:

@@ -19,8 +19,8 @@ struct ImportNote {
 };
 
 struct Camera {
-  Mat4x3 to_world{1.0f};       // looks along -z, +y up
-  float vertical_fov = 0.8f;   // radians
+  Mat4x3 to_world{1.0f};      // looks along -z, +y up
+  float vertical_fov = 0.8f;  // radians
   std::string name;
 };
 

@@ -64,6 +64,12 @@ TEST(Sequence, DimensionsAndTexelsAreUncorrelated) {
   EXPECT_LT(std::abs(sum / 4096), 5.0 / 12 / 64);
 }
 
+TEST(Sequence, NeverZeroAndNeverOne) {
+  EXPECT_GT(unit_float(0), 0.0f);
+  EXPECT_LT(unit_float(~0u), 1.0f);
+  EXPECT_GT(mixed_hemisphere_pdf(mixed_hemisphere(Vec2(unit_float(0), 0.5f)).z), 0.0f);
+}
+
 TEST(Sequence, IntegratesBetterThanRandom) {
   // Mean absolute error of the integral of x y over many texels, against independent random numbers.
   std::mt19937 random(1);

@@ -1,0 +1,128 @@
+#include "common/atlas/chart_size.h"
+
+#include "common/atlas/triangle2.h"
+#include "common/base/parallel.h"
+
+namespace kiln {
+namespace {
+
+// A chart is never stretched more than this to one side, whatever its map looks like.
+constexpr double kMostRatio = 64.0;
+
+// Sums over the triangles of one placed chart.
+struct Measure {
+  double area = 0;                  // in the world
+  double along_u = 0, along_v = 0;  // area-weighted squares of |dP/du|, |dP/dv|
+};
+
+void add_triangle(const DVec3& e1, const DVec3& e2, const Triangle2& uv, Measure& m) {
+  const double area = 0.5 * length(cross(e1, e2));
+  m.area += area;
+  const double det = area2(uv);
+  if (det == 0) return;
+  const DVec2 d1 = uv.c[1] - uv.c[0], d2 = uv.c[2] - uv.c[0];
+  const DVec3 du = (e1 * d2.y - e2 * d1.y) / det, dv = (e2 * d1.x - e1 * d2.x) / det;
+  m.along_u += area * dot(du, du);
+  m.along_v += area * dot(dv, dv);
+}
+
+DVec2 metres_of(const Measure& m, const ChartBox& box) {
+  if (!(box.area > 0) || !(m.area > 0)) return DVec2(0.0);
+  const double scale = std::sqrt(m.area / box.area);
+  double ratio = m.along_v > 0 ? std::sqrt(std::sqrt(m.along_u / m.along_v)) : 1.0;
+  if (!std::isfinite(ratio)) ratio = 1.0;
+  ratio = std::clamp(ratio, 1 / kMostRatio, kMostRatio);
+  return box.extent * DVec2(scale * ratio, scale / ratio);
+}
+
+uint32_t steps_along(double texels, uint32_t most, bool& limited) {
+  constexpr double kSlack = 1e-3;  // 16.0000001 texels are 16
+  const double steps = std::ceil(texels - kSlack);
+  if (!(steps <= most)) limited = true;
+  const double page = most;
+  return static_cast<uint32_t>(std::clamp(std::isfinite(steps) ? steps : page, 1.0, page));
+}
+
+}  // namespace
+
+std::vector<MeshChartBoxes> chart_boxes(const Atlas& atlas, unsigned threads) {
+  std::vector<MeshChartBoxes> result(atlas.meshes.size());
+  parallel_for(
+      result.size(),
+      [&](size_t m) {
+        const MeshCharts& charts = atlas.meshes[m];
+        result[m].triangles = triangles_by_chart(charts);
+        for (uint32_t chart = 0; chart < charts.chart_count; ++chart) {
+          const double inf = std::numeric_limits<double>::infinity();
+          DVec2 low(inf), high(-inf);
+          ChartBox& box = result[m].boxes.emplace_back();
+          for (uint32_t t : result[m].triangles.of(chart)) {
+            const Triangle2 uv = uv_triangle(charts, t);
+            low = glm::min(low, DVec2(uv.min_x(), uv.min_y()));
+            high = glm::max(high, DVec2(uv.max_x(), uv.max_y()));
+            box.area += 0.5 * std::abs(area2(uv));
+          }
+          box.low = low;
+          box.extent = high - low;
+        }
+      },
+      threads);
+  return result;
+}
+
+std::vector<ChartSize> chart_sizes(const Scene& scene, const Atlas& atlas,
+                                   const std::vector<MeshChartBoxes>& boxes, unsigned threads) {
+  std::vector<ChartSize> sizes(atlas.placements.size());
+  parallel_for(
+      scene.instances.size(),
+      [&](size_t i) {
+        const Instance& instance = scene.instances[i];
+        const Mesh& mesh = scene.meshes[instance.mesh];
+        const MeshCharts& charts = atlas.meshes[instance.mesh];
+        std::vector<Measure> measures(charts.chart_count);
+        for (size_t t = 0; t < mesh.triangles.size(); ++t) {
+          const UVec3& v = mesh.triangles[t];
+          const Vec3& a = mesh.positions[v.x];
+          add_triangle(DVec3(transform_vector(instance.to_world, mesh.positions[v.y] - a)),
+                       DVec3(transform_vector(instance.to_world, mesh.positions[v.z] - a)),
+                       uv_triangle(charts, t), measures[charts.chart_of_triangle[t]]);
+        }
+        for (uint32_t chart = 0; chart < charts.chart_count; ++chart)
+          sizes[atlas.instance_first_chart[i] + chart] = {
+              static_cast<uint32_t>(i), instance.mesh, chart,
+              metres_of(measures[chart], boxes[instance.mesh].boxes[chart]), measures[chart].area};
+      },
+      threads);
+  return sizes;
+}
+
+Steps chart_steps(const ChartSize& size, double density, uint32_t max_page_size) {
+  Steps steps{1, 1, false};
+  steps.x = steps_along(size.metres.x * density, max_page_size - 1, steps.limited);
+  steps.y = steps_along(size.metres.y * density, max_page_size - 1, steps.limited);
+  return steps;
+}
+
+double texels_needed(const std::vector<ChartSize>& sizes, double density, uint32_t max_page_size) {
+  double sum = 0;
+  for (const ChartSize& size : sizes) {
+    const Steps s = chart_steps(size, density, max_page_size);
+    const double box = (s.x + 1.0) * (s.y + 1.0);
+    // The chart itself and half a texel around it, if its border is no longer than twice its box's.
+    sum += std::min(box, size.square_metres * density * density + 2.0 * (s.x + s.y) + 2.0);
+  }
+  return sum;
+}
+
+double fitting_density(const std::vector<ChartSize>& sizes, double density, uint32_t max_page_size,
+                       double limit) {
+  double low = 0, high = density;
+  if (texels_needed(sizes, 0, max_page_size) > limit) return 0;
+  for (int step = 0; step < 50; ++step) {
+    const double middle = 0.5 * (low + high);
+    (texels_needed(sizes, middle, max_page_size) <= limit ? low : high) = middle;
+  }
+  return low;
+}
+
+}  // namespace kiln

@@ -1,0 +1,43 @@
+// How many texels each (instance, chart) gets.
+#pragma once
+
+#include "common/atlas/charts.h"
+
+namespace kiln {
+
+struct ChartBox {
+  DVec2 low{0.0}, extent{0.0};
+  double area = 0;  // of its triangles, in chart space
+};
+struct MeshChartBoxes {
+  ChartTriangles triangles;
+  std::vector<ChartBox> boxes;  // by chart
+};
+std::vector<MeshChartBoxes> chart_boxes(const Atlas& atlas, unsigned threads);
+
+// Extent of a placed chart in metres: a chart of one texel a metre is `metres` texels wide and high.
+struct ChartSize {
+  uint32_t instance, mesh, chart;
+  DVec2 metres;
+  double square_metres;
+};
+// By placement. The scale keeps the area; the ratio of its axes follows how far the map stretches along
+// them, so that an instance scaled along one axis gets square texels.
+std::vector<ChartSize> chart_sizes(const Scene& scene, const Atlas& atlas,
+                                   const std::vector<MeshChartBoxes>& boxes, unsigned threads);
+
+// Texel steps between the first and the last centre, 1 or more on each axis: the extent rounded up.
+struct Steps {
+  uint32_t x, y;
+  bool limited;  // the page was too small for it
+  auto operator<=>(const Steps&) const = default;
+};
+Steps chart_steps(const ChartSize& size, double density, uint32_t max_page_size);
+
+// An estimate of the texels in all masks, and the largest density, at most `density`, for which it is
+// within `limit` (0: none).
+double texels_needed(const std::vector<ChartSize>& sizes, double density, uint32_t max_page_size);
+double fitting_density(const std::vector<ChartSize>& sizes, double density, uint32_t max_page_size,
+                       double limit);
+
+}  // namespace kiln

@@ -1,0 +1,23 @@
+// The two layouts. Each returns a finished atlas.
+#pragma once
+
+#include "common/atlas/atlas.h"
+
+namespace kiln {
+
+// TEXCOORD_1 of all instances is one atlas. Errors name the objects.
+Expected<Atlas> layout_from_file(const Scene& scene, const AtlasSettings& settings);
+
+// Charts of all instances packed at settings.texels_per_metre.
+Expected<Atlas> layout_packed(const Scene& scene, const AtlasSettings& settings);
+
+// Fills instance_first_chart and sizes placements. Error: more charts than can be numbered.
+Status number_placements(const Scene& scene, Atlas& atlas);
+
+// "'name'", or "instance 3" when it has none; likewise for meshes.
+std::string instance_name(const Scene& scene, size_t instance);
+std::string mesh_name(const Scene& scene, size_t mesh);
+// "'a', 'b' and 7 more".
+std::string list_names(const std::vector<std::string>& names);
+
+}  // namespace kiln

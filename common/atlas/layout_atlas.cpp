@@ -1,0 +1,154 @@
+#include <set>
+
+#include "common/atlas/charts.h"
+#include "common/atlas/footprint.h"
+#include "common/atlas/layout.h"
+#include "common/atlas/sites.h"
+#include "common/base/format.h"
+#include "common/base/parallel.h"
+
+namespace kiln {
+namespace {
+
+// Coordinates may leave [0, 1] by this: exporters write 1.0000001.
+constexpr float kOutside = 1e-4f;
+// Overlap is refused when a quarter of one texel is claimed twice, or a thousandth of all texels by more
+// than bare contact. Less is what adjoining charts do that share a border up to rounding.
+constexpr uint32_t kMostPoints = 16;
+constexpr double kMostTexels = 0.001;
+
+// Instances whose mesh `is_bad`, by name.
+template <class IsBad>
+std::vector<std::string> instances_where(const Scene& scene, const IsBad& is_bad) {
+  std::vector<std::string> names;
+  for (size_t i = 0; i < scene.instances.size(); ++i)
+    if (is_bad(scene.instances[i].mesh)) names.push_back(instance_name(scene, i));
+  return names;
+}
+
+bool leaves_unit_square(const MeshCharts& charts) {
+  for (const Vec2& uv : charts.corner_uv)
+    if (std::min(uv.x, uv.y) < -kOutside || std::max(uv.x, uv.y) > 1 + kOutside) return true;
+  return false;
+}
+
+Status read_charts(const Scene& scene, Atlas& atlas, unsigned threads) {
+  const size_t count = scene.meshes.size();
+  std::vector<std::string> why(count);
+  atlas.meshes.resize(count);
+  parallel_for(
+      count,
+      [&](size_t m) {
+        if (auto charts = authored_charts(scene.meshes[m]))
+          atlas.meshes[m] = std::move(*charts);
+        else
+          why[m] = charts.error().message;
+      },
+      threads);
+  // One sentence for the first kind of trouble that an instance has, with all who share it.
+  for (const Instance& instance : scene.instances)
+    if (const std::string& trouble = why[instance.mesh]; !trouble.empty())
+      return fail(ErrorKind::kInvalidInput,
+                  text("layout atlas needs a lightmap coordinate set on every object: {}: {}", trouble,
+                       list_names(instances_where(scene, [&](uint32_t m) { return why[m] == trouble; }))));
+  std::vector<char> outside(count);
+  for (size_t m = 0; m < count; ++m) outside[m] = leaves_unit_square(atlas.meshes[m]);
+  const std::vector<std::string> names = instances_where(scene, [&](uint32_t m) { return outside[m]; });
+  if (!names.empty())
+    return fail(
+        ErrorKind::kInvalidInput,
+        text("layout atlas needs TEXCOORD_1 within [0, 1], which it leaves on {}", list_names(names)));
+  for (size_t m = 0; m < count; ++m)  // of meshes without an instance
+    if (!why[m].empty()) {
+      atlas.meshes[m].corner_uv.resize(3 * scene.meshes[m].triangles.size());
+      atlas.meshes[m].chart_of_triangle.resize(scene.meshes[m].triangles.size());
+      atlas.meshes[m].chart_count = 1;
+    }
+  return {};
+}
+
+std::string overlap_sentence(const Scene& scene, const Atlas& atlas, const SiteOverlap& overlap) {
+  const std::string a = instance_name(scene, overlap.instance[0]),
+                    b = instance_name(scene, overlap.instance[1]);
+  const std::string who = overlap.instance[0] == overlap.instance[1]
+                              ? text("{} covers itself", a)
+                              : text("{} and {} lie on each other", a, b);
+  return text(
+      "{} in the lightmap, at worst at texel ({}, {}): {} of its 64 points; {:.2g} % of the covered area "
+      "is claimed twice",
+      who, overlap.worst_texel % atlas.width, overlap.worst_texel / atlas.width, overlap.worst_points,
+      100.0 * static_cast<double>(overlap.points) / static_cast<double>(overlap.covered_points));
+}
+
+Status judge_overlap(const Scene& scene, const SiteOverlap& overlap, Atlas& atlas) {
+  if (overlap.points == 0) return {};
+  std::string sentence = overlap_sentence(scene, atlas, overlap);
+  const double most = kMostTexels * static_cast<double>(atlas.sites.size());
+  if (overlap.worst_points >= kMostPoints || static_cast<double>(overlap.texels) > most)
+    return fail(ErrorKind::kInvalidInput,
+                text("layout atlas needs every point to belong to one object: {}", sentence));
+  atlas.warnings.push_back(std::move(sentence));
+  return {};
+}
+
+// First come, first served, in order of placements.
+void own_footprints(const Scene& scene, Atlas& atlas) {
+  atlas.owner.assign(atlas.texel_count(), 0);
+  for (size_t i = 0; i < scene.instances.size(); ++i) {
+    const MeshCharts& charts = atlas.meshes[scene.instances[i].mesh];
+    for (size_t t = 0; t < charts.chart_of_triangle.size(); ++t) {
+      const uint32_t placement = atlas.instance_first_chart[i] + charts.chart_of_triangle[t];
+      const Triangle2 triangle = texel_triangle(charts, atlas.placements[placement], t);
+      for_each_footprint_span(triangle, atlas.width, atlas.height, [&](uint32_t y, uint32_t x0, uint32_t x1) {
+        for (uint32_t x = x0; x <= x1; ++x)
+          if (uint32_t& owner = atlas.owner[size_t{y} * atlas.width + x]; owner == 0) owner = placement + 1;
+      });
+    }
+  }
+}
+
+// A texel with sites goes to the chart that has most of them (the first of several).
+void own_by_sites(const Scene& scene, Atlas& atlas) {
+  const TexelSites& s = atlas.sites;
+  std::vector<std::pair<uint32_t, uint32_t>> points;  // placement, count
+  for (size_t i = 0; i < s.size(); ++i) {
+    points.clear();
+    for (uint32_t w = s.first_word[i] + 2; w < s.first_word[i + 1]; w += 4) {
+      const uint32_t* pair = &s.words[w];
+      const uint32_t chart = atlas.meshes[scene.instances[pair[2]].mesh].chart_of_triangle[pair[3]];
+      const uint32_t placement = atlas.instance_first_chart[pair[2]] + chart;
+      const auto n = static_cast<uint32_t>(std::popcount(pair[0]) + std::popcount(pair[1]));
+      const auto known =
+          std::find_if(points.begin(), points.end(), [&](const auto& p) { return p.first == placement; });
+      if (known != points.end())
+        known->second += n;
+      else
+        points.push_back({placement, n});
+    }
+    const auto best = std::min_element(points.begin(), points.end(), [](const auto& p, const auto& q) {
+      return p.second != q.second ? p.second > q.second : p.first < q.first;
+    });
+    atlas.owner[s.texel[i]] = best->first + 1;
+  }
+}
+
+}  // namespace
+
+Expected<Atlas> layout_from_file(const Scene& scene, const AtlasSettings& settings) {
+  Atlas atlas;
+  atlas.width = settings.width;
+  atlas.height = settings.height;
+  KILN_TRY_STATUS(read_charts(scene, atlas, settings.threads));
+  KILN_TRY_STATUS(number_placements(scene, atlas));
+  for (ChartPlacement& place : atlas.placements)
+    place.scale = Vec2(static_cast<float>(atlas.width), static_cast<float>(atlas.height));
+  KILN_TRY(const SiteOverlap overlap, find_sites(scene, atlas, settings.threads));
+  KILN_TRY_STATUS(judge_overlap(scene, overlap, atlas));
+  own_footprints(scene, atlas);
+  own_by_sites(scene, atlas);
+  for (uint32_t owner : atlas.owner) atlas.statistics.mask_texels += owner != 0;
+  atlas.statistics.overlapped_points = overlap.points;
+  return atlas;
+}
+
+}  // namespace kiln

@@ -1,0 +1,61 @@
+#include <cstdio>
+
+#include "common/base/files.h"
+#include "common/base/format.h"
+#include "coordinator/run/bake_run.h"
+#include "coordinator/cli/command.h"
+#include "coordinator/cli/progress.h"
+
+namespace kiln {
+namespace {
+
+void print_result(const BakeReport& r, const std::string& folder) {
+  const PassPoint last = r.passes.empty() ? PassPoint{} : r.passes.back();
+  std::printf("%llu texels in %s, %.1f million rays, %.2f million rays/s and thread\n",
+              static_cast<unsigned long long>(r.plan.valid_texels), duration_text(r.total_seconds).c_str(),
+              r.farm.rays / 1e6, r.farm.worker_seconds > 0 ? r.farm.rays / r.farm.worker_seconds / 1e6 : 0.0);
+  std::printf("stated error: %.2f %% rms; %.1f %% of texels within %g %% at %g %% confidence%s\n", 100 * last.rms_relative,
+              100 * last.converged_share, 100 * r.settings.error, 100 * r.settings.confidence,
+              r.complete ? "" : " (stopped by the time limit)");
+  for (const ImportNote& n : r.notes)
+    if (n.kind == ImportNote::Kind::kWarning) std::printf("warning: %s\n", n.what.c_str());
+  for (const std::string& s : r.warnings) std::printf("warning: %s\n", s.c_str());
+  std::printf("look at:  %s/preview.png   the scene through its lightmap\n"
+              "          %s/report.html   error against run time, maps, every setting\n"
+              "load:     %s/scene.glb and %s/irradiance.exr\n",
+              folder.c_str(), folder.c_str(), folder.c_str(), folder.c_str());
+}
+
+int run(const Arguments& a, const BakeSettings& settings) {
+  BakeRequest request;
+  request.scene = a.get("scene");
+  request.output = a.get("output");
+  request.settings = settings;
+  request.worker_program = worker_program();
+  Expected<BakeReport> report = [&] {
+    ProgressPrinter progress(a.has("json") || a.has("quiet"));
+    return run_bake(request, [&](const BakeProgress& p) { progress(p); });
+  }();
+  if (!report) return report_error(report.error());
+  if (a.has("json"))
+    std::fputs(report_json(*report).c_str(), stdout);
+  else
+    print_result(*report, request.output.string());
+  return 0;
+}
+
+}  // namespace
+
+Command bake_command() {
+  return {"bake",
+          "Bake a scene on this machine: starts workers on loopback and publishes a folder",
+          "kiln bake scene.glb -o out --texels-per-metre 8 --sun 0.4,1,0.3:5,4.7,4.2 --environment 0.6,0.8,1",
+          {{"scene", "SCENE", "glTF 2.0 file (.gltf or .glb)", true},
+           {"-o,--output", "DIR", "output folder, made if needed", true},
+           {"--json", "", "print report.json instead of a summary"},
+           {"--quiet", "", "no progress"}},
+          true,
+          run};
+}
+
+}  // namespace kiln

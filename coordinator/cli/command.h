@@ -1,0 +1,51 @@
+// One sub-command: its options are declared on a parser and its body runs after parsing.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/job/settings.h"
+
+namespace kiln {
+
+// What a sub-command declares. Values are strings; the settings table or the command checks them.
+struct Option {
+  std::string name;         // "--workers", "-o,--output", or "scene" for a positional
+  std::string placeholder;  // "N"; empty: a flag
+  std::string about;
+  bool required = false;
+  bool repeats = false;
+};
+
+// What was typed.
+struct Arguments {
+  std::vector<std::pair<std::string, std::string>> values;  // option name without dashes (its long form), value
+  bool has(const std::string& name) const;
+  std::string get(const std::string& name, const std::string& fallback = "") const;
+};
+
+struct Command {
+  std::string name, about, example;
+  std::vector<Option> options;
+  bool takes_settings = false;  // every row of settings_table() is an option, and --config
+  std::function<int(const Arguments&, const BakeSettings&)> run;  // exit status
+};
+
+// Parses the command line and runs the command. Wrong usage: a message on standard error and 2.
+int run_command_line(int argc, char** argv, const std::vector<Command>& commands);
+
+// The commands of this program, one file each.
+Command bake_command();
+Command plan_command();
+Command compare_command();
+Command doctor_command();
+
+// Prints "kiln: ..." on standard error and returns the exit status of the error.
+int report_error(const Error& error);
+// Path of kiln-worker beside this program.
+std::string worker_program();
+
+}  // namespace kiln

@@ -1,0 +1,140 @@
+// The only CLI11 include.
+#include <CLI/CLI.hpp>
+
+#include <cstdio>
+#include <filesystem>
+
+#include "common/base/files.h"
+#include "common/base/format.h"
+#include "common/base/json.h"
+#include "coordinator/cli/command.h"
+
+namespace kiln {
+namespace {
+
+// "-o,--output" -> "output", "scene" -> "scene".
+std::string long_name(const std::string& name) {
+  const size_t dashes = name.rfind("--");
+  return dashes == std::string::npos ? name : name.substr(dashes + 2);
+}
+
+struct Parsed {
+  CLI::App* app;
+  const Command* command;
+  std::vector<std::pair<std::string, std::vector<std::string>>> values;  // by option
+  std::vector<std::pair<std::string, bool>> flags;
+  std::string config;
+  std::vector<std::vector<std::string>> settings;  // by row of the table
+};
+
+void declare(Parsed& p) {
+  p.values.reserve(p.command->options.size());
+  p.flags.reserve(p.command->options.size());
+  for (const Option& o : p.command->options) {
+    if (o.placeholder.empty() && o.name[0] == '-') {
+      p.flags.emplace_back(long_name(o.name), false);
+      p.app->add_flag(o.name, p.flags.back().second, o.about);
+      continue;
+    }
+    p.values.emplace_back(long_name(o.name), std::vector<std::string>{});
+    CLI::Option* option = p.app->add_option(o.name, p.values.back().second, o.about);
+    option->type_name(o.placeholder)->required(o.required);
+    if (!o.repeats) option->expected(1);
+  }
+  if (!p.command->takes_settings) return;
+  p.app->add_option("--config", p.config, "JSON job file; the command line overrides it")->type_name("FILE");
+  p.settings.resize(settings_table().size());
+  const BakeSettings defaults;
+  for (size_t i = 0; i < settings_table().size(); ++i) {
+    const Setting& row = settings_table()[i];
+    const std::string value = row.print(defaults);
+    // One value per use, as a word: a leading minus belongs to the value.
+    p.app->add_option(std::string("--") + row.name, p.settings[i],
+                      text("{}{}{}", row.about, value.empty() ? "" : " [" + value + "]",
+                           *row.unit ? text(" ({})", row.unit) : ""))
+        ->type_name(row.value)->expected(1)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)->group("Settings");
+  }
+}
+
+Status read_config(const std::string& path, BakeSettings& settings) {
+  KILN_TRY(const Bytes bytes, read_file(path, 1 << 20));
+  const auto pairs = parse_flat_json({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  if (!pairs) return fail(ErrorKind::kUsage, text("{}: {}", path, pairs.error().message));
+  for (const auto& [key, value] : *pairs)
+    if (Status s = set_option(settings, key, value, "job file " + std::filesystem::path(path).filename().string()); !s)
+      return fail(ErrorKind::kUsage, text("{}: {}", path, s.error().message));
+  return {};
+}
+
+Expected<BakeSettings> gather_settings(const Parsed& p) {
+  BakeSettings settings;
+  if (!p.config.empty()) KILN_TRY_STATUS(read_config(p.config, settings));
+  for (size_t i = 0; i < p.settings.size(); ++i) {
+    if (!p.settings[i].empty() && std::string(settings_table()[i].name) == "sun") settings.suns.clear();
+    for (const std::string& value : p.settings[i])
+      KILN_TRY_STATUS(set_option(settings, settings_table()[i].name, value, "command line"));
+  }
+  KILN_TRY_STATUS(check_settings(settings));
+  return settings;
+}
+
+int run_parsed(const Parsed& p) {
+  Arguments arguments;
+  for (const auto& [name, values] : p.values)
+    for (const std::string& value : values) arguments.values.emplace_back(name, value);
+  for (const auto& [name, on] : p.flags)
+    if (on) arguments.values.emplace_back(name, "");
+  const auto settings = gather_settings(p);
+  if (!settings) return report_error(settings.error());
+  return p.command->run(arguments, *settings);
+}
+
+}  // namespace
+
+bool Arguments::has(const std::string& name) const {
+  for (const auto& [key, value] : values)
+    if (key == name) return true;
+  return false;
+}
+
+std::string Arguments::get(const std::string& name, const std::string& fallback) const {
+  for (const auto& [key, value] : values)
+    if (key == name) return value;
+  return fallback;
+}
+
+int report_error(const Error& error) {
+  std::fprintf(stderr, "kiln: %s\n", error.message.c_str());
+  return exit_status(error);
+}
+
+std::string worker_program() {
+  std::error_code code;
+  const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", code);
+  return (self.parent_path() / "kiln-worker").string();
+}
+
+int run_command_line(int argc, char** argv, const std::vector<Command>& commands) {
+  CLI::App app("Kiln bakes lightmaps of glTF scenes, on one machine or many.");
+  app.require_subcommand(1);
+  app.set_version_flag("--version", "kiln " KILN_VERSION);
+  std::vector<std::unique_ptr<Parsed>> all;
+  for (const Command& c : commands) {
+    CLI::App* sub = app.add_subcommand(c.name, c.about);
+    sub->footer("Example:\n  " + c.example);
+    all.push_back(std::make_unique<Parsed>(Parsed{sub, &c, {}, {}, {}, {}}));
+    declare(*all.back());
+  }
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    const bool asked = e.get_exit_code() == 0;  // --help, --version
+    app.exit(e);
+    return asked ? 0 : 2;
+  }
+  for (const auto& p : all)
+    if (p->app->parsed()) return run_parsed(*p);
+  return 2;
+}
+
+}  // namespace kiln

@@ -1,0 +1,26 @@
+// OpenEXR masters: single part, scan lines, ZIP, 32-bit float.
+#pragma once
+
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/base/status.h"
+#include "common/image/image.h"
+
+namespace kiln {
+
+struct ExrChannel {
+  std::string name;
+  const float* data;  // width * height, row 0 on top
+};
+
+// Writes by rename.
+Status write_exr(const std::filesystem::path& path, uint32_t width, uint32_t height,
+                 std::span<const ExrChannel> channels);
+
+// Reads all channels of a scan-line file as float planes. At most max_texels.
+Expected<Planes> read_exr(const std::filesystem::path& path, uint64_t max_texels = uint64_t{1} << 28);
+
+}  // namespace kiln

@@ -1,0 +1,195 @@
+#include "coordinator/encode/gltf_buffer.h"
+
+#include <cstring>
+#include <nlohmann/json.hpp>
+
+#include "common/base/files.h"
+#include "common/base/format.h"
+
+namespace kiln {
+namespace {
+
+using Json = nlohmann::json;
+
+size_t component_bytes(int type) {
+  switch (type) {
+    case 5120: case 5121: return 1;
+    case 5122: case 5123: return 2;
+    case 5125: case 5126: return 4;
+    default: return 0;
+  }
+}
+
+size_t components_of(const std::string& type) {
+  static const std::pair<const char*, size_t> kTypes[] = {{"SCALAR", 1}, {"VEC2", 2}, {"VEC3", 3}, {"VEC4", 4}};
+  for (const auto& [name, count] : kTypes)
+    if (type == name) return count;
+  return 0;
+}
+
+std::string decode_percent(const std::string& uri) {
+  std::string out;
+  for (size_t i = 0; i < uri.size(); ++i) {
+    if (uri[i] == '%' && i + 2 < uri.size()) {
+      out += static_cast<char>(std::strtol(uri.substr(i + 1, 2).c_str(), nullptr, 16));
+      i += 2;
+    } else {
+      out += uri[i];
+    }
+  }
+  return out;
+}
+
+tl::unexpected<Error> lost(std::string what) {
+  return fail(ErrorKind::kInternal, "scene.glb: " + std::move(what));
+}
+
+}  // namespace
+
+Expected<GltfBuffer> GltfBuffer::merge(Json& doc, const GltfDocument& document) {
+  GltfBuffer b;
+  std::vector<size_t> begin;
+  for (const Bytes& bytes : document.buffers) {
+    b.bytes_.resize((b.bytes_.size() + 15) & ~size_t{15});
+    begin.push_back(b.bytes_.size());
+    b.bytes_.insert(b.bytes_.end(), bytes.begin(), bytes.end());
+  }
+  if (doc.contains("bufferViews"))
+    for (Json& view : doc["bufferViews"]) {
+      const size_t buffer = view.value("buffer", size_t{0});
+      if (buffer >= begin.size()) return lost("a buffer view names a buffer that does not exist");
+      view["byteOffset"] = begin[buffer] + view.value("byteOffset", size_t{0});
+      view["buffer"] = 0;
+    }
+  return b;
+}
+
+Status GltfBuffer::embed_images(Json& doc, const std::filesystem::path& folder) {
+  if (!doc.contains("images")) return {};
+  for (Json& image : doc["images"]) {
+    if (!image.contains("uri") || !image["uri"].is_string()) continue;
+    const std::string uri = image["uri"];
+    if (uri.rfind("data:", 0) == 0) continue;
+    const auto bytes = read_file(folder / decode_percent(uri), uint64_t{1} << 30);
+    if (!bytes) continue;  // import has already warned of it
+    const bool png = bytes->size() > 4 && std::memcmp(bytes->data() + 1, "PNG", 3) == 0;
+    image.erase("uri");
+    image["bufferView"] = add_view(doc, *bytes, 0);
+    image["mimeType"] = png ? "image/png" : "image/jpeg";
+  }
+  return {};
+}
+
+Expected<GltfBuffer::Elements> GltfBuffer::read_accessor(const Json& doc, size_t index) const {
+  if (!doc.contains("accessors") || index >= doc["accessors"].size()) return lost("an accessor does not exist");
+  const Json& a = doc["accessors"][index];
+  Elements e;
+  e.size = component_bytes(a.value("componentType", 0)) * components_of(a.value("type", ""));
+  e.count = a.value("count", size_t{0});
+  if (e.size == 0 || e.count > bytes_.size()) return lost(text("accessor {} has an unknown layout", index));
+  e.bytes.assign(e.count * e.size, std::byte{0});
+  const auto read = [&](size_t view_index, size_t offset, size_t count, size_t size, size_t stride,
+                        std::byte* out) -> Status {
+    const Json& view = doc["bufferViews"].at(view_index);
+    const size_t begin = view.value("byteOffset", size_t{0}) + offset;
+    const size_t step = stride ? stride : view.value("byteStride", size);
+    if (count == 0) return {};
+    if (begin > bytes_.size() || (count - 1) > (bytes_.size() - begin) / std::max<size_t>(step, 1) ||
+        begin + (count - 1) * step + size > bytes_.size())
+      return lost(text("accessor {} reads past its buffer", index));
+    for (size_t i = 0; i < count; ++i) std::memcpy(out + i * size, bytes_.data() + begin + i * step, size);
+    return {};
+  };
+  if (a.contains("bufferView"))
+    KILN_TRY_STATUS(read(a["bufferView"], a.value("byteOffset", size_t{0}), e.count, e.size, 0, e.bytes.data()));
+  if (a.contains("sparse")) {
+    const Json& sparse = a["sparse"];
+    const size_t count = sparse.value("count", size_t{0}), width = component_bytes(sparse["indices"].value("componentType", 0));
+    if (width == 0 || count > e.count) return lost(text("accessor {} has a wrong sparse part", index));
+    std::vector<std::byte> at(count * width), values(count * e.size);
+    KILN_TRY_STATUS(read(sparse["indices"]["bufferView"], sparse["indices"].value("byteOffset", size_t{0}), count, width, width, at.data()));
+    KILN_TRY_STATUS(read(sparse["values"]["bufferView"], sparse["values"].value("byteOffset", size_t{0}), count, e.size, e.size, values.data()));
+    for (size_t i = 0; i < count; ++i) {
+      uint32_t target = 0;
+      std::memcpy(&target, at.data() + i * width, width);
+      if (target >= e.count) return lost(text("accessor {} has a wrong sparse index", index));
+      std::memcpy(e.bytes.data() + target * e.size, values.data() + i * e.size, e.size);
+    }
+  }
+  return e;
+}
+
+Expected<std::vector<uint32_t>> GltfBuffer::triangle_corners(const Json& doc, const Json& primitive) const {
+  std::vector<uint32_t> order;
+  if (primitive.contains("indices")) {
+    KILN_TRY(const Elements e, read_accessor(doc, primitive["indices"]));
+    order.assign(e.count, 0);
+    for (size_t i = 0; i < e.count; ++i) std::memcpy(&order[i], e.bytes.data() + i * e.size, std::min<size_t>(4, e.size));
+  } else {
+    const size_t position = primitive["attributes"].value("POSITION", size_t{0});
+    const size_t count = doc["accessors"].at(position).value("count", size_t{0});
+    for (size_t i = 0; i < count; ++i) order.push_back(static_cast<uint32_t>(i));
+  }
+  const int mode = primitive.value("mode", 4);
+  if (mode == 4) return order;
+  std::vector<uint32_t> corners;  // glTF 2.0, 3.7.2.1: strips and fans
+  for (size_t i = 0; i + 2 < order.size(); ++i) {
+    if (mode == 5)
+      corners.insert(corners.end(), {order[i], order[i + 1 + i % 2], order[i + 2 - i % 2]});
+    else
+      corners.insert(corners.end(), {order[i + 1], order[i + 2], order[0]});
+  }
+  return corners;
+}
+
+size_t GltfBuffer::add_view(Json& doc, std::span<const std::byte> bytes, int target, size_t stride) {
+  bytes_.resize((bytes_.size() + 3) & ~size_t{3});
+  Json view = {{"buffer", 0}, {"byteOffset", bytes_.size()}, {"byteLength", bytes.size()}};
+  if (target) view["target"] = target;
+  if (stride) view["byteStride"] = stride;
+  bytes_.insert(bytes_.end(), bytes.begin(), bytes.end());
+  doc["bufferViews"].push_back(std::move(view));
+  return doc["bufferViews"].size() - 1;
+}
+
+Expected<Json> GltfBuffer::gather_attributes(Json& doc, const Json& attributes, const std::vector<uint32_t>& source) {
+  Json out = Json::object();
+  for (const auto& [name, accessor] : attributes.items()) {
+    if (name == "TEXCOORD_1") continue;
+    KILN_TRY(const Elements e, read_accessor(doc, accessor));
+    const size_t stride = (e.size + 3) & ~size_t{3};  // vertex data is aligned to 4
+    Bytes packed(source.size() * stride, std::byte{0});
+    for (size_t v = 0; v < source.size(); ++v) {
+      if (source[v] >= e.count) return lost(text("attribute {} is too short", name));
+      std::memcpy(packed.data() + v * stride, e.bytes.data() + source[v] * e.size, e.size);
+    }
+    Json made = doc["accessors"][accessor.get<size_t>()];
+    made.erase("sparse");
+    made.erase("byteOffset");
+    made["count"] = source.size();
+    made["bufferView"] = add_view(doc, packed, 34962, stride);
+    out[name] = doc["accessors"].size();
+    doc["accessors"].push_back(std::move(made));
+  }
+  return out;
+}
+
+int GltfBuffer::add_indices(Json& doc, const std::vector<uint32_t>& indices) {
+  const size_t view = add_view(doc, bytes_of(indices), 34963);
+  doc["accessors"].push_back({{"bufferView", view}, {"componentType", 5125}, {"count", indices.size()}, {"type", "SCALAR"}});
+  return static_cast<int>(doc["accessors"].size() - 1);
+}
+
+int GltfBuffer::add_texcoords(Json& doc, const std::vector<Vec2>& uv) {
+  const size_t view = add_view(doc, bytes_of(uv), 34962, sizeof(Vec2));
+  doc["accessors"].push_back({{"bufferView", view}, {"componentType", 5126}, {"count", uv.size()}, {"type", "VEC2"}});
+  return static_cast<int>(doc["accessors"].size() - 1);
+}
+
+Bytes GltfBuffer::take(Json& doc) {
+  bytes_.resize((bytes_.size() + 3) & ~size_t{3});
+  doc["buffers"] = Json::array({{{"byteLength", bytes_.size()}}});
+  return std::move(bytes_);
+}
+
+}  // namespace kiln

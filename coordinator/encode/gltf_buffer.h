@@ -1,0 +1,42 @@
+// The one binary buffer of the file that is written, and reading and adding accessors in it.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "common/math/vec.h"
+#include "coordinator/document/gltf_document.h"
+
+namespace kiln {
+
+class GltfBuffer {
+ public:
+  // All buffers of the document in one; buffer views are rewritten to it.
+  static Expected<GltfBuffer> merge(nlohmann::json& doc, const GltfDocument& document);
+
+  // Reads image files beside the document into buffer views. One that is missing keeps its URI.
+  Status embed_images(nlohmann::json& doc, const std::filesystem::path& folder);
+
+  // The file's vertex of each corner of each triangle, in the importer's order (triangles, strips, fans).
+  Expected<std::vector<uint32_t>> triangle_corners(const nlohmann::json& doc, const nlohmann::json& primitive) const;
+
+  // New accessors with the elements `source` of each attribute but TEXCOORD_1, as {name: accessor}.
+  Expected<nlohmann::json> gather_attributes(nlohmann::json& doc, const nlohmann::json& attributes,
+                                             const std::vector<uint32_t>& source);
+  int add_indices(nlohmann::json& doc, const std::vector<uint32_t>& indices);
+  int add_texcoords(nlohmann::json& doc, const std::vector<Vec2>& uv);
+
+  // Writes the length into the document and hands over the bytes.
+  Bytes take(nlohmann::json& doc);
+
+ private:
+  struct Elements {
+    std::vector<std::byte> bytes;  // tightly packed
+    size_t size = 0, count = 0;
+  };
+  Expected<Elements> read_accessor(const nlohmann::json& doc, size_t accessor) const;
+  size_t add_view(nlohmann::json& doc, std::span<const std::byte> bytes, int target, size_t stride = 0);
+
+  Bytes bytes_;
+};
+
+}  // namespace kiln

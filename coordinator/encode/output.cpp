@@ -1,0 +1,36 @@
+#include "coordinator/encode/output.h"
+
+#include "common/base/files.h"
+#include "common/base/format.h"
+
+namespace kiln {
+
+std::span<const Output> output_roster() {
+  static const Output kRoster[] = {
+      {"irradiance", "E at the surface normal", true, write_irradiance},
+      {"basis", "planes of the stored basis", true, write_basis},
+      {"error", "stated standard error of E (luminance)", true, write_error},
+      {"samples", "samples of each texel", true, write_samples},
+      {"validity", "class of each texel", true, write_validity},
+      {"gltf", "the scene with lightmap coordinates", false, write_gltf},
+  };
+  return kRoster;
+}
+
+std::string page_name(const std::string& stem, const std::string& extension, uint32_t page, uint32_t pages) {
+  return pages == 1 ? text("{}.{}", stem, extension) : text("{}.{}.{}", stem, page, extension);
+}
+
+Expected<std::vector<OutputFile>> write_outputs(const OutputContext& context) {
+  std::vector<OutputFile> files;
+  for (const Output& output : output_roster()) {
+    KILN_TRY(const std::vector<std::string> names, output.write(context));
+    for (const std::string& name : names) {
+      KILN_TRY(const Bytes bytes, read_file(context.folder / name));
+      files.push_back({name, bytes.size(), sha256(bytes), output.master});
+    }
+  }
+  return files;
+}
+
+}  // namespace kiln

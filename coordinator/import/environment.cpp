@@ -1,0 +1,158 @@
+#include "coordinator/import/environment.h"
+
+#include <algorithm>
+#include <charconv>
+
+#include "common/base/format.h"
+#include "coordinator/imageio/imageio.h"
+#include "coordinator/import/cube_map.h"
+#include "coordinator/import/lights.h"
+#include "coordinator/import/nodes.h"
+#include "coordinator/import/records.h"
+#include "coordinator/import/textures.h"
+
+namespace kiln {
+namespace {
+
+using Kind = ImportNote::Kind;
+constexpr const char* kExtension = "EXT_lights_image_based";
+constexpr uint32_t kMaxEnvironmentWidth = 4096;  // 0.09 degrees: finer than any diffuse shadow shows
+constexpr uint32_t kMaxFace = 1024;
+
+// "R,G,B" as three radiances; nothing when it does not look like numbers.
+std::optional<std::vector<double>> parse_radiance(const std::string& word) {
+  std::vector<double> out;
+  const char* at = word.data();
+  const char* const end = at + word.size();
+  while (out.size() < 3) {
+    double value;
+    const auto [next, code] = std::from_chars(at, end, value);
+    if (code != std::errc()) return std::nullopt;
+    out.push_back(value);
+    at = next;
+    if (out.size() < 3 && (at == end || *at++ != ',')) return std::nullopt;
+  }
+  return at == end ? std::optional(out) : std::nullopt;
+}
+
+// `radiance` multiplies the image where there is one.
+Record make_record(const BakeSettings& settings, const std::string& name, std::vector<double> radiance,
+                   const std::string& bake) {
+  for (double& r : radiance) r *= settings.environment_strength;
+  Record record;
+  record.type = "environment";
+  record.name = name;
+  put_numbers(record, "radiance", std::move(radiance));
+  put_numbers(record, "rotation", {settings.environment_rotation});
+  put_word(record, "bake", bake);
+  return record;
+}
+
+void put_image(Record& record, Texture image, std::vector<Texture>& textures, ImportNotes& notes) {
+  if (image.width > kMaxEnvironmentWidth) {
+    add_note(notes, Kind::kApproximated,
+             text("the environment '{}' of {} x {} texels is reduced to at most {} texels wide", image.name,
+                  image.width, image.height, kMaxEnvironmentWidth));
+    image = reduce_texture(std::move(image), kMaxEnvironmentWidth);
+  }
+  TextureUse use;
+  use.texture = static_cast<int32_t>(textures.size());
+  put_texture(record, "image", use);
+  textures.push_back(std::move(image));
+}
+
+Expected<std::optional<Record>> from_settings(const BakeSettings& settings, std::vector<Texture>& textures,
+                                              ImportNotes& notes) {
+  if (const auto radiance = parse_radiance(settings.environment)) {
+    for (const double r : *radiance)
+      if (!(r >= 0) || !std::isfinite(static_cast<float>(r)))
+        return fail(ErrorKind::kUsage, text("environment {}: {} is no radiance", settings.environment, r));
+    if (*radiance == std::vector<double>{0, 0, 0}) return std::optional<Record>();
+    return make_record(settings, "environment " + settings.environment, *radiance, "full");
+  }
+  KILN_TRY(Texture image, read_environment(settings.environment));
+  Record record = make_record(settings, "environment " + settings.environment, {1, 1, 1}, "full");
+  put_image(record, std::move(image), textures, notes);
+  return record;
+}
+
+// Faces are JPEG or three-channel PNG (plain sRGB), or four-channel PNG in RGBD: colours divided by alpha.
+Expected<CubeFace> read_face(const ImportContext& context, int image) {
+  KILN_TRY(const Bytes bytes, read_image_bytes(context, image));
+  KILN_TRY(Texture decoded,
+           decode_image(bytes, text("{}: {}", context.document.path.string(), image_name(context, image))));
+  if (decoded.width != decoded.height)
+    return context.bad(text("{}: {} x {} texels are not a cube's face", image_name(context, image),
+                            decoded.width, decoded.height));
+  CubeFace face;
+  face.size = decoded.width;
+  face.texels.resize(size_t{face.size} * face.size);
+  const uint32_t n = decoded.channels;
+  for (size_t i = 0; i < face.texels.size(); ++i) {
+    const auto coded = [&](uint32_t c) { return static_cast<uint8_t>(decoded.texels[i * n + c]) / 255.0f; };
+    const float divisor = n == 4 ? std::max(coded(3), 1 / 255.0f) : 1.0f;
+    for (uint32_t c = 0; c < 3; ++c)
+      face.texels[i][static_cast<int>(c)] = srgb_to_linear(coded(n >= 3 ? c : 0)) / divisor;
+  }
+  return face;
+}
+
+Expected<std::array<CubeFace, 6>> read_faces(const ImportContext& context, const GltfValue& light) {
+  const GltfValue* mips = light.find("specularImages");
+  const auto images = mips && !mips->items.empty() ? mips->items[0].numbers(6) : std::nullopt;
+  if (!images) return context.bad("specularImages does not name six images");
+  std::array<CubeFace, 6> faces;
+  for (size_t i = 0; i < 6; ++i) {
+    const double image = (*images)[i];
+    KILN_TRY(faces[i], read_face(context, image >= 0 && image < 1e9 ? static_cast<int>(image) : -1));
+    if (faces[i].size != faces[0].size || faces[i].size > kMaxFace)
+      return context.bad(text("the cube's faces have {} and {} texels a side (equal sizes up to {} are read)",
+                              faces[0].size, faces[i].size, kMaxFace));
+  }
+  return faces;
+}
+
+Expected<std::optional<Record>> from_file(const ImportContext& context, const GltfScene& scene,
+                                          std::vector<Texture>& textures, ImportNotes& notes) {
+  const auto use = scene.extensions.find(kExtension);
+  const auto root = context.model.extensions.find(kExtension);
+  if (use == scene.extensions.end()) return std::optional<Record>();
+  const GltfValue* lights = root == context.model.extensions.end() ? nullptr : root->second.find("lights");
+  const int index = use->second.index("light");
+  if (!lights || index < 0 || static_cast<size_t>(index) >= lights->items.size())
+    return context.bad(text("the scene names image-based light {}, which does not exist", index));
+  const GltfValue& light = lights->items[static_cast<size_t>(index)];
+  const std::string who = text("image-based light {}", index);
+  KILN_TRY(std::string bake, [&]() -> Expected<std::string> {
+    const GltfValue* extras = light.find("extras");
+    return extras ? bake_word(context, who, *extras) : std::string();
+  }());
+  const double intensity = light.number_or("intensity", 1);
+  if (intensity == 0) return std::optional<Record>();
+  auto faces = read_faces(context, light);
+  if (!faces || !(intensity >= 0) || !std::isfinite(static_cast<float>(intensity))) {
+    add_note(notes, Kind::kWarning,
+             text("{} is left out: {}", who,
+                  faces ? text("intensity {} is no intensity", intensity) : faces.error().message));
+    return std::optional<Record>();
+  }
+  const auto q = light.numbers("rotation", 4).value_or(std::vector<double>{0, 0, 0, 1});
+  const double rotation[4] = {q[0], q[1], q[2], q[3]};
+  Record record =
+      make_record(context.settings, who, {intensity, intensity, intensity}, bake.empty() ? "full" : bake);
+  put_image(record, cube_to_equirectangular(*faces, rotation), textures, notes);
+  return record;
+}
+
+}  // namespace
+
+Expected<std::optional<Record>> read_environment_light(const ImportContext& context,
+                                                       std::vector<Texture>& textures, ImportNotes& notes) {
+  if (context.settings.environment_strength == 0) return std::optional<Record>();
+  if (!context.settings.environment.empty()) return from_settings(context.settings, textures, notes);
+  KILN_TRY(const GltfScene* scene, baked_scene(context));
+  if (!scene) return std::optional<Record>();
+  return from_file(context, *scene, textures, notes);
+}
+
+}  // namespace kiln

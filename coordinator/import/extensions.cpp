@@ -1,0 +1,75 @@
+#include "coordinator/import/extensions.h"
+
+#include <algorithm>
+#include <set>
+
+#include "common/base/format.h"
+
+namespace kiln {
+namespace {
+
+using Kind = ImportNote::Kind;
+
+struct KnownExtension {
+  const char* name;
+  Kind kind;  // kBaked and kApproximated may be required, kIgnored too: it changes nothing that is baked
+  const char* treatment;
+};
+
+constexpr const char* kStored =
+    "its factors are kept with the material, light transport does not use them yet";
+
+constexpr KnownExtension kKnown[] = {
+    {"KHR_mesh_quantization", Kind::kBaked, "read"},
+    {"KHR_texture_transform", Kind::kBaked, "read"},
+    {"KHR_lights_punctual", Kind::kBaked, "read"},
+    {"KHR_materials_emissive_strength", Kind::kBaked, "read"},
+    {"KHR_materials_unlit", Kind::kBaked, "read"},
+    {"EXT_mesh_gpu_instancing", Kind::kBaked, "read"},
+    {"EXT_texture_webp", Kind::kBaked, "read"},
+    {"EXT_lights_image_based", Kind::kApproximated,
+     "the cube is resampled to a latitude-longitude image, its irradiance coefficients are not used"},
+    {"KHR_materials_anisotropy", Kind::kApproximated, kStored},
+    {"KHR_materials_clearcoat", Kind::kApproximated, kStored},
+    {"KHR_materials_diffuse_transmission", Kind::kApproximated, kStored},
+    {"KHR_materials_dispersion", Kind::kApproximated, kStored},
+    {"KHR_materials_ior", Kind::kApproximated, kStored},
+    {"KHR_materials_iridescence", Kind::kApproximated, kStored},
+    {"KHR_materials_sheen", Kind::kApproximated, kStored},
+    {"KHR_materials_specular", Kind::kApproximated, kStored},
+    {"KHR_materials_transmission", Kind::kApproximated, kStored},
+    {"KHR_materials_volume", Kind::kApproximated, kStored},
+    {"KHR_materials_pbrSpecularGlossiness", Kind::kApproximated,
+     "its diffuse colour and glossiness are taken for base colour and roughness of a dielectric"},
+    {"KHR_materials_variants", Kind::kIgnored, "the default variant is baked"},
+    {"KHR_animation_pointer", Kind::kIgnored, "the scene at rest is baked"},
+    {"KHR_xmp_json_ld", Kind::kIgnored, "it is about the file, not the scene"},
+};
+
+}  // namespace
+
+Status check_extensions(const ImportContext& context, ImportNotes& notes) {
+  const auto find = [](const std::string& name) {
+    return std::find_if(std::begin(kKnown), std::end(kKnown),
+                        [&](const KnownExtension& k) { return k.name == name; });
+  };
+  std::string refused;
+  for (const std::string& name : context.model.extensions_required)
+    if (find(name) == std::end(kKnown)) refused += (refused.empty() ? "" : ", ") + name;
+  if (!refused.empty()) return context.bad(text("it requires what is not supported: {}", refused));
+  const std::set<std::string> used(context.model.extensions_used.begin(),
+                                   context.model.extensions_used.end());
+  for (const std::string& name : used) {
+    const auto known = find(name);
+    if (known != std::end(kKnown))
+      add_note(notes, known->kind, text("{}: {}", name, known->treatment));
+    else
+      add_note(notes, Kind::kIgnored,
+               text("{}: not supported; the file does not require it, so it is left out", name));
+  }
+  if (context.model.animated)
+    add_note(notes, Kind::kIgnored, "animations are left out: the scene at rest is baked");
+  return {};
+}
+
+}  // namespace kiln

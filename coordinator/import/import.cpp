@@ -1,0 +1,185 @@
+#include "coordinator/import/import.h"
+
+#include <algorithm>
+#include <map>
+
+#include "common/base/format.h"
+#include "common/scene/prepared.h"
+#include "coordinator/import/environment.h"
+#include "coordinator/import/extensions.h"
+#include "coordinator/import/instancing.h"
+#include "coordinator/import/lights.h"
+#include "coordinator/import/materials.h"
+#include "coordinator/import/meshes.h"
+
+namespace kiln {
+namespace {
+
+using Kind = ImportNote::Kind;
+
+// The primitives and materials that places use, each once, in the order of the file; glTF's default
+// material (-1) comes last.
+struct Used {
+  std::vector<PrimitiveRequest> primitives;
+  std::vector<int> materials;
+  std::map<std::pair<uint32_t, uint32_t>, uint32_t> primitive_slot;  // (mesh, primitive) to primitives
+  std::map<int, uint32_t> material_slot;
+};
+
+Expected<Used> find_used(const ImportContext& context, const std::vector<MeshPlace>& places) {
+  std::vector<bool> mesh_used(context.model.meshes.size(), false);
+  for (const MeshPlace& place : places) mesh_used[place.mesh] = true;
+  Used used;
+  for (uint32_t m = 0; m < mesh_used.size(); ++m) {
+    if (!mesh_used[m]) continue;
+    const auto& primitives = context.model.meshes[m].primitives;
+    for (uint32_t p = 0; p < primitives.size(); ++p) {
+      const int material = primitives[p].material;
+      if (material < -1 || material >= static_cast<int>(context.model.materials.size()))
+        return context.bad(text("{} primitive {}: material {} does not exist, there are {}",
+                                element("mesh", m, context.model.meshes[m].name), p, material,
+                                context.model.materials.size()));
+      used.primitive_slot[{m, p}] = static_cast<uint32_t>(used.primitives.size());
+      used.primitives.push_back({m, p, false});
+      used.materials.push_back(material);
+    }
+  }
+  const auto order = [](int a, int b) { return static_cast<unsigned>(a) < static_cast<unsigned>(b); };
+  std::sort(used.materials.begin(), used.materials.end(), order);
+  used.materials.erase(std::unique(used.materials.begin(), used.materials.end()), used.materials.end());
+  for (const int m : used.materials)
+    used.material_slot.emplace(m, static_cast<uint32_t>(used.material_slot.size()));
+  return used;
+}
+
+void read_materials(const ImportContext& context, Used& used, Scene& scene, ImportNotes& notes) {
+  TextureSet textures;
+  for (const int material : used.materials)
+    scene.materials.push_back(read_material(context, material, textures, notes));
+  note_normal_maps(context, used.materials, notes);
+  scene.textures = textures.decode(context, notes);
+  for (Record& material : scene.materials) resolve_textures(material, textures);
+  for (PrimitiveRequest& request : used.primitives) {
+    const int material = context.model.meshes[request.mesh].primitives[request.primitive].material;
+    request.keep_uv0 = uses_uv_set(scene.materials[used.material_slot.at(material)], 0);
+  }
+}
+
+// Refuses instances that float arithmetic cannot hold: a corner of the bounds must stay well below the
+// square root of the largest float, because distances are squared.
+Status check_extent(const ImportContext& context, const MeshPlace& place, const Mesh& mesh) {
+  constexpr double kFarthest = 1e15;
+  DVec3 low(mesh.positions[0]), high = low;
+  for (const Vec3& p : mesh.positions) {
+    low = glm::min(low, DVec3(p));
+    high = glm::max(high, DVec3(p));
+  }
+  for (int corner = 0; corner < 8; ++corner) {
+    const DVec3 at = place.to_world.point(
+        {corner & 1 ? high.x : low.x, corner & 2 ? high.y : low.y, corner & 4 ? high.z : low.z});
+    if (!(std::max({std::abs(at.x), std::abs(at.y), std::abs(at.z)}) < kFarthest))
+      return context.bad(text("{}: mesh '{}' reaches more than {} m from the origin",
+                              node_name(context, place.node), mesh.name, kFarthest));
+  }
+  return {};
+}
+
+Status place_instances(const ImportContext& context, const std::vector<MeshPlace>& places, const Used& used,
+                       std::vector<PrimitiveResult> primitives, Scene& scene) {
+  std::vector<int64_t> mesh_of(primitives.size(), -1);
+  for (size_t i = 0; i < primitives.size(); ++i) {
+    if (primitives[i].mesh.triangles.empty()) continue;
+    mesh_of[i] = static_cast<int64_t>(scene.meshes.size());
+    scene.meshes.push_back(std::move(primitives[i].mesh));
+  }
+  for (const MeshPlace& place : places) {
+    const auto& file_primitives = context.model.meshes[place.mesh].primitives;
+    for (uint32_t p = 0; p < file_primitives.size(); ++p) {
+      const int64_t mesh = mesh_of[used.primitive_slot.at({place.mesh, p})];
+      if (mesh < 0) continue;
+      KILN_TRY_STATUS(check_extent(context, place, scene.meshes[static_cast<size_t>(mesh)]));
+      Instance instance;
+      instance.mesh = static_cast<uint32_t>(mesh);
+      instance.material = used.material_slot.at(file_primitives[p].material);
+      instance.to_world = to_float(place.to_world);
+      const std::string& name = context.model.nodes[place.node].name;
+      instance.name = name.empty() ? text("node {}", place.node) : name;
+      instance.node = place.node;
+      instance.file_mesh = place.mesh;
+      instance.file_primitive = p;
+      scene.instances.push_back(std::move(instance));
+    }
+  }
+  if (scene.instances.empty()) return context.bad("the scene has no triangles to bake");
+  return {};
+}
+
+// Materials of which every primitive turned out empty are dropped, so that none is sent for nothing.
+void drop_unused_materials(Scene& scene) {
+  std::vector<bool> in_use(scene.materials.size(), false);
+  for (const Instance& i : scene.instances) in_use[i.material] = true;
+  std::vector<uint32_t> to(scene.materials.size(), 0);
+  std::vector<Record> kept;
+  for (size_t m = 0; m < in_use.size(); ++m) {
+    to[m] = static_cast<uint32_t>(kept.size());
+    if (in_use[m]) kept.push_back(std::move(scene.materials[m]));
+  }
+  scene.materials = std::move(kept);
+  for (Instance& i : scene.instances) i.material = to[i.material];
+}
+
+Status read_all_lights(const ImportContext& context, const std::vector<PlacedNode>& nodes, Scene& scene,
+                       ImportNotes& notes) {
+  KILN_TRY(scene.lights, read_lights(context, nodes, notes));
+  for (Record& sun : sun_lights(context.settings)) scene.lights.push_back(std::move(sun));
+  KILN_TRY(std::optional<Record> environment, read_environment_light(context, scene.textures, notes));
+  if (environment) scene.lights.push_back(std::move(*environment));
+  const bool emissive = std::any_of(scene.materials.begin(), scene.materials.end(), emits);
+  if (scene.lights.empty() && !emissive)
+    add_note(
+        notes, Kind::kWarning,
+        text("{}: there is no light: no lamp, no emissive material, no environment. The map will be black; "
+             "--environment or --sun adds one",
+             context.document.path.string()));
+  return {};
+}
+
+std::optional<Camera> first_camera(const ImportContext& context, const std::vector<PlacedNode>& nodes) {
+  for (const PlacedNode& at : nodes) {
+    const int index = context.model.nodes[at.node].camera;
+    if (index < 0 || static_cast<size_t>(index) >= context.model.cameras.size()) continue;
+    const GltfCamera& file = context.model.cameras[static_cast<size_t>(index)];
+    Camera camera;
+    if (!file.perspective || !(file.vertical_fov > 0 && file.vertical_fov < 3.14)) continue;
+    if (!rigid_part(at.to_world, camera.to_world)) continue;
+    camera.vertical_fov = static_cast<float>(file.vertical_fov);
+    camera.name = !file.name.empty() ? file.name : context.model.nodes[at.node].name;
+    return camera;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+Expected<ImportResult> import_scene(const std::filesystem::path& path, const BakeSettings& settings) {
+  ImportResult result;
+  KILN_TRY(result.document, read_gltf_document(path));
+  KILN_TRY(const GltfModel model, parse_gltf_model(result.document));
+  const ImportContext context{result.document, model, settings};
+  Scene& scene = result.scene;
+  KILN_TRY_STATUS(check_extensions(context, result.notes));
+  KILN_TRY(const std::vector<PlacedNode> nodes, place_nodes(context));
+  KILN_TRY(const std::vector<MeshPlace> places, place_meshes(context, nodes, result.notes));
+  KILN_TRY(Used used, find_used(context, places));
+  read_materials(context, used, scene, result.notes);
+  KILN_TRY(std::vector<PrimitiveResult> primitives, read_primitives(context, used.primitives));
+  note_primitives(context, used.primitives, primitives, result.notes);
+  KILN_TRY_STATUS(place_instances(context, places, used, std::move(primitives), scene));
+  drop_unused_materials(scene);
+  KILN_TRY_STATUS(read_all_lights(context, nodes, scene, result.notes));
+  result.camera = first_camera(context, nodes);
+  if (auto checked = check_scene(scene); !checked) return context.bad(checked.error().message);
+  return result;
+}
+
+}  // namespace kiln

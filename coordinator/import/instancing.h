@@ -1,0 +1,21 @@
+// Where the meshes of the scene stand.
+#pragma once
+
+#include <vector>
+
+#include "coordinator/import/nodes.h"
+
+namespace kiln {
+
+// One standing copy of a glTF mesh.
+struct MeshPlace {
+  uint32_t node = 0, mesh = 0;
+  Affine to_world;
+};
+
+// One place for each node with a mesh, or one for each instance of EXT_mesh_gpu_instancing. Places whose
+// transform is singular (a scale of 0 hides things) are left out with a warning.
+Expected<std::vector<MeshPlace>> place_meshes(const ImportContext& context,
+                                              const std::vector<PlacedNode>& nodes, ImportNotes& notes);
+
+}  // namespace kiln

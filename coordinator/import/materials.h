@@ -1,0 +1,24 @@
+// Materials to records, as scene.h documents them.
+#pragma once
+
+#include <vector>
+
+#include "coordinator/import/context.h"
+#include "coordinator/import/textures.h"
+
+namespace kiln {
+
+// The record of a glTF material; -1 is glTF's default material. Its texture uses name slots of `textures`,
+// to be resolved once they are decoded.
+Record read_material(const ImportContext& context, int material, TextureSet& textures, ImportNotes& notes);
+
+// One note for the normal maps of the used materials, which are not loaded.
+void note_normal_maps(const ImportContext& context, const std::vector<int>& used, ImportNotes& notes);
+
+// Replaces slots by indices and drops the uses of textures that could not be decoded.
+void resolve_textures(Record& material, const TextureSet& textures);
+
+bool uses_uv_set(const Record& material, uint32_t set);
+bool emits(const Record& material);
+
+}  // namespace kiln

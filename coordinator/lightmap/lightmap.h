@@ -1,0 +1,32 @@
+// A lightmap under way: what merge resolves, post stages complete, encoders write and reports show.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "common/image/image.h"
+
+namespace kiln {
+
+// Classes of the validity map (validity.exr holds the number).
+enum class Validity : uint8_t {
+  kEmpty = 0,     // no surface, no neighbour within the dilation
+  kMeasured = 1,  // sampled
+  kPushed = 2,    // sampled from a place moved out of geometry
+  kFilled = 3,    // from measured texels of the same chart
+  kDilated = 4,   // from neighbours of any chart
+  kInside = 5,    // sampled, saw mostly back faces, and had no neighbour to be filled from
+};
+constexpr int kValidityClasses = 6;
+
+inline bool is_set(Validity v) {
+  return v == Validity::kMeasured || v == Validity::kPushed || v == Validity::kFilled || v == Validity::kDilated;
+}
+
+struct Lightmap {
+  uint32_t page_height = 0;  // pages are stacked: planes.height = page_height * pages
+  Planes planes;             // E.R E.G E.B, the basis' planes, error, samples
+  std::vector<Validity> validity;
+};
+
+}  // namespace kiln

@@ -1,0 +1,74 @@
+#include "coordinator/plan/plan.h"
+
+#include <algorithm>
+#include <set>
+
+#include "common/base/format.h"
+#include "common/basis/basis.h"
+
+namespace kiln {
+namespace {
+
+bool is_emissive(const Record& material) {
+  const Property* p = material.find("emission");
+  return material.type == "unlit" ||
+         (p && std::any_of(p->numbers.begin(), p->numbers.end(), [](double v) { return v > 0; }));
+}
+
+std::vector<std::string> find_left_out(const Scene& scene, const BakeSettings& settings) {
+  std::vector<std::string> out;
+  const auto has_light = [&](std::string_view type) {
+    return std::any_of(scene.lights.begin(), scene.lights.end(), [&](const Record& l) { return l.type == type; });
+  };
+  if (!has_light("directional")) out.push_back("no directional light: no sun rays are traced");
+  if (!has_light("environment")) out.push_back("no environment: rays that leave the scene carry nothing");
+  for (const Record& l : scene.lights)
+    if (l.type == "environment" && (!l.find("image") || l.find("image")->texture.texture < 0))
+      out.push_back("the environment is constant: it needs no sampling table and no rays of its own");
+  if (!has_light("point") && !has_light("spot") &&
+      std::none_of(scene.materials.begin(), scene.materials.end(), is_emissive))
+    out.push_back("no lamps and no emissive surfaces: no local light is sampled");
+  if (std::none_of(scene.materials.begin(), scene.materials.end(), [](const Record& m) {
+        const Property* p = m.find("alpha_mode");
+        return p && p->word != "opaque";
+      }))
+    out.push_back("every surface is opaque: no ray runs an alpha test");
+  std::set<uint32_t> seen;
+  bool shared = false;
+  for (const Instance& i : scene.instances) shared |= !seen.insert(i.mesh).second;
+  if (!shared) out.push_back("no mesh repeats: one flat tree, no instancing level");
+  if (!settings.indirect || settings.max_bounces == 0) out.push_back("no indirect light asked for: paths end at the first surface");
+  if (basis_roster()[*find_basis(settings.basis)].functions.empty())
+    out.push_back("no directional basis asked for: only E is accumulated and sent");
+  return out;
+}
+
+}  // namespace
+
+Plan make_plan(const Scene& scene, const Atlas& atlas, const BakeSettings& settings, unsigned threads) {
+  Plan plan;
+  plan.texels = atlas.texel_count();
+  plan.valid_texels = atlas.sites.size();
+  plan.triangles = scene.triangle_count();
+  plan.charts = atlas.placements.size();
+  uint64_t scene_bytes = 0;
+  for (const Mesh& m : scene.meshes) {
+    plan.stored_triangles += m.triangles.size();
+    scene_bytes += m.positions.size() * 24 + m.triangles.size() * 16 + (m.uv[0].size() + m.uv[1].size()) * 8;
+  }
+  for (const Texture& t : scene.textures) scene_bytes += t.texels.size();
+  const uint64_t planes = moment_plane_names(*find_basis(settings.basis)).size();
+  const uint64_t atlas_bytes = atlas.sites.words.size() * 4 + atlas.sites.size() * 8;
+  plan.coordinator_bytes = 2 * scene_bytes + atlas_bytes + plan.valid_texels * planes * 8 +
+                           plan.texels * (planes + 8) * 4;
+  plan.worker_bytes = scene_bytes + atlas_bytes + plan.triangles * 120;  // Embree: about 120 B a triangle
+  plan.output_bytes = plan.texels * (planes + 4) * 4 + 2 * scene_bytes;
+  const double rays_per_sample = settings.indirect && settings.max_bounces > 0 ? 8 : 3;
+  const double second = std::max(1u, threads) * kRaysPerSecond;
+  plan.least_seconds = static_cast<double>(plan.valid_texels) * settings.min_samples * rays_per_sample / second;
+  plan.most_seconds = static_cast<double>(plan.valid_texels) * settings.max_samples * rays_per_sample / second;
+  plan.left_out = find_left_out(scene, settings);
+  return plan;
+}
+
+}  // namespace kiln

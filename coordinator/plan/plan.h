@@ -1,0 +1,28 @@
+// Preflight: what a bake will do, what it needs and what it leaves out, without tracing a ray.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "common/atlas/atlas.h"
+#include "common/job/settings.h"
+#include "common/scene/scene.h"
+
+namespace kiln {
+
+struct Plan {
+  uint64_t texels = 0, valid_texels = 0;
+  uint64_t triangles = 0, stored_triangles = 0;  // of all instances; of distinct meshes
+  uint64_t charts = 0;
+  uint64_t coordinator_bytes = 0, worker_bytes = 0, output_bytes = 0;  // estimates
+  double least_seconds = 0, most_seconds = 0;  // at min and max samples, see kRaysPerSecond
+  std::vector<std::string> left_out;           // what this scene does not need, one sentence each
+};
+
+// Rays a second of one thread assumed for the estimate of time: the middle of what the benchmark of
+// docs/performance.md measures on scenes of 10^4 to 10^6 triangles.
+constexpr double kRaysPerSecond = 1.5e6;
+
+Plan make_plan(const Scene& scene, const Atlas& atlas, const BakeSettings& settings, unsigned threads);
+
+}  // namespace kiln

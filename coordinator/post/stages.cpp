@@ -1,0 +1,13 @@
+#include "coordinator/post/stage.h"
+
+namespace kiln {
+
+std::span<const PostStage> post_stages() {
+  static const PostStage kRoster[] = {
+      {"fill", "invalid texels from measured texels of their chart", fill_invalid},
+      {"dilate", "empty texels from their neighbours", dilate},
+  };
+  return kRoster;
+}
+
+}  // namespace kiln

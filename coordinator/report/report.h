@@ -1,0 +1,61 @@
+// What was asked, decided and measured, for people (HTML, pictures) and machines (JSON).
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "common/atlas/atlas.h"
+#include "common/job/settings.h"
+#include "coordinator/dispatch/farm.h"
+#include "coordinator/encode/output.h"
+#include "coordinator/import/import.h"
+#include "coordinator/lightmap/lightmap.h"
+#include "coordinator/plan/plan.h"
+
+namespace kiln {
+
+struct StageTime {
+  std::string name;
+  double seconds = 0;
+};
+
+// State after a pass: one point of the curve of error against run time.
+struct PassPoint {
+  uint32_t samples = 0;         // of the texels still active
+  uint64_t active = 0;          // texels that took part
+  double seconds = 0;           // since the first unit was handed out
+  uint64_t rays = 0;            // since then
+  double rms_relative = 0;      // root mean square of stated error / E over measured texels with E > 0
+  double worst_relative = 0;
+  double converged_share = 0;   // of the measured texels
+};
+
+struct BakeReport {
+  std::filesystem::path scene_path;
+  BakeSettings settings;
+  std::vector<ImportNote> notes;
+  std::vector<std::string> warnings;
+  Plan plan;
+  std::string layout;
+  uint32_t width = 0, height = 0, pages = 0;
+  uint64_t charts = 0, owned_texels = 0;
+  std::string scene_id;
+  std::vector<StageTime> stages;
+  std::vector<PassPoint> passes;
+  FarmStatistics farm;
+  uint64_t texels_by_class[kValidityClasses] = {};
+  bool complete = true;         // false: stopped by the time limit
+  double total_seconds = 0;
+  std::vector<OutputFile> outputs;
+};
+
+std::string_view validity_name(Validity v);
+
+// Text of report.json.
+std::string report_json(const BakeReport& report);
+// One self-contained page; the pictures are embedded.
+Expected<std::string> report_html(const BakeReport& report, const Lightmap& map,
+                                  const std::filesystem::path& preview);
+
+}  // namespace kiln

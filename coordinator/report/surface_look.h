@@ -1,0 +1,41 @@
+// What a preview knows of materials, textures, sky and lightmap: colour lookups by record.
+#pragma once
+
+#include "common/atlas/atlas.h"
+#include "coordinator/lightmap/lightmap.h"
+#include "coordinator/report/raster.h"
+
+namespace kiln {
+
+class SurfaceLook {
+ public:
+  SurfaceLook(const Scene& scene, const Atlas& atlas, const Lightmap& map);
+  Vec4 base_color(const Fragment& f) const;   // linear, alpha by the material's alpha mode
+  Vec3 emission(const Fragment& f) const;     // radiance
+  // Irradiance by bilinear lookup; false where the texel has no value.
+  bool irradiance(const Fragment& f, Vec3& e) const;
+  size_t texel(const Fragment& f) const;      // of the lightmap, nearest
+  bool visible(const Fragment& f) const;      // culling and alpha
+  bool double_sided(uint32_t instance) const { return looks_[scene_.instances[instance].material].double_sided; }
+  Vec3 sky(const Vec3& direction) const;
+
+ private:
+  struct Look {
+    Vec4 color{1.0f};
+    TextureUse color_texture, emission_texture;
+    Vec3 emission{0.0f};
+    float cutoff = 0.5f;
+    bool opaque = true, double_sided = false, unlit = false;
+  };
+  Vec2 texel_coordinates(const Fragment& f, uint32_t& page) const;
+  Vec4 texture(const TextureUse& use, const Fragment& f) const;
+  Vec2 interpolate(const std::vector<Vec2>& values, const Fragment& f) const;
+
+  const Scene& scene_;
+  const Atlas& atlas_;
+  const Lightmap& map_;
+  std::vector<Look> looks_;
+  const Record* environment_ = nullptr;
+};
+
+}  // namespace kiln

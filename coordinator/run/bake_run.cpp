@@ -1,0 +1,247 @@
+#include "coordinator/run/bake_run.h"
+
+#include <cmath>
+
+#include "common/base/clock.h"
+#include "common/base/files.h"
+#include "common/base/format.h"
+#include "common/base/parallel.h"
+#include "common/base/statistics.h"
+#include "common/basis/basis.h"
+#include "common/scene/prepared.h"
+#include "coordinator/merge/accumulator.h"
+#include "coordinator/plan/schedule.h"
+#include "coordinator/post/stage.h"
+#include "coordinator/report/preview.h"
+
+namespace kiln {
+namespace {
+
+using Progress = std::function<void(const BakeProgress&)>;
+
+AtlasSettings atlas_settings(const BakeSettings& s) {
+  AtlasSettings a;
+  a.layout = s.layout == "atlas" ? AtlasSettings::Layout::kAtlas
+             : s.layout == "pack" ? AtlasSettings::Layout::kPack
+                                  : AtlasSettings::Layout::kAuto;
+  a.width = s.width;
+  a.height = s.height;
+  a.texels_per_metre = static_cast<float>(s.texels_per_metre);
+  return a;
+}
+
+FarmSettings farm_settings(const BakeRequest& request) {
+  const BakeSettings& s = request.settings;
+  FarmSettings f;
+  f.token = random_hex(16);
+  f.local_workers = s.workers ? s.workers : 1;
+  f.local_threads = s.threads ? s.threads : std::max(1u, hardware_threads() / f.local_workers);
+  f.worker_program = request.worker_program.string();
+  f.lease_ms = s.lease_ms;
+  f.duplicate_every_unit = request.duplicate_every_unit;
+  return f;
+}
+
+// Adds the seconds since its making to a list when it ends.
+class StageTimer {
+ public:
+  StageTimer(std::vector<StageTime>& times, std::string name) : times_(times), name_(std::move(name)) {}
+  ~StageTimer() { times_.push_back({name_, watch_.seconds()}); }
+
+ private:
+  std::vector<StageTime>& times_;
+  std::string name_;
+  Stopwatch watch_;
+};
+
+PassPoint measure(const Accumulator& sums, size_t sites, double error, double z) {
+  PassPoint point;
+  double squares = 0;
+  uint64_t lit = 0, measured = 0, converged = 0;
+  for (uint32_t site = 0; site < sites; ++site) {
+    const Accumulator::Estimate e = sums.estimate(site);
+    if (e.inside || sums.samples(site) == 0) continue;
+    ++measured;
+    converged += sums.converged(site, error, z);
+    if (!(e.mean > 0) || !std::isfinite(e.standard_error)) continue;
+    const double relative = e.standard_error / e.mean;
+    squares += relative * relative;
+    point.worst_relative = std::max(point.worst_relative, relative);
+    ++lit;
+  }
+  point.rms_relative = lit ? std::sqrt(squares / static_cast<double>(lit)) : 0;
+  point.converged_share = measured ? static_cast<double>(converged) / static_cast<double>(measured) : 0;
+  return point;
+}
+
+// Runs pass after pass until every texel has converged, has its most samples, or time is up.
+class Baking {
+ public:
+  Baking(const BakeRequest& request, const Atlas& atlas, Farm& farm, Accumulator& sums, BakeReport& report,
+         const Progress& progress)
+      : settings_(request.settings), farm_(farm), sums_(sums), report_(report), progress_(progress),
+        site_count_(atlas.sites.size()), z_(normal_interval(settings_.confidence)) {
+    for (uint32_t i = 0; i < site_count_; ++i) active_.push_back(i);
+  }
+
+  Status run() {
+    const auto passes = sample_passes(settings_.min_samples, settings_.max_samples);
+    const int64_t deadline = settings_.time_limit > 0
+                                 ? clock_.now_ms() + static_cast<int64_t>(settings_.time_limit * 1000)
+                                 : 0;
+    for (uint32_t p = 0; p < passes.size() && !active_.empty(); ++p) {
+      KILN_TRY(const bool finished, run_pass(passes[p], p, static_cast<uint32_t>(passes.size()), deadline));
+      record(passes[p]);
+      if (!finished) {
+        report_.complete = false;
+        break;
+      }
+      drop_converged();
+    }
+    return {};
+  }
+
+ private:
+  Expected<bool> run_pass(SampleRange pass, uint32_t index, uint32_t count, int64_t deadline) {
+    std::vector<WorkUnit> units = cut_pass(active_, pass, settings_.tile_texels, next_unit_);
+    const double before = watch_.seconds();
+    return farm_.run_pass(
+        std::move(units), deadline,
+        [&](const WorkUnit& unit, const UnitResult& result) { return sums_.add(unit, result); },
+        [&](const FarmProgress& f) {
+          BakeProgress b;
+          b.stage = "bake";
+          b.pass = index + 1;
+          b.passes = count;
+          b.done = f.units_total ? static_cast<double>(f.units_done) / static_cast<double>(f.units_total) : 0;
+          b.rays = f.rays;
+          const double seconds = watch_.seconds();
+          b.rays_per_second = seconds > 0 ? static_cast<double>(f.rays) / seconds : 0;
+          b.workers = f.workers;
+          b.converged_share = report_.passes.empty() ? 0 : report_.passes.back().converged_share;
+          if (b.done > 0.02) b.seconds_left = (seconds - before) * (1 / b.done - 1);
+          progress_(b);
+        });
+  }
+
+  void record(SampleRange pass) {
+    PassPoint point = measure(sums_, site_count_, settings_.error, z_);
+    point.samples = pass.first + pass.count;
+    point.active = active_.size();
+    point.seconds = watch_.seconds();
+    point.rays = farm_.statistics().rays;
+    report_.passes.push_back(point);
+  }
+
+  // Decided at the barrier, from merged sums only: every run of the job decides alike.
+  void drop_converged() {
+    std::erase_if(active_, [&](uint32_t site) { return sums_.converged(site, settings_.error, z_); });
+  }
+
+  const BakeSettings& settings_;
+  Farm& farm_;
+  Accumulator& sums_;
+  BakeReport& report_;
+  const Progress& progress_;
+  const size_t site_count_;
+  const double z_;
+  std::vector<uint32_t> active_;
+  uint64_t next_unit_ = 0;
+  SteadyClock clock_;
+  Stopwatch watch_;
+};
+
+void count_classes(const Lightmap& map, const Atlas& atlas, BakeReport& report) {
+  for (Validity v : map.validity) ++report.texels_by_class[static_cast<int>(v)];
+  for (uint32_t owner : atlas.owner) report.owned_texels += owner != 0;
+  report.layout = atlas.packed ? "pack" : "atlas";
+  report.width = atlas.width;
+  report.height = atlas.height;
+  report.pages = atlas.pages;
+  report.charts = atlas.placements.size();
+}
+
+Status publish(const BakeRequest& request, const Preflight& pre, const Lightmap& map, BakeReport& report,
+               const Stopwatch& watch) {
+  const std::filesystem::path preview = request.output / "preview.png";
+  {
+    const StageTimer timer(report.stages, "encode");
+    KILN_TRY(report.outputs, write_outputs({request.settings, pre.imported.scene, pre.atlas,
+                                            pre.imported.document, map, request.output}));
+  }
+  {
+    const StageTimer timer(report.stages, "preview");
+    KILN_TRY_STATUS(write_preview(preview, pre.imported, pre.atlas, map));
+  }
+  report.total_seconds = watch.seconds();
+  KILN_TRY(const std::string page, report_html(report, map, preview));
+  KILN_TRY_STATUS(write_file_atomic(request.output / "report.html", page));
+  return write_file_atomic(request.output / "report.json", report_json(report));
+}
+
+}  // namespace
+
+Expected<Preflight> run_preflight(const std::filesystem::path& scene, const BakeSettings& settings,
+                                  std::vector<StageTime>& times, const Progress& progress) {
+  KILN_TRY_STATUS(check_settings(settings));
+  Preflight pre;
+  {
+    const StageTimer timer(times, "import");
+    progress({.stage = "import"});
+    KILN_TRY(pre.imported, import_scene(scene, settings));
+  }
+  {
+    const StageTimer timer(times, "atlas");
+    progress({.stage = "atlas"});
+    KILN_TRY(pre.atlas, build_atlas(pre.imported.scene, atlas_settings(settings)));
+  }
+  const unsigned workers = settings.workers ? settings.workers : 1;
+  pre.plan = make_plan(pre.imported.scene, pre.atlas, settings,
+                       settings.threads ? settings.threads * workers : hardware_threads());
+  return pre;
+}
+
+Expected<BakeReport> run_bake(const BakeRequest& request, const Progress& progress) {
+  const Stopwatch watch;
+  BakeReport report;
+  report.scene_path = request.scene;
+  report.settings = request.settings;
+  KILN_TRY(Preflight pre, run_preflight(request.scene, request.settings, report.stages, progress));
+  KILN_TRY_STATUS(prepare_output_folder(request.output, pre.plan.output_bytes));
+  report.notes = pre.imported.notes;
+  report.warnings = pre.atlas.warnings;
+  report.plan = pre.plan;
+
+  ChunkStore chunks;
+  JobSpec job;
+  job.id = 1;
+  job.scene = write_scene(pre.imported.scene, chunks);
+  job.atlas = chunks.add(write_atlas(pre.atlas));
+  KILN_TRY(job.transport.basis, find_basis(request.settings.basis));
+  job.transport.direct = request.settings.direct;
+  job.transport.indirect = request.settings.indirect;
+  job.transport.max_bounces = request.settings.max_bounces;
+  job.transport.seed = request.settings.seed;
+  job.transport.isa = request.settings.isa;
+  report.scene_id = job.scene.hex();
+
+  Accumulator sums(pre.atlas.sites.size(), job.transport.basis);
+  {
+    const StageTimer timer(report.stages, "bake");
+    KILN_TRY(const std::unique_ptr<Farm> farm, Farm::start(farm_settings(request), job, chunks));
+    KILN_TRY_STATUS(Baking(request, pre.atlas, *farm, sums, report, progress).run());
+    report.farm = farm->statistics();
+  }
+  Lightmap map = sums.resolve(pre.atlas);
+  for (const PostStage& stage : post_stages()) {
+    const StageTimer timer(report.stages, std::string(stage.name));
+    progress({.stage = std::string(stage.name)});
+    stage.run(map, pre.atlas, request.settings);
+  }
+  count_classes(map, pre.atlas, report);
+  progress({.stage = "publish"});
+  KILN_TRY_STATUS(publish(request, pre, map, report, watch));
+  return report;
+}
+
+}  // namespace kiln

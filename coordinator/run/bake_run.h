@@ -1,0 +1,44 @@
+// The conductor: the one place that lists the stages of a bake.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+
+#include "common/job/settings.h"
+#include "coordinator/report/report.h"
+
+namespace kiln {
+
+struct BakeProgress {
+  std::string stage;          // what is being done
+  double done = 0;            // share of the present stage, 0 to 1
+  uint32_t pass = 0, passes = 0;
+  uint64_t rays = 0;
+  double rays_per_second = 0;
+  double seconds_left = -1;   // of baking, at most; -1: not known yet
+  double converged_share = 0; // of the texels, after the last pass
+  uint32_t workers = 0;
+};
+
+struct BakeRequest {
+  std::filesystem::path scene, output;
+  BakeSettings settings;
+  std::filesystem::path worker_program;  // kiln-worker
+  bool duplicate_every_unit = false;     // fault injection for tests
+};
+
+// Bakes and publishes. On failure nothing half-written is left in the output folder.
+Expected<BakeReport> run_bake(const BakeRequest& request, const std::function<void(const BakeProgress&)>& progress);
+
+// The part before any ray: for `kiln plan`.
+struct Preflight {
+  ImportResult imported;
+  Atlas atlas;
+  Plan plan;
+};
+Expected<Preflight> run_preflight(const std::filesystem::path& scene, const BakeSettings& settings,
+                                  std::vector<StageTime>& times,
+                                  const std::function<void(const BakeProgress&)>& progress);
+
+}  // namespace kiln

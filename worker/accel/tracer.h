@@ -1,0 +1,55 @@
+// Rays against the scene. Meshes used once are put into one flat tree in world space; meshes used more
+// often are kept once and instanced.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/base/status.h"
+#include "common/scene/scene.h"
+
+namespace kiln {
+
+struct Ray {
+  Vec3 origin, direction;    // direction need not be unit
+  float far = 0x1.fffffep127f;
+};
+
+struct Hit {
+  uint32_t instance = ~0u, triangle = 0;
+  float b1 = 0, b2 = 0;  // barycentrics of vertices 1 and 2
+  float t = 0;           // in lengths of the direction
+  bool valid() const { return instance != ~0u; }
+};
+
+// Opacity in [0, 1] of a point of an instance whose material is not opaque.
+class Opacity {
+ public:
+  virtual ~Opacity() = default;
+  virtual bool is_opaque(uint32_t instance) const = 0;
+  virtual float opacity(uint32_t instance, uint32_t triangle, float b1, float b2) const = 0;
+};
+
+class Tracer {
+ public:
+  // `scene` and `opacity` outlive the tracer. Fails (kInvalidInput) when this processor lacks `isa`, and
+  // (kInternal) on any Embree error.
+  static Expected<std::unique_ptr<Tracer>> create(const Scene& scene, const Opacity& opacity,
+                                                  const std::string& isa, unsigned threads);
+  virtual ~Tracer() = default;
+
+  // Nearest surface. A partly opaque point is met with the probability of its opacity, decided by a hash
+  // of `key` and the triangle: independent of the order of traversal.
+  virtual Hit intersect(const Ray& ray, uint32_t key) const = 0;
+  // Share of light that passes along the ray: product of (1 - opacity), 0 behind an opaque surface.
+  virtual float transmittance(const Ray& ray) const = 0;
+  virtual size_t memory_bytes() const = 0;
+};
+
+// Origin of a ray that leaves a surface point on the side of n: moved by `error`, a bound on how far
+// rounding can put the point or the intersection off the surface. No scene-scale epsilon.
+inline Vec3 offset_origin(const Vec3& p, const Vec3& n, float error) { return p + n * error; }
+
+}  // namespace kiln

@@ -1,0 +1,44 @@
+#include "worker/lights/directional.h"
+
+#include "common/math/frame.h"
+#include "common/math/warp.h"
+#include "worker/lights/punctual.h"
+
+namespace kiln {
+
+void DirectionalLights::add(RecordReader& r, const Mat4x3& to_world) {
+  Light l;
+  l.to_light = normalize_or(to_world[2], Vec3(0, 1, 0));
+  l.irradiance = glm::max(r.vec3("color", Vec3(1.0f)) * r.number("intensity", 1.0f), Vec3(0.0f));
+  const double half = 0.5 * std::clamp<double>(r.number("angle", 0.0f), 0.0, 180.0) * 0.017453292519943295;
+  const double s = std::sin(0.5 * half);
+  l.h = static_cast<float>(2.0 * s * s);  // does not cancel for half a degree
+  const BakeMode bake = parse_bake(r);
+  l.indirect_only = bake == BakeMode::kIndirect;
+  if (bake != BakeMode::kNone && max_component(l.irradiance) > 0.0f) lights_.push_back(l);
+}
+
+void DirectionalLights::finish() {
+  std::vector<double> weights;
+  for (const Light& l : lights_) weights.push_back(luminance(l.irradiance));
+  choice_ = DiscreteDistribution(weights);
+}
+
+LightSample DirectionalLights::sample(float u_light, const Vec2& u) const {
+  const auto draw = choice_.sample(u_light);
+  const Light& l = lights_[draw.index];
+  LightSample s;
+  s.indirect_only = l.indirect_only;
+  s.direction = l.to_light;
+  float scale = 1.0f;
+  if (l.h > 0.0f) {
+    s.direction = normalize_or(Frame(l.to_light).to_world(uniform_cone(u, l.h)), l.to_light);
+    // Uniform radiance B over the cone: E = B pi sin^2(half) = B pi h (2 - h), and B / pdf = B 2 pi h.
+    scale = 2.0f / (2.0f - l.h);
+  }
+  s.far = true;
+  s.weight = l.irradiance * (scale / choice_.probability(draw.index));
+  return s;  // pdf stays 0: nothing but this strategy looks for the sun
+}
+
+}  // namespace kiln

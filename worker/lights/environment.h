@@ -1,0 +1,40 @@
+// Light from far away: a constant radiance or an equirectangular image, piecewise constant per texel and
+// sampled in proportion to its luminance.
+#pragma once
+
+#include "common/base/status.h"
+#include "common/math/discrete.h"
+#include "common/scene/record_reader.h"
+#include "worker/lights/light_sample.h"
+
+namespace kiln {
+
+class Environment {
+ public:
+  static constexpr std::string_view kType = "environment";
+  // An environment without an image is constant. `record` may be null: black.
+  static Expected<Environment> create(const Record* record, const Scene& scene,
+                                      std::vector<std::string>& warnings);
+
+  bool is_black() const { return black_; }
+  // A constant environment is found by the surface's own sampling as well as by any other.
+  bool wants_sampling() const { return !black_ && width_ > 0; }
+  bool indirect_only() const { return bake_ == BakeMode::kIndirect; }
+  Vec3 radiance(const Vec3& direction) const;  // direction is unit
+  float pdf(const Vec3& direction) const;      // of sample(), per steradian
+  LightSample sample(const Vec2& u) const;
+
+ private:
+  size_t texel_of(const Vec3& direction) const;
+  Vec3 constant_{0.0f};
+  uint32_t width_ = 0, height_ = 0;
+  std::vector<Vec3> texels_;
+  std::vector<float> row_cos_;  // cosine to +y at the upper edge of each row, height + 1 of them
+  DiscreteDistribution rows_;
+  std::vector<DiscreteDistribution> columns_;  // by row
+  float turn_ = 0.0f;  // rotation about +Y in turns
+  bool black_ = true;
+  BakeMode bake_ = BakeMode::kFull;
+};
+
+}  // namespace kiln

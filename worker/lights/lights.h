@@ -1,0 +1,20 @@
+// ROOM: add a light. All lights of the scene in three strategies: far discs, the environment, and what is
+// inside. A new punctual light is one pair of files and its place in LocalLights' roster.
+#pragma once
+
+#include "worker/lights/directional.h"
+#include "worker/lights/environment.h"
+#include "worker/lights/local_lights.h"
+
+namespace kiln {
+
+struct Lights {
+  DirectionalLights directional;
+  Environment environment;
+  LocalLights local;
+
+  // Parses the light records of the scene and finds its emissive triangles. Unknown types fail.
+  static Expected<Lights> create(const Surfaces& surfaces, std::vector<std::string>& warnings);
+};
+
+}  // namespace kiln

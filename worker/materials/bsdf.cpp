@@ -1,0 +1,98 @@
+// Lambert + GGX as glTF 2.0 appendix B mixes them: f = (1 - F) diffuse/pi + F D G2 / (4 cos cos), with
+// Schlick's F at the half vector, so that the sum is reciprocal and reflects no more than it receives.
+// Heitz 2014, Understanding the Masking-Shadowing Function (height-correlated Smith), and Heitz 2018,
+// Sampling the GGX Distribution of Visible Normals, JCGT 7(4), listing 1. Departure: isotropic only.
+#include "worker/materials/bsdf.h"
+
+namespace kiln {
+namespace {
+
+Vec3 schlick(const Vec3& f0, float cos_h) {
+  const float m = std::clamp(1.0f - cos_h, 0.0f, 1.0f);
+  const float m2 = m * m;
+  return f0 + (Vec3(1.0f) - f0) * (m2 * m2 * m);
+}
+
+float ggx_d(const Vec3& h, float alpha) {
+  const float a2 = alpha * alpha;
+  const float t = h.x * h.x + h.y * h.y + a2 * h.z * h.z;  // (1 - z^2) + a^2 z^2 without cancellation
+  return a2 * kInvPi / (t * t);
+}
+
+// cos x (1 + 2 Lambda): Smith's masking without a division by a cosine that may be next to nothing.
+float smith(float cos, float alpha) {
+  const float a2 = alpha * alpha;
+  return std::sqrt(a2 + (1.0f - a2) * cos * cos);
+}
+
+Vec3 sample_visible_normal(const Vec3& wo, float alpha, const Vec2& u) {
+  const Vec3 v = normalize_or(Vec3(alpha * wo.x, alpha * wo.y, wo.z), Vec3(0, 0, 1));
+  const float side = v.x * v.x + v.y * v.y;
+  const Vec3 t1 = side > 0 ? Vec3(-v.y, v.x, 0) / std::sqrt(side) : Vec3(1, 0, 0);
+  const Vec3 t2 = cross(v, t1);
+  const float r = std::sqrt(u.x);
+  const SinCos a = sincos_turns(u.y);
+  const float p1 = r * a.cos;
+  const float s = 0.5f * (1.0f + v.z);
+  const float p2 = (1.0f - s) * std::sqrt(std::max(0.0f, 1.0f - p1 * p1)) + s * (r * a.sin);
+  const Vec3 n = t1 * p1 + t2 * p2 + v * std::sqrt(std::max(0.0f, 1.0f - p1 * p1 - p2 * p2));
+  return normalize_or(Vec3(alpha * n.x, alpha * n.y, std::max(1e-6f, n.z)), Vec3(0, 0, 1));
+}
+
+// Share of samples for the GGX layer: by reflectance at this angle, kept away from 0 and 1 so that
+// neither layer starves.
+float specular_probability(const Bsdf& b, const Vec3& wo) {
+  if (!b.has_specular()) return 0.0f;
+  if (!b.has_diffuse()) return 1.0f;
+  const float s = luminance(schlick(b.f0, wo.z)), d = luminance(b.diffuse);
+  return std::clamp(s / (s + d), 0.1f, 0.9f);
+}
+
+}  // namespace
+
+Vec3 evaluate(const Bsdf& b, const Vec3& wo, const Vec3& wi) {
+  if (wo.z <= 0.0f || wi.z <= 0.0f) return Vec3(0.0f);
+  if (!b.has_specular()) return b.diffuse * kInvPi;
+  const Vec3 h = normalize_or(wo + wi, Vec3(0, 0, 1));
+  const Vec3 f = schlick(b.f0, dot(wi, h));
+  // G2 / (4 cos cos) of the height-correlated form.
+  const float visibility = 0.5f / (wo.z * smith(wi.z, b.alpha) + wi.z * smith(wo.z, b.alpha));
+  return (Vec3(1.0f) - f) * b.diffuse * kInvPi + f * (ggx_d(h, b.alpha) * visibility);
+}
+
+float pdf(const Bsdf& b, const Vec3& wo, const Vec3& wi) {
+  if (wo.z <= 0.0f || wi.z <= 0.0f) return 0.0f;
+  const float p = specular_probability(b, wo);
+  float sum = (1.0f - p) * wi.z * kInvPi;
+  if (p > 0.0f) {
+    const Vec3 h = normalize_or(wo + wi, Vec3(0, 0, 1));
+    // Density of visible normals G1 max(0, wo.h) D / wo.z, times the Jacobian 1/(4 wo.h), where
+    // G1 / wo.z = 2 / (wo.z + smith(wo)).
+    sum += p * ggx_d(h, b.alpha) / (2.0f * (wo.z + smith(wo.z, b.alpha)));
+  }
+  return sum;
+}
+
+BsdfSample sample(const Bsdf& b, const Vec3& wo, float u_layer, const Vec2& u) {
+  BsdfSample s;
+  if (wo.z <= 0.0f || (!b.has_specular() && !b.has_diffuse())) return s;
+  if (!b.has_specular()) {
+    s.direction = cosine_hemisphere(u);
+    s.pdf = s.direction.z * kInvPi;
+    if (s.pdf > 0.0f) s.weight = b.diffuse;
+    return s;
+  }
+  if (u_layer < specular_probability(b, wo)) {
+    const Vec3 h = sample_visible_normal(wo, b.alpha, u);
+    s.direction = h * (2.0f * dot(wo, h)) - wo;
+  } else {
+    s.direction = cosine_hemisphere(u);
+  }
+  // Whichever layer chose the direction, the estimate divides by the density of both (the one-sample
+  // model of Veach 1995): f / pdf is bounded, so picking a layer makes no fireflies.
+  s.pdf = pdf(b, wo, s.direction);
+  if (s.pdf > 0.0f) s.weight = evaluate(b, wo, s.direction) * (s.direction.z / s.pdf);
+  return s;
+}
+
+}  // namespace kiln

@@ -1,0 +1,55 @@
+// ROOM: add a material. One pair of files that parses its record and yields a Bsdf at a point, and one
+// line in the roster below.
+#pragma once
+
+#include <concepts>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "common/scene/record_reader.h"
+#include "common/scene/scene.h"
+#include "worker/materials/bsdf.h"
+#include "worker/materials/metallic_roughness.h"
+#include "worker/materials/unlit.h"
+
+namespace kiln {
+
+using Material = std::variant<MetallicRoughness, Unlit>;  // the roster
+
+template <class M>
+concept IsMaterial = requires(const M m, const Attributes& a, RecordReader& r, const Scene& s) {
+  { M::kType } -> std::convertible_to<std::string_view>;
+  { M::parse(r, s) } -> std::same_as<M>;
+  { m.bsdf(a) } -> std::same_as<Bsdf>;
+  { m.emission(a) } -> std::same_as<Vec3>;  // radiance alone, for sampling emitters
+  { m.opacity(a) } -> std::same_as<float>;
+  { m.is_opaque() } -> std::same_as<bool>;
+  { m.is_emissive() } -> std::same_as<bool>;
+  { m.double_sided() } -> std::same_as<bool>;
+};
+static_assert(IsMaterial<MetallicRoughness> && IsMaterial<Unlit>);
+
+// Appends to `warnings` what the record held that nothing read. Unknown types fail.
+Expected<Material> parse_material(const Record& record, const Scene& scene, std::vector<std::string>& warnings);
+
+inline Bsdf bsdf_at(const Material& m, const Attributes& a) {
+  return std::visit([&](const auto& x) { return x.bsdf(a); }, m);
+}
+inline Vec3 emission_at(const Material& m, const Attributes& a) {
+  return std::visit([&](const auto& x) { return x.emission(a); }, m);
+}
+inline float opacity_at(const Material& m, const Attributes& a) {
+  return std::visit([&](const auto& x) { return x.opacity(a); }, m);
+}
+inline bool is_opaque(const Material& m) {
+  return std::visit([](const auto& x) { return x.is_opaque(); }, m);
+}
+inline bool is_emissive(const Material& m) {
+  return std::visit([](const auto& x) { return x.is_emissive(); }, m);
+}
+inline bool is_double_sided(const Material& m) {
+  return std::visit([](const auto& x) { return x.double_sided(); }, m);
+}
+
+}  // namespace kiln

@@ -1,0 +1,40 @@
+// Points of the scene's surfaces: where they are, which way they face, what they are made of.
+#pragma once
+
+#include "worker/accel/tracer.h"
+#include "worker/materials/material.h"
+
+namespace kiln {
+
+struct SurfacePoint {
+  Vec3 position;
+  Vec3 ng;  // unit, outer side by winding (mirrored instances stay right)
+  Vec3 ns;  // unit, interpolated; on the side of ng
+  float error;  // how far rounding may have put rays and point off the surface, in metres
+  Attributes attributes;
+};
+
+class Surfaces final : public Opacity {
+ public:
+  // Takes the scene; parses its materials. Warnings name unread properties.
+  static Expected<std::unique_ptr<Surfaces>> create(Scene scene, std::vector<std::string>& warnings);
+
+  const Scene& scene() const { return scene_; }
+  const Material& material(uint32_t instance) const { return materials_[scene_.instances[instance].material]; }
+
+  SurfacePoint at(uint32_t instance, uint32_t triangle, float b1, float b2) const;
+  Attributes attributes(uint32_t instance, uint32_t triangle, float b1, float b2) const;
+  // World-space corners.
+  void corners(uint32_t instance, uint32_t triangle, Vec3 (&p)[3]) const;
+
+  bool is_opaque(uint32_t instance) const override { return kiln::is_opaque(material(instance)); }
+  float opacity(uint32_t instance, uint32_t triangle, float b1, float b2) const override {
+    return opacity_at(material(instance), attributes(instance, triangle, b1, b2));
+  }
+
+ private:
+  Scene scene_;
+  std::vector<Material> materials_;
+};
+
+}  // namespace kiln
