@@ -15,6 +15,7 @@ namespace kiln {
 namespace {
 
 constexpr auto kTick = std::chrono::milliseconds(20);
+constexpr uint32_t kTicksPerProgress = 5;
 
 class FarmImpl final : public Farm {
  public:
@@ -117,9 +118,10 @@ Expected<bool> FarmImpl::run_pass(std::vector<WorkUnit> units, int64_t deadline_
   loop_.run_ready();
   server_.begin_pass(std::move(units), on_result);
   bool nobody_left = false;
+  uint32_t ticks = 0;
   on_tick_ = [&] {
     nobody_left = local_ && local_->hopeless() && server_.connections() == 0;
-    if (on_progress) on_progress(progress(total));
+    if (on_progress && ticks++ % kTicksPerProgress == 0) on_progress(progress(total));
   };
   const auto overdue = [&] { return deadline_ms != 0 && clock_.now_ms() >= deadline_ms; };
   tick();

@@ -37,6 +37,7 @@ struct FarmStatistics {
   std::vector<std::string> events;  // for the report: who joined, died, was given whose units
 };
 
+// All calls from one thread, which lives as long as the farm: local workers are killed with it.
 class Farm {
  public:
   // Listens, spawns the local workers and returns without waiting for them.
@@ -48,7 +49,8 @@ class Farm {
   // Hands out all units and calls on_result once per unit, on the calling thread, in the order of
   // arrival. Returns when every unit has been committed, with the error of on_result, when no worker can
   // be had any more, when a unit failed for good, or at `deadline_ms` (clock of clock.h; 0: none) with the
-  // units that are committed by then: the return value says whether the pass is complete.
+  // units that are committed by then: the return value says whether the pass is complete. on_progress is
+  // called about ten times a second. After an error every further pass fails with it.
   virtual Expected<bool> run_pass(std::vector<WorkUnit> units, int64_t deadline_ms,
                                   const std::function<Status(const WorkUnit&, const UnitResult&)>& on_result,
                                   const std::function<void(const FarmProgress&)>& on_progress) = 0;

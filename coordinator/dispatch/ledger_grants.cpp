@@ -36,7 +36,7 @@ const Ledger::Lease* Ledger::choose_copy(WorkerId id, int64_t now) const {
   const int64_t usual =
       turnaround_count_ ? turnaround_sum_ / static_cast<int64_t>(turnaround_count_) : settings_.lease_ms / 2;
   for (const auto& [number, lease] : leases_) {
-    if (now - lease.since <= 2 * usual) continue;
+    if (now - lease.since <= 2 * usual) return nullptr;  // and so are all younger ones
     const auto unit = units_.find(lease.unit);
     if (unit == units_.end() || lease.worker == id) continue;
     const UnitState& state = unit->second;

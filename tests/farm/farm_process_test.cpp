@@ -7,8 +7,8 @@
 #include <set>
 #include <thread>
 
-#include "common/basis/basis.h"
 #include "common/base/clock.h"
+#include "common/basis/basis.h"
 #include "tests/farm/farm_support.h"
 #include "tests/farm/stub_bake.h"
 
@@ -200,8 +200,7 @@ TEST(Farm, TheErrorOfTheMergeEndsThePass) {
 
 TEST(Farm, AtTheDeadlineThePassIsIncomplete) {
   const StubOptions stub("slow=100");
-  const PassOutcome outcome =
-      bake(stub_settings(1), make_units(100, 40), {}, SteadyClock().now_ms() + 500);
+  const PassOutcome outcome = bake(stub_settings(1), make_units(100, 40), {}, SteadyClock().now_ms() + 500);
   ASSERT_TRUE(outcome.complete) << outcome.complete.error().message;
   EXPECT_FALSE(*outcome.complete);
   EXPECT_LT(outcome.moments.size(), 40u);

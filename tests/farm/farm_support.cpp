@@ -23,7 +23,8 @@ TestJob::TestJob() {
   Texture t;  // large enough for several pieces
   t.name = "noise";
   t.width = 3000, t.height = 1500, t.channels = 1;
-  for (uint32_t i = 0; i < t.width * t.height; ++i) t.texels.push_back(std::byte(i * 2654435761u >> 13 & 255));
+  for (uint32_t i = 0; i < t.width * t.height; ++i)
+    t.texels.push_back(std::byte(i * 2654435761u >> 13 & 255));
   s.textures.push_back(t);
   s.instances.push_back({0, 0, Mat4x3(1.0f), "node", 0, 0, 0});
   Atlas a;
@@ -47,8 +48,12 @@ std::vector<WorkUnit> make_units(uint64_t first_id, size_t count, uint32_t first
   return units;
 }
 
-StubOptions::StubOptions(const std::string& text) { ::setenv("KILN_STUB", text.c_str(), 1); }
-StubOptions::~StubOptions() { ::unsetenv("KILN_STUB"); }
+StubOptions::StubOptions(const std::string& text) {
+  ::setenv("KILN_STUB", text.c_str(), 1);
+}
+StubOptions::~StubOptions() {
+  ::unsetenv("KILN_STUB");
+}
 
 FarmSettings stub_settings(uint32_t workers, uint32_t threads) {
   FarmSettings s;

@@ -9,7 +9,9 @@
 namespace kiln {
 namespace {
 
-Digest truth(uint64_t unit) { return sha256(std::as_bytes(std::span(&unit, 1))); }
+Digest truth(uint64_t unit) {
+  return sha256(std::as_bytes(std::span(&unit, 1)));
+}
 
 class Simulation {
  public:
@@ -30,7 +32,7 @@ class Simulation {
     uint32_t threads, credits;
     bool alive = true;
     int64_t silent_until = 0;
-    int slowness;  // ms per unit
+    int slowness;                 // ms per unit
     std::vector<Answer> answers;  // not yet sent
   };
 

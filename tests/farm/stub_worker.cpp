@@ -51,7 +51,8 @@ class StubBaker final : public Baker {
       : options_(options()), planes_(static_cast<uint32_t>(moment_plane_names(basis).size())) {}
 
   Expected<UnitResult> bake(const WorkUnit& unit) const override {
-    if (options_.count("dir")) first(options_, "unit-" + std::to_string(unit.id) + "-" + std::to_string(::getpid()));
+    if (options_.count("dir"))
+      first(options_, "unit-" + std::to_string(unit.id) + "-" + std::to_string(::getpid()));
     if (options_.count("slow"))
       std::this_thread::sleep_for(std::chrono::milliseconds(std::stoi(options_.at("slow"))));
     if (is("crash", unit)) ::raise(SIGSEGV);
@@ -92,5 +93,6 @@ Expected<std::unique_ptr<Baker>> make_stub(Scene, Atlas, const TransportSettings
 }  // namespace kiln::test
 
 int main(int argc, char** argv) {
-  std::_Exit(kiln::worker_main({argv + 1, argv + argc}, "stub", kiln::test::make_stub, kiln::test::stub_class));
+  std::_Exit(
+      kiln::worker_main({argv + 1, argv + argc}, "stub", kiln::test::make_stub, kiln::test::stub_class));
 }

@@ -30,7 +30,9 @@ struct Pair {
   }
   void start_server() {
     Connection::Handlers h;
-    h.on_frame = [this](const FrameHeader& header, auto payload) { received.push_back(*decode(header, payload)); };
+    h.on_frame = [this](const FrameHeader& header, auto payload) {
+      received.push_back(*decode(header, payload));
+    };
     h.on_closed = [this](const std::string& reason) { server_closed = reason; };
     server->start(std::move(h), kChunkWriteBudget);
   }

@@ -33,10 +33,9 @@ TEST(Frame, RoundTrip) {
 }
 
 TEST(Frame, LengthsAboveTheCapAreRefusedBeforeAllocation) {
-  for (const auto& [type, cap] : {std::pair(MessageType::kHello, kMaxControlBytes),
-                                  std::pair(MessageType::kGoodbye, kMaxControlBytes),
-                                  std::pair(MessageType::kChunkPiece, kMaxDataBytes),
-                                  std::pair(MessageType::kResult, kMaxDataBytes)})
+  for (const auto& [type, cap] :
+       {std::pair(MessageType::kHello, kMaxControlBytes), std::pair(MessageType::kGoodbye, kMaxControlBytes),
+        std::pair(MessageType::kChunkPiece, kMaxDataBytes), std::pair(MessageType::kResult, kMaxDataBytes)})
     for (const uint32_t length : {cap, cap + 1, 0xffffffffu}) {
       Bytes f = frame_of(type, 0);
       std::memcpy(f.data() + 8, &length, 4);

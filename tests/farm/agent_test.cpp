@@ -1,0 +1,255 @@
+// A real worker process against a coordinator played by the test.
+#include <signal.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <thread>
+
+#include "common/base/clock.h"
+#include "common/wire/limits.h"
+#include "coordinator/dispatch/child_process.h"
+#include "tests/farm/farm_support.h"
+#include "tests/farm/raw_peer.h"
+
+namespace kiln {
+namespace {
+
+using namespace test;
+
+class WorkerProcess {
+ public:
+  explicit WorkerProcess(uint16_t port, std::vector<std::string> arguments = {}) {
+    std::vector<std::string> command{(binary_dir() / "bin/kiln-stub-worker").string()};
+    command.insert(command.end(), arguments.begin(), arguments.end());
+    process = *ChildProcess::spawn(
+        command, {"KILN_CONNECT=127.0.0.1:" + std::to_string(port), "KILN_TOKEN=token", "KILN_THREADS=1"});
+  }
+  bool ended_with(int status) {
+    const SteadyClock clock;
+    for (const int64_t limit = clock.now_ms() + 10000; process.running() && clock.now_ms() < limit;) {
+      for (const std::string& line : process.read_lines()) said += line + "\n";
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    }
+    for (const std::string& line : process.read_lines()) said += line + "\n";
+    return process.exited_with(status);
+  }
+  ChildProcess process;
+  std::string said;
+};
+
+void serve_chunks(RawPeer& peer, const ChunkStore& chunks, const ChunkRequest& request) {
+  for (const Digest& id : request.ids) {
+    const Bytes& bytes = *chunks.find(id);
+    for (size_t at = 0; at < bytes.size(); at += kChunkPieceBytes) {
+      const size_t end = std::min(bytes.size(), at + kChunkPieceBytes);
+      peer.send(ChunkPiece{id, at, bytes.size(), Bytes(bytes.begin() + at, bytes.begin() + end), true});
+    }
+  }
+}
+
+// Plays the hand-shake up to the worker's Credits; returns whether it came, and how many chunks were asked.
+std::optional<Credits> make_ready(RawPeer& peer, const TestJob& job, size_t* asked = nullptr) {
+  if (!peer.next<Hello>()) return std::nullopt;
+  peer.send(Welcome{1, 100, 1000});
+  peer.send(Job{write_job(job.spec)});
+  while (auto message = peer.receive()) {
+    if (const auto* request = std::get_if<ChunkRequest>(&*message)) {
+      if (asked) *asked += request->ids.size();
+      serve_chunks(peer, job.chunks, *request);
+    }
+    if (const auto* credits = std::get_if<Credits>(&*message)) return *credits;
+  }
+  return std::nullopt;
+}
+
+Unit unit_of(const TestJob& job, uint64_t id) {
+  return {job.spec.id, 100 + id, make_units(id, 1)[0]};
+}
+
+TEST(Agent, HelloComesFirstAndAloneUntilItIsAnswered) {
+  RawListener listener;
+  WorkerProcess worker(listener.port());
+  auto peer = listener.accept();
+  ASSERT_TRUE(peer);
+  const auto first = peer->receive();
+  ASSERT_TRUE(first && std::holds_alternative<Hello>(*first));
+  const Hello& hello = std::get<Hello>(*first);
+  EXPECT_EQ(hello.token, "token");
+  EXPECT_EQ(hello.threads, 1u);
+  EXPECT_EQ(hello.pid, static_cast<uint32_t>(worker.process.pid()));
+  EXPECT_FALSE(peer->receive(200)) << "something was asked for before the coordinator answered";
+}
+
+TEST(Agent, ChunksAreFetchedOnceAndKeptAcrossConnections) {
+  RawListener listener;
+  const TestJob job;
+  WorkerProcess worker(listener.port());
+  size_t asked = 0;
+  {
+    auto peer = listener.accept();
+    ASSERT_TRUE(peer);
+    const auto credits = make_ready(*peer, job, &asked);
+    ASSERT_TRUE(credits);
+    EXPECT_EQ(credits->units, 1 + kPrefetchUnits);
+    EXPECT_EQ(asked, job.chunks.size());
+  }
+  auto peer = listener.accept();
+  ASSERT_TRUE(peer);
+  EXPECT_TRUE(make_ready(*peer, job, &asked));
+  EXPECT_EQ(asked, job.chunks.size());
+}
+
+TEST(Agent, ADamagedChunkIsNeverUsed) {
+  RawListener listener;
+  TestJob job;
+  WorkerProcess worker(listener.port());
+  {
+    auto peer = listener.accept();
+    ASSERT_TRUE(peer && peer->next<Hello>());
+    peer->send(Welcome{1, 100, 1000});
+    peer->send(Job{write_job(job.spec)});
+    const auto request = peer->next<ChunkRequest>();
+    ASSERT_TRUE(request);
+    Bytes bytes = *job.chunks.find(request->ids[0]);
+    bytes[bytes.size() / 2] ^= std::byte{1};
+    peer->send(ChunkPiece{request->ids[0], 0, bytes.size(), bytes, false});
+    EXPECT_TRUE(peer->closed());
+  }
+  size_t asked = 0;
+  auto peer = listener.accept();
+  ASSERT_TRUE(peer);
+  EXPECT_TRUE(make_ready(*peer, job, &asked));
+  EXPECT_EQ(asked, job.chunks.size());
+}
+
+TEST(Agent, AResultIsKeptUntilItsDigestIsAcknowledged) {
+  RawListener listener;
+  const TestJob job;
+  WorkerProcess worker(listener.port());
+  Digest digest;
+  {
+    auto peer = listener.accept();
+    ASSERT_TRUE(peer && make_ready(*peer, job));
+    peer->send(unit_of(job, 5));
+    const auto result = peer->next<Result>();
+    ASSERT_TRUE(result);
+    digest = result->digest;
+    peer->send(CommitAck{job.spec.id, 5, Digest{}});  // of other bytes: does not count
+  }
+  {
+    auto peer = listener.accept();
+    ASSERT_TRUE(peer && make_ready(*peer, job));
+    const auto again = peer->next<Result>();
+    ASSERT_TRUE(again) << "the result was forgotten";
+    EXPECT_EQ(again->digest, digest);
+    EXPECT_EQ(again->result.unit, 5u);
+    peer->send(CommitAck{job.spec.id, 5, digest});
+    ASSERT_TRUE(peer->next<Heartbeat>());
+    ASSERT_TRUE(peer->next<Heartbeat>());
+  }
+  auto peer = listener.accept();
+  ASSERT_TRUE(peer && make_ready(*peer, job));
+  EXPECT_FALSE(peer->next<Result>(50)) << "an acknowledged result came again";
+}
+
+TEST(Agent, SigtermFinishesWhatRunsAndHandsBackTheRest) {
+  const StubOptions stub("slow=300");
+  RawListener listener;
+  const TestJob job;
+  WorkerProcess worker(listener.port());
+  auto peer = listener.accept();
+  ASSERT_TRUE(peer && make_ready(*peer, job));
+  for (const uint64_t id : {1, 2, 3}) peer->send(unit_of(job, id));
+  ASSERT_TRUE(peer->next<Heartbeat>());
+  worker.process.signal(SIGTERM);
+  const auto drain = peer->next<Drain>();
+  ASSERT_TRUE(drain);
+  EXPECT_EQ(drain->units, (std::vector<uint64_t>{2, 3}));
+  const auto result = peer->next<Result>();
+  ASSERT_TRUE(result);
+  EXPECT_EQ(result->result.unit, 1u);
+  peer->send(unit_of(job, 4));  // crossed the drain on the wire
+  const auto more = peer->next<Drain>();
+  ASSERT_TRUE(more);
+  EXPECT_EQ(more->units, std::vector<uint64_t>{4});
+  peer->send(CommitAck{job.spec.id, 1, result->digest});
+  EXPECT_TRUE(peer->next<Goodbye>());
+  peer->close();
+  EXPECT_TRUE(worker.ended_with(0)) << worker.process.how_it_ended() << worker.said;
+}
+
+TEST(Agent, HeartbeatsComeWhileUnitsRun) {
+  const StubOptions stub("slow=600");
+  RawListener listener;
+  const TestJob job;
+  WorkerProcess worker(listener.port());
+  auto peer = listener.accept();
+  ASSERT_TRUE(peer && make_ready(*peer, job));
+  peer->send(unit_of(job, 1));
+  size_t beats = 0;
+  while (auto message = peer->receive()) {
+    if (const auto* beat = std::get_if<Heartbeat>(&*message); beat && beat->running == 1) ++beats;
+    if (std::holds_alternative<Result>(*message)) break;
+  }
+  EXPECT_GE(beats, 2u);
+}
+
+TEST(Agent, ARefusalEndsTheWorkerWithItsReason) {
+  RawListener listener;
+  WorkerProcess worker(listener.port());
+  auto peer = listener.accept();
+  ASSERT_TRUE(peer && peer->next<Hello>());
+  peer->send(Refused{"no room at the inn"});
+  EXPECT_TRUE(worker.ended_with(2)) << worker.process.how_it_ended();
+  EXPECT_NE(worker.said.find("no room at the inn"), std::string::npos) << worker.said;
+}
+
+TEST(Agent, ACoordinatorOfAnotherMajorEndsTheWorker) {
+  RawListener listener;
+  WorkerProcess worker(listener.port());
+  auto peer = listener.accept();
+  ASSERT_TRUE(peer && peer->next<Hello>());
+  Bytes frame = encode(Welcome{1, 100, 1000});
+  frame[2] = std::byte{9};
+  peer->send_bytes(frame);
+  EXPECT_TRUE(worker.ended_with(2)) << worker.process.how_it_ended();
+  EXPECT_NE(worker.said.find("same release"), std::string::npos) << worker.said;
+}
+
+TEST(Agent, GoodbyeEndsTheWorkerInOrder) {
+  RawListener listener;
+  WorkerProcess worker(listener.port());
+  auto peer = listener.accept();
+  ASSERT_TRUE(peer && peer->next<Hello>());
+  peer->send(Welcome{1, 100, 1000});
+  peer->send(Goodbye{"the bake has ended"});
+  EXPECT_TRUE(worker.ended_with(0)) << worker.process.how_it_ended();
+}
+
+TEST(Agent, WithoutACoordinatorPatienceEnds) {
+  uint16_t nobody;
+  {
+    const RawListener listener;
+    nobody = listener.port();
+  }
+  WorkerProcess worker(nobody, {"--patience", "1"});
+  EXPECT_TRUE(worker.ended_with(1)) << worker.process.how_it_ended();
+  EXPECT_NE(worker.said.find("Is it running"), std::string::npos) << worker.said;
+}
+
+TEST(Agent, WrongUsageIsSaid) {
+  const std::string program = (binary_dir() / "bin/kiln-stub-worker").string();
+  for (const char* wrong :
+       {"", "--connect nowhere", "--connect a:1 --threads 0", "--nonsense", "--connect"}) {
+    const auto result = run_command(program + " " + wrong);
+    EXPECT_EQ(result.exit_status, 2) << wrong;
+    EXPECT_FALSE(result.output.empty());
+  }
+  EXPECT_EQ(run_command(program + " --version").exit_status, 0);
+  const auto help = run_command(program + " --help");
+  EXPECT_EQ(help.exit_status, 0);
+  EXPECT_NE(help.output.find("example:"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace kiln

@@ -1,0 +1,262 @@
+// The coordinator against peers that break the protocol. A pass runs in a thread; a real worker ends it.
+#include <atomic>
+#include <thread>
+
+#include "common/basis/basis.h"
+#include "common/wire/limits.h"
+#include "tests/farm/farm_support.h"
+#include "tests/farm/raw_peer.h"
+#include "tests/farm/stub_bake.h"
+
+namespace kiln {
+namespace {
+
+using namespace test;
+
+Hello good_hello(uint64_t instance = 1) {
+  return {"test", "right token", "host", 1, instance, 1, "avx2", "none"};
+}
+
+// A farm without workers of its own that waits for units 1 to `count`.
+class WaitingFarm {
+ public:
+  explicit WaitingFarm(size_t count = 2) : units_(make_units(1, count)) {
+    FarmSettings settings;
+    settings.local_workers = 0;
+    settings.token = "right token";
+    settings.lease_ms = 5000;
+    farm_ = std::move(*Farm::start(settings, job.spec, job.chunks));
+    thread_ = std::thread([this] {
+      const auto keep = [](const WorkUnit&, const UnitResult&) -> Status { return {}; };
+      outcome = farm_->run_pass(units_, 0, keep, {});
+    });
+  }
+  // Answers every unit, as a good worker does, and ends the pass.
+  void finish() {
+    RawPeer worker = RawPeer::connect(port());
+    worker.send(good_hello(999));
+    worker.send(JobClass{job.spec.id, "class"});
+    worker.send(Credits{job.spec.id, 1});
+    for (size_t i = 0; i < units_.size(); ++i) {
+      const auto unit = worker.next<Unit>();
+      ASSERT_TRUE(unit) << "no unit came";
+      worker.send(answer(*unit));
+      ASSERT_TRUE(worker.next<CommitAck>());
+    }
+    join();
+  }
+  void join() {
+    thread_.join();
+    ASSERT_TRUE(outcome) << outcome.error().message;
+    EXPECT_TRUE(*outcome);
+  }
+  ~WaitingFarm() {
+    if (!thread_.joinable()) return;
+    thread_.detach();  // the test has failed already, and the pass would not end
+    (void)farm_.release();
+  }
+  static Result answer(const Unit& unit) {
+    const auto planes = static_cast<uint32_t>(moment_plane_names(TransportSettings{}.basis).size());
+    Result r{unit.job, unit.lease, stub_bake(unit.unit, planes), {}};
+    r.digest = result_digest(r.result);
+    return r;
+  }
+  uint16_t port() const { return farm_->port(); }
+
+  const TestJob job;
+  Expected<bool> outcome = false;
+
+ private:
+  std::vector<WorkUnit> units_;
+  std::unique_ptr<Farm> farm_;
+  std::thread thread_;
+};
+
+std::string refusal(RawPeer& peer) {
+  const auto refused = peer.next<Refused>();
+  return refused ? refused->reason : "(no refusal)";
+}
+
+TEST(Coordinator, AWrongTokenIsRefusedInWords) {
+  WaitingFarm farm;
+  for (const char* token : {"", "wrong", "right toke", "right token "}) {
+    RawPeer peer = RawPeer::connect(farm.port());
+    Hello hello = good_hello();
+    hello.token = token;
+    peer.send(hello);
+    const auto first = peer.receive();
+    ASSERT_TRUE(first && std::holds_alternative<Refused>(*first)) << token;
+    EXPECT_NE(std::get<Refused>(*first).reason.find("--token-file"), std::string::npos);
+    EXPECT_TRUE(peer.closed());
+  }
+  farm.finish();
+}
+
+TEST(Coordinator, AnotherMajorIsRefusedInWordsAndAnotherMinorIsNot) {
+  WaitingFarm farm;
+  for (const size_t version_byte : {2u, 3u}) {
+    RawPeer peer = RawPeer::connect(farm.port());
+    Bytes frame = encode(good_hello(version_byte));
+    frame[version_byte] = std::byte{9};
+    peer.send_bytes(frame);
+    if (version_byte == 2)
+      EXPECT_NE(refusal(peer).find("protocol 9."), std::string::npos);
+    else
+      EXPECT_TRUE(peer.next<Welcome>());
+  }
+  farm.finish();
+}
+
+TEST(Coordinator, NothingIsServedBeforeTheHandShake) {
+  WaitingFarm farm;
+  RawPeer peer = RawPeer::connect(farm.port());
+  peer.send(ChunkRequest{{farm.job.spec.scene}, false});
+  EXPECT_NE(refusal(peer).find("Hello"), std::string::npos);
+  farm.finish();
+}
+
+TEST(Coordinator, GarbageClosesTheConnectionAndNothingElse) {
+  WaitingFarm farm;
+  std::srand(5);
+  for (int round = 0; round < 20; ++round) {
+    RawPeer peer = RawPeer::connect(farm.port());
+    Bytes noise(64);
+    for (std::byte& b : noise) b = std::byte(std::rand() & 255);
+    if (round % 2) {  // after a good hand-shake, with a flipped bit
+      peer.send(good_hello(100 + round));
+      ASSERT_TRUE(peer.next<Job>());
+      noise = encode(JobClass{farm.job.spec.id, "class"});
+      noise.back() ^= std::byte{1};
+    }
+    peer.send_bytes(noise);
+    EXPECT_TRUE(peer.closed()) << round;
+  }
+  farm.finish();
+}
+
+TEST(Coordinator, ChunksArriveWholeCompressedOrNot) {
+  WaitingFarm farm;
+  const Digest largest = (*scene_chunks(*farm.job.chunks.find(farm.job.spec.scene)))[1];
+  for (const bool compress : {false, true}) {
+    RawPeer peer = RawPeer::connect(farm.port());
+    peer.send(good_hello(compress));
+    peer.send(ChunkRequest{{largest, farm.job.spec.atlas}, compress});
+    Bytes bytes;
+    uint64_t total = 1;
+    for (; bytes.size() < total;) {
+      const auto piece = peer.next<ChunkPiece>();
+      ASSERT_TRUE(piece);
+      ASSERT_EQ(piece->id, largest);
+      ASSERT_EQ(piece->offset, bytes.size());
+      EXPECT_LE(piece->bytes.size(), kChunkPieceBytes);
+      total = piece->total;
+      bytes.insert(bytes.end(), piece->bytes.begin(), piece->bytes.end());
+    }
+    EXPECT_GT(total, kChunkPieceBytes);  // in more than one piece
+    EXPECT_EQ(sha256(bytes), largest);
+    const auto next = peer.next<ChunkPiece>();
+    ASSERT_TRUE(next);
+    EXPECT_EQ(next->id, farm.job.spec.atlas);
+  }
+  farm.finish();
+}
+
+TEST(Coordinator, AChunkOfNoJobIsRefused) {
+  WaitingFarm farm;
+  RawPeer peer = RawPeer::connect(farm.port());
+  peer.send(good_hello());
+  peer.send(ChunkRequest{{Digest{}}, false});
+  EXPECT_NE(refusal(peer).find("not part of the job"), std::string::npos);
+  farm.finish();
+}
+
+// What a joined worker may not send: its connection is closed with the reason, its units go to another.
+TEST(Coordinator, LiesAreRefusedAndTheUnitBakedElsewhere) {
+  const auto lies = std::vector<std::function<void(Result&)>>{
+      [](Result& r) { r.result.unit = 12345; },             // nobody asked
+      [](Result& r) { r.digest.bytes[0] ^= 1; },            // damaged before it was framed
+      [](Result& r) { r.result.moments[0] = 1e308 * 10; },  // infinite
+      [](Result& r) { r.result.plane_count /= 2, r.result.moments.resize(r.result.moments.size() / 2); },
+      [](Result& r) { r.result.seconds = -1; },
+      [](Result& r) { r.job = 1; },
+  };
+  for (size_t i = 0; i < lies.size(); ++i) {
+    WaitingFarm farm;
+    RawPeer peer = RawPeer::connect(farm.port());
+    peer.send(good_hello(i));
+    peer.send(JobClass{farm.job.spec.id, "class"});
+    peer.send(Credits{farm.job.spec.id, 1});
+    const auto unit = peer.next<Unit>();
+    ASSERT_TRUE(unit);
+    Result lie = WaitingFarm::answer(*unit);
+    lies[i](lie);
+    peer.send(lie);
+    EXPECT_NE(refusal(peer), "(no refusal)") << i;
+    farm.finish();
+  }
+}
+
+TEST(Coordinator, AProcessThatReconnectsIsTheSameWorkerAndDeliversWhatItKept) {
+  WaitingFarm farm;
+  std::optional<Unit> held;
+  uint32_t number = 0;
+  {
+    RawPeer peer = RawPeer::connect(farm.port());
+    peer.send(good_hello(7));
+    const auto welcome = peer.next<Welcome>();
+    ASSERT_TRUE(welcome);
+    number = welcome->worker;
+    EXPECT_EQ(welcome->lease_ms, 5000u);
+    peer.send(JobClass{farm.job.spec.id, "class"});
+    peer.send(Credits{farm.job.spec.id, 1});
+    held = peer.next<Unit>();
+    ASSERT_TRUE(held);
+  }
+  RawPeer again = RawPeer::connect(farm.port());
+  again.send(good_hello(7));
+  const auto welcome = again.next<Welcome>();
+  ASSERT_TRUE(welcome);
+  EXPECT_EQ(welcome->worker, number);
+  again.send(JobClass{farm.job.spec.id, "class"});
+  again.send(Credits{farm.job.spec.id, 1});
+  again.send(WaitingFarm::answer(*held));
+  const auto ack = again.next<CommitAck>();
+  ASSERT_TRUE(ack);
+  EXPECT_EQ(ack->unit, held->unit.id);
+  EXPECT_EQ(ack->digest, WaitingFarm::answer(*held).digest);
+  again.close();
+  RawPeer last = RawPeer::connect(farm.port());  // bakes the rest
+  last.send(good_hello(8));
+  last.send(JobClass{farm.job.spec.id, "class"});
+  last.send(Credits{farm.job.spec.id, 4});
+  const auto unit = last.next<Unit>();
+  ASSERT_TRUE(unit);
+  EXPECT_NE(unit->unit.id, held->unit.id);
+  last.send(WaitingFarm::answer(*unit));
+  EXPECT_TRUE(last.next<CommitAck>());
+  farm.join();
+}
+
+TEST(Coordinator, ListeningBeyondThisMachineNeedsAToken) {
+  const TestJob job;
+  FarmSettings settings;
+  settings.local_workers = 0;
+  settings.listen_host = "0.0.0.0";
+  const auto farm = Farm::start(settings, job.spec, job.chunks);
+  ASSERT_FALSE(farm);
+  EXPECT_EQ(farm.error().kind, ErrorKind::kUsage);
+}
+
+TEST(Coordinator, APortThatIsTakenIsAnErrorThatNamesIt) {
+  const RawListener taken;
+  const TestJob job;
+  FarmSettings settings;
+  settings.local_workers = 0;
+  settings.listen_port = taken.port();
+  const auto farm = Farm::start(settings, job.spec, job.chunks);
+  ASSERT_FALSE(farm);
+  EXPECT_NE(farm.error().message.find(std::to_string(taken.port())), std::string::npos);
+}
+
+}  // namespace
+}  // namespace kiln
