@@ -17,8 +17,10 @@ void print_result(const BakeReport& r, const std::string& folder) {
   std::printf("stated error: %.2f %% rms; %.1f %% of texels within %g %% at %g %% confidence%s\n", 100 * last.rms_relative,
               100 * last.converged_share, 100 * r.settings.error, 100 * r.settings.confidence,
               r.complete ? "" : " (stopped by the time limit)");
-  for (const ImportNote& n : r.notes)
+  for (const ImportNote& n : r.notes) {
     if (n.kind == ImportNote::Kind::kWarning) std::printf("warning: %s\n", n.what.c_str());
+    if (n.kind == ImportNote::Kind::kIgnored) std::printf("note: %s\n", n.what.c_str());
+  }
   for (const std::string& s : r.warnings) std::printf("warning: %s\n", s.c_str());
   std::printf("look at:  %s/preview.png   the scene through its lightmap\n"
               "          %s/report.html   error against run time, maps, every setting\n"
