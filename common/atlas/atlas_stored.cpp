@@ -34,7 +34,9 @@ bool check_record(std::span<const uint32_t> record, const Scene& scene) {
   return valid != 0 && seen == valid;
 }
 
-bool finite(const Vec2& v) { return std::isfinite(v.x) && std::isfinite(v.y); }
+bool finite(const Vec2& v) {
+  return std::isfinite(v.x) && std::isfinite(v.y);
+}
 
 }  // namespace
 

@@ -43,6 +43,18 @@ uint32_t steps_along(double texels, uint32_t most, bool& limited) {
   return static_cast<uint32_t>(std::clamp(std::isfinite(steps) ? steps : page, 1.0, page));
 }
 
+double mask_texels(const ChartSize& size, const Steps& s, double density) {
+  const double box = (s.x + 1.0) * (s.y + 1.0);
+  // The chart itself and half a texel around it, if its border is no longer than twice its box's.
+  return std::min(box, size.square_metres * density * density + 2.0 * (s.x + s.y) + 2.0);
+}
+
+// A page's share of a chart when pages hold only charts of its size.
+double page_texels(const Steps& s, uint32_t max_page_size) {
+  const auto beside = [=](uint32_t steps) { return std::floor(max_page_size / (steps + 1.0)); };
+  return double{1.0} * max_page_size * max_page_size / (beside(s.x) * beside(s.y));
+}
+
 }  // namespace
 
 std::vector<MeshChartBoxes> chart_boxes(const Atlas& atlas, unsigned threads) {
@@ -105,22 +117,27 @@ Steps chart_steps(const ChartSize& size, double density, uint32_t max_page_size)
 
 double texels_needed(const std::vector<ChartSize>& sizes, double density, uint32_t max_page_size) {
   double sum = 0;
-  for (const ChartSize& size : sizes) {
-    const Steps s = chart_steps(size, density, max_page_size);
-    const double box = (s.x + 1.0) * (s.y + 1.0);
-    // The chart itself and half a texel around it, if its border is no longer than twice its box's.
-    sum += std::min(box, size.square_metres * density * density + 2.0 * (s.x + s.y) + 2.0);
-  }
+  for (const ChartSize& size : sizes)
+    sum += mask_texels(size, chart_steps(size, density, max_page_size), density);
   return sum;
 }
 
 double fitting_density(const std::vector<ChartSize>& sizes, double density, uint32_t max_page_size,
                        double limit) {
+  const auto needed = [&](double d) {
+    double sum = 0;
+    for (const ChartSize& size : sizes) {
+      const Steps s = chart_steps(size, d, max_page_size);
+      const bool large = 8 * std::max(s.x, s.y) > max_page_size;
+      sum += large ? page_texels(s, max_page_size) : mask_texels(size, s, d);
+    }
+    return sum;
+  };
   double low = 0, high = density;
-  if (texels_needed(sizes, 0, max_page_size) > limit) return 0;
+  if (needed(0) > limit) return 0;
   for (int step = 0; step < 50; ++step) {
     const double middle = 0.5 * (low + high);
-    (texels_needed(sizes, middle, max_page_size) <= limit ? low : high) = middle;
+    (needed(middle) <= limit ? low : high) = middle;
   }
   return low;
 }

@@ -34,10 +34,10 @@ struct Steps {
 };
 Steps chart_steps(const ChartSize& size, double density, uint32_t max_page_size);
 
-// An estimate of the texels in all masks, and the largest density, at most `density`, for which it is
-// within `limit` (0: none).
+// Texels in all masks, estimated.
 double texels_needed(const std::vector<ChartSize>& sizes, double density, uint32_t max_page_size);
-double fitting_density(const std::vector<ChartSize>& sizes, double density, uint32_t max_page_size,
-                       double limit);
+// A density at most `density` for which pages of `limit` texels in all suffice (0: none). Careful: charts
+// that are large for a page are counted with the room that they waste on it.
+double fitting_density(const std::vector<ChartSize>& sizes, double density, uint32_t max_page_size, double limit);
 
 }  // namespace kiln

@@ -1,7 +1,5 @@
 // Charts at their size in the world, laid on texel centres and packed. (O'Donnell 2018, chart masks and
 // atlas packing; Roughton 2019, 4.1.)
-#include <cstdio>
-
 #include "common/atlas/chart_size.h"
 #include "common/atlas/charts.h"
 #include "common/atlas/footprint.h"
@@ -175,10 +173,12 @@ Expected<Atlas> layout_packed(const Scene& scene, const AtlasSettings& settings)
   const std::vector<MeshChartBoxes> boxes = chart_boxes(atlas, settings.threads);
   const std::vector<ChartSize> sizes = chart_sizes(scene, atlas, boxes, settings.threads);
   const uint64_t page = uint64_t{settings.max_page_size} * settings.max_page_size;
-  const double limit = 0.9 * static_cast<double>(std::min(kMaxTexels, kMaxPages * page));
-  if (texels_needed(sizes, settings.texels_per_metre, settings.max_page_size) > limit)
-    return too_dense(settings.texels_per_metre,
-                     fitting_density(sizes, settings.texels_per_metre, settings.max_page_size, limit));
+  const double limit = static_cast<double>(std::min(kMaxTexels, kMaxPages * page));
+  const auto refuse = [&] {
+    const double density = settings.texels_per_metre;
+    return too_dense(density, fitting_density(sizes, 0.95 * density, settings.max_page_size, 0.9 * limit));
+  };
+  if (texels_needed(sizes, settings.texels_per_metre, settings.max_page_size) > limit) return refuse();
 
   std::vector<Steps> steps(sizes.size());
   for (size_t p = 0; p < sizes.size(); ++p)
@@ -190,8 +190,7 @@ Expected<Atlas> layout_packed(const Scene& scene, const AtlasSettings& settings)
   for (size_t p = 0; p < items.size(); ++p) items[p] = &masks.images[masks.of_placement[p]];
   const PackResult packed =
       pack_masks(items, {.max_page_size = settings.max_page_size, .max_pages = kMaxPages});
-  if (!packed.fits || uint64_t{packed.width} * packed.height * packed.pages > kMaxTexels)
-    return too_dense(settings.texels_per_metre, 0.8 * double{settings.texels_per_metre});
+  if (!packed.fits || uint64_t{packed.width} * packed.height * packed.pages > kMaxTexels) return refuse();
   apply_packing(packed, masks, boxes, atlas);
   KILN_TRY(const SiteOverlap overlap, find_sites(scene, atlas, settings.threads));
   atlas.statistics.distinct_masks = masks.keys.size();

@@ -118,31 +118,43 @@ class Unwrapper {
     return axis;
   }
 
-  // Along `axis`, turned so that the longest side of the first (largest) face lies along u, and moved to
-  // begin at 0.
+  // Along `axis`, with a side of the first (largest) face along u, that which makes the smallest box; moved
+  // to begin at 0.
   std::vector<Triangle2> project(const std::vector<uint32_t>& region, DVec3 axis) const {
     if (!(length(axis) > 0)) axis = DVec3(0, 0, 1);
-    DVec3 u(0.0);
+    std::vector<Triangle2> best;
+    double least = std::numeric_limits<double>::infinity();
     const UVec3& first = mesh_.triangles[region[0]];
     for (int k = 0; k < 3; ++k) {
       DVec3 side = DVec3(mesh_.positions[first[(k + 1) % 3]]) - DVec3(mesh_.positions[first[k]]);
       side -= dot(side, axis) * axis;
-      if (length(side) > length(u) * 1.0001) u = side;
+      if (!(length(side) > 0)) side = cross(axis, std::abs(axis.x) < 0.5 ? DVec3(1, 0, 0) : DVec3(0, 1, 0));
+      double box;
+      std::vector<Triangle2> flat = project_on(region, axis, side / length(side), box);
+      if (best.empty() || box < least * 0.999) {  // a tie stays with the first
+        best = std::move(flat);
+        least = box;
+      }
     }
-    if (!(length(u) > 0)) u = cross(axis, std::abs(axis.x) < 0.5 ? DVec3(1, 0, 0) : DVec3(0, 1, 0));
-    u /= length(u);
+    return best;
+  }
+
+  std::vector<Triangle2> project_on(const std::vector<uint32_t>& region, const DVec3& axis, const DVec3& u,
+                                    double& box) const {
     const DVec3 v = cross(axis, u);
     std::vector<Triangle2> flat;
     flat.reserve(region.size());
-    DVec2 lo(std::numeric_limits<double>::infinity());
+    DVec2 lo(std::numeric_limits<double>::infinity()), hi = -lo;
     for (uint32_t f : region) {
       Triangle2& t = flat.emplace_back();
       for (int k = 0; k < 3; ++k) {
         const DVec3 p(mesh_.positions[mesh_.triangles[f][k]]);
         t.c[k] = DVec2(dot(p, u), dot(p, v));
         lo = glm::min(lo, t.c[k]);
+        hi = glm::max(hi, t.c[k]);
       }
     }
+    box = (hi.x - lo.x) * (hi.y - lo.y);
     for (Triangle2& t : flat)
       for (DVec2& c : t.c) c = DVec2(Vec2(c - lo));  // as it will be stored
     return flat;
