@@ -1,0 +1,1 @@
+#include "tests/import/gltf_builder.h"
