@@ -58,10 +58,10 @@ int GltfBuilder::image(std::span<const std::byte> file) {
 }
 
 void GltfBuilder::textured_triangle(json m) {
-  const int index = mesh({{"attributes",
-                           {{"POSITION", vec3({0, 0, 0, 1, 0, 0, 0, 1, 0})},
-                            {"TEXCOORD_0", vec2({0, 0, 1, 0, 0, 1})}}},
-                          {"material", material(std::move(m))}});
+  const int index =
+      mesh({{"attributes",
+             {{"POSITION", vec3({0, 0, 0, 1, 0, 0, 0, 1, 0})}, {"TEXCOORD_0", vec2({0, 0, 1, 0, 0, 1})}}},
+            {"material", material(std::move(m))}});
   node({{"mesh", index}});
 }
 
@@ -70,8 +70,7 @@ GltfBuilder small_scene() {
   b.node({{"mesh", b.triangle()}});
   b.root["extensionsUsed"] = {"KHR_lights_punctual"};
   b.root["extensions"]["KHR_lights_punctual"]["lights"].push_back({{"type", "point"}, {"intensity", 10}});
-  b.node(json::parse(
-      R"({"translation": [0, 0, 2], "extensions": {"KHR_lights_punctual": {"light": 0}}})"));
+  b.node(json::parse(R"({"translation": [0, 0, 2], "extensions": {"KHR_lights_punctual": {"light": 0}}})"));
   return b;
 }
 

@@ -30,9 +30,9 @@ struct GltfBuilder {
   int vec3(const std::vector<float>& data) { return accessor_of(data, 5126, "VEC3", 3); }
   int vec2(const std::vector<float>& data) { return accessor_of(data, 5126, "VEC2", 2); }
 
-  int mesh(json primitive);   // of one primitive
-  int triangle();             // a mesh: (0,0,0), (1,0,0), (0,1,0), without anything else
-  int node(json node);        // added to the scene's roots
+  int mesh(json primitive);  // of one primitive
+  int triangle();            // a mesh: (0,0,0), (1,0,0), (0,1,0), without anything else
+  int node(json node);       // added to the scene's roots
   int material(json material);
   int image(std::span<const std::byte> file);  // embedded; makes a texture of it too and returns that
   // A triangle with TEXCOORD_0 and this material, standing in the scene.
@@ -64,4 +64,11 @@ std::string all_notes(const ImportResult& result);
 // An 8-bit PNG of one colour. Channels: 3.
 Bytes small_png(uint8_t r, uint8_t g, uint8_t b, uint32_t side = 2);
 
+inline bool says(const std::string& message, const std::string& part) {
+  return message.find(part) != std::string::npos;
+}
+
 }  // namespace kiln::test
+
+// The message contains this.
+#define EXPECT_SAYS(message, part) EXPECT_PRED2(::kiln::test::says, std::string(message), std::string(part))

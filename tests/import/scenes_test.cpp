@@ -19,9 +19,10 @@ TEST_P(RealScene, ImportsWithUnitNormalsAndRoundTrips) {
   EXPECT_GT(scene.triangle_count(), 0u);
   for (const Mesh& mesh : scene.meshes)
     for (const Vec3& n : mesh.normals) ASSERT_NEAR(length(n), 1.0f, 1e-5f) << mesh.name;
-  std::printf("%s: %zu triangles, %zu meshes, %zu instances, %zu materials, %zu textures, %zu lights\n%s", GetParam(),
-              scene.triangle_count(), scene.meshes.size(), scene.instances.size(), scene.materials.size(),
-              scene.textures.size(), scene.lights.size(), test::all_notes(*result).c_str());
+  std::printf("%s: %zu triangles, %zu meshes, %zu instances, %zu materials, %zu textures, %zu lights\n%s",
+              GetParam(), scene.triangle_count(), scene.meshes.size(), scene.instances.size(),
+              scene.materials.size(), scene.textures.size(), scene.lights.size(),
+              test::all_notes(*result).c_str());
 
   ChunkStore store;
   const Digest id = write_scene(scene, store);
@@ -32,8 +33,8 @@ TEST_P(RealScene, ImportsWithUnitNormalsAndRoundTrips) {
 
 INSTANTIATE_TEST_SUITE_P(Shared, RealScene,
                          testing::Values("bevy_CornellBox.glb", "godot_room.glb", "living-room.glb",
-                                         "MixedLightingExample.glb", "pc_house.glb", "sponza.glb", "sponza_lm.glb",
-                                         "staircase.glb", "veach-bidir.glb", "zdm2.glb"),
+                                         "MixedLightingExample.glb", "pc_house.glb", "sponza.glb",
+                                         "sponza_lm.glb", "staircase.glb", "veach-bidir.glb", "zdm2.glb"),
                          [](const auto& info) {
                            std::string name = info.param;
                            for (char& c : name)
