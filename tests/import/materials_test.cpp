@@ -1,0 +1,131 @@
+#include "tests/import/gltf_builder.h"
+
+namespace kiln {
+namespace {
+using test::GltfBuilder;
+using test::imported;
+using test::json;
+using test::refused;
+
+Record only_material(const json& material) {
+  GltfBuilder b;
+  b.textured_triangle(material);
+  const Scene scene = imported(b).scene;
+  EXPECT_EQ(scene.materials.size(), 1u);
+  return scene.materials.empty() ? Record{} : scene.materials[0];
+}
+
+std::vector<double> numbers(const Record& record, const char* name) {
+  const Property* p = record.find(name);
+  return p ? p->numbers : std::vector<double>{};
+}
+using N = std::vector<double>;
+
+TEST(Materials, AllFactors) {
+  const Record m = only_material(json::parse(R"({"name": "paint", "alphaMode": "MASK", "alphaCutoff": 0.25,
+    "doubleSided": true, "emissiveFactor": [1, 0.5, 0], "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": 40}},
+    "pbrMetallicRoughness": {"baseColorFactor": [0.1, 0.2, 0.3, 0.4], "metallicFactor": 0.5, "roughnessFactor": 0.75}})"));
+  EXPECT_EQ(m.type, "metallic_roughness");
+  EXPECT_EQ(m.name, "paint");
+  EXPECT_EQ(numbers(m, "base_color"), (N{0.1, 0.2, 0.3, 0.4}));
+  EXPECT_EQ(numbers(m, "metallic"), (N{0.5}));
+  EXPECT_EQ(numbers(m, "roughness"), (N{0.75}));
+  EXPECT_EQ(numbers(m, "emission"), (N{40, 20, 0}));
+  EXPECT_EQ(numbers(m, "alpha_cutoff"), (N{0.25}));
+  EXPECT_EQ(numbers(m, "double_sided"), (N{1}));
+  EXPECT_EQ(m.find("alpha_mode")->word, "mask");
+}
+
+TEST(Materials, DefaultsOfGltf) {
+  GltfBuilder b;
+  b.node({{"mesh", b.triangle()}});
+  for (const Record& m : {only_material(json::object()), imported(b).scene.materials.at(0)}) {
+    EXPECT_EQ(numbers(m, "base_color"), (N{1, 1, 1, 1}));
+    EXPECT_EQ(numbers(m, "metallic"), (N{1}));
+    EXPECT_EQ(numbers(m, "roughness"), (N{1}));
+    EXPECT_EQ(numbers(m, "emission"), (N{0, 0, 0}));
+    EXPECT_EQ(numbers(m, "double_sided"), (N{0}));
+    EXPECT_EQ(m.find("alpha_mode")->word, "opaque");
+  }
+}
+
+TEST(Materials, OnlyUsedOnesAreKept) {
+  GltfBuilder b;
+  b.material({{"name", "unused"}});
+  b.textured_triangle({{"name", "used"}});
+  b.node({{"mesh", b.triangle()}});
+  const Scene scene = imported(b).scene;
+  ASSERT_EQ(scene.materials.size(), 2u);
+  EXPECT_EQ(scene.materials[0].name, "used");
+  EXPECT_EQ(scene.materials[1].name, "default");
+  EXPECT_EQ(scene.instances[0].material, 0u);
+  EXPECT_EQ(scene.instances[1].material, 1u);
+}
+
+TEST(Materials, Unlit) {
+  const Record m = only_material(json::parse(R"({"emissiveFactor": [1, 1, 1],
+    "pbrMetallicRoughness": {"baseColorFactor": [0.5, 0, 0, 1]}, "extensions": {"KHR_materials_unlit": {}}})"));
+  EXPECT_EQ(m.type, "unlit");
+  EXPECT_EQ(numbers(m, "base_color"), (N{0.5, 0, 0, 1}));
+  EXPECT_FALSE(m.find("emission"));
+  EXPECT_FALSE(m.find("roughness"));
+}
+
+TEST(Materials, FactorsOfOtherExtensionsAreKeptUnderTheirNames) {
+  GltfBuilder b;
+  b.root["extensionsUsed"] =
+      b.root["extensionsRequired"] = {"KHR_materials_transmission", "KHR_materials_ior"};
+  b.textured_triangle(
+      json::parse(R"({"extensions": {"KHR_materials_transmission": {"transmissionFactor": 0.9},
+    "KHR_materials_ior": {"ior": 1.45}, "KHR_materials_sheen": {"sheenColorFactor": [0.1, 0.2, 0.3]},
+    "KHR_materials_clearcoat": {"clearcoatFactor": 0.5, "clearcoatTexture": {"index": 0}}}})"));
+  const ImportResult r = imported(b);
+  const Record& m = r.scene.materials.at(0);
+  EXPECT_EQ(numbers(m, "transmission"), (N{0.9}));
+  EXPECT_EQ(numbers(m, "ior"), (N{1.45}));
+  EXPECT_EQ(numbers(m, "sheen_color"), (N{0.1, 0.2, 0.3}));
+  EXPECT_EQ(numbers(m, "clearcoat"), (N{0.5}));
+  EXPECT_SAYS(test::note_with(r, "KHR_materials_transmission"), "its factors are kept with the material");
+}
+
+TEST(Materials, SpecularGlossinessBecomesADielectric) {
+  const Record m = only_material(json::parse(R"({"extensions": {"KHR_materials_pbrSpecularGlossiness":
+    {"diffuseFactor": [0.5, 0.25, 0.125, 1], "glossinessFactor": 0.25}}})"));
+  EXPECT_EQ(numbers(m, "base_color"), (N{0.5, 0.25, 0.125, 1}));
+  EXPECT_EQ(numbers(m, "metallic"), (N{0}));
+  EXPECT_EQ(numbers(m, "roughness"), (N{0.75}));
+}
+
+TEST(Materials, FactorsOutsideOfTheirRangeAreClamped) {
+  GltfBuilder b;
+  b.textured_triangle(
+      json::parse(R"({"pbrMetallicRoughness": {"baseColorFactor": [2, -1, 0, 1], "roughnessFactor": 7},
+    "emissiveFactor": [-1, 1, 0]})"));
+  const ImportResult r = imported(b);
+  EXPECT_EQ(numbers(r.scene.materials.at(0), "base_color"), (N{1, 0, 0, 1}));
+  EXPECT_EQ(numbers(r.scene.materials[0], "roughness"), (N{1}));
+  EXPECT_EQ(numbers(r.scene.materials[0], "emission"), (N{0, 1, 0}));
+  EXPECT_SAYS(test::all_notes(r), "material 0: roughnessFactor 7 is outside of 0 to 1 and clamped");
+  EXPECT_SAYS(test::all_notes(r), "material 0: its emission -1 is no radiance; taken as 0");
+}
+
+TEST(Extensions, RequiredOnesThatAreNotSupportedAreAnError) {
+  GltfBuilder b = test::small_scene();
+  b.root["extensionsRequired"] = {"KHR_lights_punctual", "KHR_draco_mesh_compression", "XX_unheard_of"};
+  EXPECT_SAYS(refused(b),
+              "x.glb: it requires what is not supported: KHR_draco_mesh_compression, XX_unheard_of");
+  b.root["extensionsUsed"] = b.root["extensionsRequired"];
+  b.root.erase("extensionsRequired");
+  EXPECT_SAYS(test::all_notes(imported(b)), "XX_unheard_of: not supported; the file does not require it");
+}
+
+TEST(Extensions, DracoWithoutFallbackIsAnErrorWithFallbackIsRead) {
+  GltfBuilder b = test::small_scene();
+  b.root["meshes"][0]["primitives"][0]["extensions"]["KHR_draco_mesh_compression"] = {{"bufferView", 0}};
+  EXPECT_EQ(imported(b).scene.triangle_count(), 1u);
+  b.root["accessors"][0].erase("bufferView");
+  EXPECT_SAYS(refused(b), "mesh 0 primitive 0: it is compressed with KHR_draco_mesh_compression");
+}
+
+}  // namespace
+}  // namespace kiln
