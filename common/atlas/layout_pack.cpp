@@ -14,7 +14,6 @@ namespace kiln {
 namespace {
 
 constexpr uint32_t kMaxPages = 64;
-constexpr uint64_t kMaxTexels = uint64_t{1} << 31;
 
 // What a mask depends on: the border lies on centres, so steps and chart fix scale and phase.
 struct MaskKey {
@@ -87,15 +86,15 @@ std::string round_down(double density) {
   return text("{:.6g}", std::floor(density / unit) * unit);
 }
 
-tl::unexpected<Error> too_dense(double density, double fitting) {
+tl::unexpected<Error> too_dense(double density, double fitting, uint64_t max_texels) {
   if (!(fitting > 0))
     return fail(
         ErrorKind::kInvalidInput,
         text("the scene's charts do not fit {} pages at any density: it has too many charts", kMaxPages));
   return fail(ErrorKind::kInvalidInput,
-              text("{:.6g} texels per metre need more than {} pages or 2^31 texels; {} would fit "
+              text("{:.6g} texels per metre need more than {} pages or {:.3g} million texels; {} would fit "
                    "(--texels-per-metre)",
-                   density, kMaxPages, round_down(fitting)));
+                   density, kMaxPages, static_cast<double>(max_texels) / 1e6, round_down(fitting)));
 }
 
 void apply_packing(const PackResult& packed, const Masks& masks, const std::vector<MeshChartBoxes>& boxes,
@@ -173,10 +172,11 @@ Expected<Atlas> layout_packed(const Scene& scene, const AtlasSettings& settings)
   const std::vector<MeshChartBoxes> boxes = chart_boxes(atlas, settings.threads);
   const std::vector<ChartSize> sizes = chart_sizes(scene, atlas, boxes, settings.threads);
   const uint64_t page = uint64_t{settings.max_page_size} * settings.max_page_size;
-  const double limit = static_cast<double>(std::min(kMaxTexels, kMaxPages * page));
+  const double limit = static_cast<double>(std::min(settings.max_texels, kMaxPages * page));
   const auto refuse = [&] {
     const double density = settings.texels_per_metre;
-    return too_dense(density, fitting_density(sizes, 0.95 * density, settings.max_page_size, 0.9 * limit));
+    return too_dense(density, fitting_density(sizes, 0.95 * density, settings.max_page_size, 0.9 * limit),
+                     settings.max_texels);
   };
   if (texels_needed(sizes, settings.texels_per_metre, settings.max_page_size) > limit) return refuse();
 
@@ -190,7 +190,7 @@ Expected<Atlas> layout_packed(const Scene& scene, const AtlasSettings& settings)
   for (size_t p = 0; p < items.size(); ++p) items[p] = &masks.images[masks.of_placement[p]];
   const PackResult packed =
       pack_masks(items, {.max_page_size = settings.max_page_size, .max_pages = kMaxPages});
-  if (!packed.fits || uint64_t{packed.width} * packed.height * packed.pages > kMaxTexels) return refuse();
+  if (!packed.fits || uint64_t{packed.width} * packed.height * packed.pages > settings.max_texels) return refuse();
   apply_packing(packed, masks, boxes, atlas);
   KILN_TRY(const SiteOverlap overlap, find_sites(scene, atlas, settings.threads));
   atlas.statistics.distinct_masks = masks.keys.size();

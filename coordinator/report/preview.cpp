@@ -19,13 +19,17 @@ uint8_t display(float x) {
   return static_cast<uint8_t>(std::lround(255.0f * linear_to_srgb(y)));
 }
 
-// Scale that brings the median of the positive luminances to a mid grey.
+// Scale that brings the median of the positive luminances to a mid grey, but leaves the brightest twentieth
+// room before the curve clips: sunlit ground beside deep shade stays readable.
 float exposure_of(std::vector<float> luminances) {
   std::erase_if(luminances, [](float l) { return !(l > 0) || !std::isfinite(l); });
   if (luminances.empty()) return 1.0f;
-  const auto middle = luminances.begin() + static_cast<ptrdiff_t>(luminances.size() / 2);
-  std::nth_element(luminances.begin(), middle, luminances.end());
-  return 0.22f / *middle;
+  const auto quantile = [&](double q) {
+    const auto at = luminances.begin() + static_cast<ptrdiff_t>(q * static_cast<double>(luminances.size() - 1));
+    std::nth_element(luminances.begin(), at, luminances.end());
+    return *at;
+  };
+  return std::min(0.22f / quantile(0.5), 1.4f / quantile(0.95));
 }
 
 struct Shot {

@@ -19,8 +19,12 @@ namespace {
 
 using Progress = std::function<void(const BakeProgress&)>;
 
+// What a texel costs the coordinator: site 40, sums 150, planes 80, results on their way 130.
+constexpr uint64_t kBytesPerTexel = 400;
+
 AtlasSettings atlas_settings(const BakeSettings& s) {
   AtlasSettings a;
+  a.max_texels = std::min<uint64_t>(a.max_texels, memory_bytes() / kBytesPerTexel);
   a.layout = s.layout == "atlas" ? AtlasSettings::Layout::kAtlas
              : s.layout == "pack" ? AtlasSettings::Layout::kPack
                                   : AtlasSettings::Layout::kAuto;

@@ -182,7 +182,7 @@ std::vector<Case> cases() {
     }, "--layout atlas --resolution 16");
   });
   add("density too high", 2, {"--texels-per-metre"},
-      [](const fs::path& dir) { return spoiled(dir, [](SmallScene&) {}, "--texels-per-metre 90000"); });
+      [](const fs::path& dir) { return spoiled(dir, [](SmallScene&) {}, "--layout pack --texels-per-metre 8000"); });
   add("required extension that is not supported", 2, {"KHR_draco_mesh_compression"}, [](const fs::path& dir) {
     return spoiled(dir, [](SmallScene& s) {
       replace(s.json, R"("scene":0)", R"("extensionsRequired":["KHR_draco_mesh_compression"],"scene":0)");
