@@ -29,7 +29,8 @@ float exposure_of(std::vector<float> luminances) {
     std::nth_element(luminances.begin(), at, luminances.end());
     return *at;
   };
-  return std::min(0.22f / quantile(0.5), 1.4f / quantile(0.95));
+  const float middle = 0.22f / quantile(0.5);
+  return std::clamp(1.4f / quantile(0.95), 0.25f * middle, middle);
 }
 
 struct Shot {
@@ -92,7 +93,9 @@ Picture atlas_picture(const Lightmap& map, uint32_t size) {
   const uint32_t across = static_cast<uint32_t>(std::ceil(std::sqrt(static_cast<double>(pages))));
   const uint32_t down = (pages + across - 1) / across;
   const uint32_t full_width = across * map.planes.width, full_height = down * map.page_height;
-  const double step = std::max({1.0, double(full_width) / size, double(full_height) / size});
+  // Shrinks by any factor, grows by whole ones: small maps show their texels.
+  double step = std::max(double(full_width) / size, double(full_height) / size);
+  if (step < 1) step = 1 / std::floor(1 / step);
   Picture p;
   p.width = std::max(1u, static_cast<uint32_t>(full_width / step));
   p.height = std::max(1u, static_cast<uint32_t>(full_height / step));

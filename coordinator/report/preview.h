@@ -23,7 +23,7 @@ Picture render_view(const ImportResult& imported, const Atlas& atlas, const Ligh
 // The file's camera, or one chosen to see many lit surfaces from their front at varied distance.
 Camera choose_camera(const ImportResult& imported, const Atlas& atlas, const Lightmap& map);
 
-// The atlas, tone-mapped, pages side by side, scaled down to at most `size` a side.
+// The atlas, tone-mapped, pages side by side, scaled to at most `size` a side.
 Picture atlas_picture(const Lightmap& map, uint32_t size);
 
 Status write_preview(const std::filesystem::path& path, const ImportResult& imported, const Atlas& atlas,
