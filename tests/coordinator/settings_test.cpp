@@ -1,0 +1,48 @@
+#include "common/job/settings.h"
+
+namespace kiln {
+namespace {
+
+// What a row prints it also reads: report.json can be fed back as a job file.
+TEST(Settings, EveryRowReadsWhatItPrints) {
+  const BakeSettings defaults;
+  for (const Setting& row : settings_table()) {
+    const std::string value = row.print(defaults);
+    BakeSettings again;
+    if (value.empty()) continue;  // not set: nothing to read
+    EXPECT_TRUE(row.parse(again, value)) << row.name << " " << value;
+    EXPECT_EQ(row.print(again), value) << row.name;
+  }
+}
+
+TEST(Settings, ErrorsNameTheOptionAndTheValue) {
+  BakeSettings s;
+  for (const auto& [name, value] : std::vector<std::pair<std::string, std::string>>{
+           {"error", "abc"}, {"error", "-1"}, {"error", "nan"}, {"max-bounces", "1.5"}, {"layout", "round"},
+           {"resolution", "12x"}, {"sun", "1,2,3"}, {"sun", "0,0,0:1,1,1"}, {"components", "both"}, {"basis", "sg"},
+           {"isa", "neon"}, {"seed", "-3"}, {"workers", "1e9"}}) {
+    const Status status = set_option(s, name, value, "test");
+    ASSERT_FALSE(status) << name << " " << value;
+    EXPECT_NE(status.error().message.find(name), std::string::npos);
+    EXPECT_EQ(exit_status(status.error()), 2);
+  }
+  EXPECT_FALSE(set_option(s, "colour", "1", "test"));
+}
+
+TEST(Settings, WhoSetItIsKept) {
+  BakeSettings s;
+  ASSERT_TRUE(set_option(s, "error", "0.1", "job file a.json"));
+  ASSERT_TRUE(set_option(s, "error", "0.2", "command line"));
+  EXPECT_EQ(s.source.at("error"), "command line");
+  EXPECT_EQ(s.source.count("seed"), 0u);
+}
+
+TEST(Settings, RulesBetweenOptions) {
+  BakeSettings s;
+  s.min_samples = 100;
+  s.max_samples = 50;
+  EXPECT_FALSE(check_settings(s));
+}
+
+}  // namespace
+}  // namespace kiln
