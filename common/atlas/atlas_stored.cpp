@@ -1,6 +1,7 @@
 #include <bit>
 
 #include "common/atlas/atlas.h"
+#include "common/atlas/site_points.h"
 #include "common/atlas/triangle2.h"
 #include "common/base/check.h"
 #include "common/base/format.h"
@@ -41,10 +42,7 @@ bool finite(const Vec2& v) {
 }  // namespace
 
 Vec2 site_point(uint32_t j) {
-  uint32_t r = j & 63;  // reverse six bits
-  r = (r >> 3 & 7) | (r & 7) << 3;
-  r = (r & 0b010010) | (r >> 2 & 0b001001) | (r << 2 & 0b100100);
-  return {(static_cast<float>(j & 63) + 0.5f) / 64.0f, (static_cast<float>(r) + 0.5f) / 64.0f};
+  return Vec2(DVec2(kSitePoints.x[j & 63], kSitePoints.y[j & 63]));
 }
 
 SitePick pick_site(const Atlas& atlas, const Scene& scene, uint32_t site, float u) {

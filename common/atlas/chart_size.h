@@ -38,6 +38,7 @@ Steps chart_steps(const ChartSize& size, double density, uint32_t max_page_size)
 double texels_needed(const std::vector<ChartSize>& sizes, double density, uint32_t max_page_size);
 // A density at most `density` for which pages of `limit` texels in all suffice (0: none). Careful: charts
 // that are large for a page are counted with the room that they waste on it.
-double fitting_density(const std::vector<ChartSize>& sizes, double density, uint32_t max_page_size, double limit);
+double fitting_density(const std::vector<ChartSize>& sizes, double density, uint32_t max_page_size,
+                       double limit);
 
 }  // namespace kiln

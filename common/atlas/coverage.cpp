@@ -1,21 +1,8 @@
 #include "common/atlas/coverage.h"
 
+#include "common/atlas/site_points.h"
+
 namespace kiln {
-namespace {
-
-struct Points {
-  double x[64], y[64];
-  Points() {
-    for (uint32_t j = 0; j < 64; ++j) {
-      x[j] = site_point(j).x;
-      y[j] = site_point(j).y;
-    }
-  }
-};
-const Points kPoints;
-
-}  // namespace
-
 HalfPlane::HalfPlane(const DVec2& from, const DVec2& to, bool positive) : origin_(from), positive_(positive) {
   DVec2 end = to;
   if (end.x < origin_.x || (end.x == origin_.x && end.y < origin_.y)) {
@@ -35,7 +22,7 @@ uint64_t HalfPlane::mask(double x, double y) const {
   if (corner + most_ < -margin_) return positive_ ? 0 : ~uint64_t{0};
   uint64_t on_positive_side = 0;
   for (int j = 0; j < 64; ++j)
-    on_positive_side |= uint64_t{corner + (d_.x * kPoints.y[j] - d_.y * kPoints.x[j]) >= 0} << j;
+    on_positive_side |= uint64_t{corner + (d_.x * kSitePoints.y[j] - d_.y * kSitePoints.x[j]) >= 0} << j;
   return positive_ ? on_positive_side : ~on_positive_side;
 }
 

@@ -287,9 +287,17 @@ TEST(LayoutAtlas, ASmallObjectInsideAnotherIsFound) {
 
 TEST(LayoutAtlas, ContactIsNotOverlap) {
   Scene scene = two_halves();
-  for (Vec2& uv : scene.meshes[1].uv[1]) uv.x = std::max(0.4999f, uv.x - 1e-4f);  // 0.006 texel of 64
+  for (Vec2& uv : scene.meshes[1].uv[1]) uv.x -= 5e-4f;  // 0.032 of a texel: two points of its 64
   const auto atlas = build_atlas(scene, file_atlas(64));
-  EXPECT_TRUE(atlas) << atlas.error().message;
+  ASSERT_TRUE(atlas) << atlas.error().message;
+  EXPECT_EQ(atlas->statistics.overlapped_points, 2u * 64u);
+  ASSERT_EQ(atlas->warnings.size(), 1u);
+  EXPECT_TRUE(mentions(atlas->warnings[0], "'left' and 'right'")) << atlas->warnings[0];
+  EXPECT_TRUE(read_atlas(write_atlas(*atlas), scene));  // each point has one triangle
+  for (size_t i = 0; i < atlas->sites.size(); ++i)      // the first one: column 31 is all the left's
+    if (atlas->sites.texel[i] % 64 == 31)
+      for (uint32_t w = atlas->sites.first_word[i] + 2; w < atlas->sites.first_word[i + 1]; w += 4)
+        EXPECT_EQ(atlas->sites.words[w + 2], 0u);
 }
 
 TEST(LayoutAtlas, ATexelOfTwoChartsGoesToTheOneWithMoreOfIt) {

@@ -6,7 +6,7 @@ namespace kiln {
 namespace {
 using namespace test;
 
-// Masks of mixed size with ragged borders, tight on all four sides.
+// Rectangles, triangles and discs of mixed size, most of them small.
 std::vector<BitImage> random_masks(size_t count, uint32_t largest, uint64_t seed) {
   Random random(seed);
   std::vector<BitImage> masks;
@@ -14,10 +14,16 @@ std::vector<BitImage> random_masks(size_t count, uint32_t largest, uint64_t seed
     const double shrink = random.next() * random.next();
     const auto side = [&] { return 2 + static_cast<uint32_t>(shrink * random.next() * largest); };
     BitImage m(side(), side());
+    const uint32_t right = m.width() - 1;
     for (uint32_t y = 0; y < m.height(); ++y) {
-      const uint32_t a = y == 0 ? 0 : random.below(m.width() / 2);
-      const uint32_t b = y == 0 ? m.width() - 1 : m.width() / 2 + random.below(m.width() - m.width() / 2);
-      m.set_span(y, a, b);
+      const double t = (y + 0.5) / m.height();
+      const auto inset = static_cast<uint32_t>((1 - std::sqrt(4 * t * (1 - t))) * 0.5 * right);
+      if (i % 4 == 0)
+        m.set_span(y, 0, static_cast<uint32_t>(t * right));
+      else if (i % 4 == 1)
+        m.set_span(y, inset, right - inset);
+      else
+        m.set_span(y, 0, right);
     }
     masks.push_back(std::move(m));
   }

@@ -59,6 +59,16 @@ TEST(StoredAtlas, DamageIsRefusedOrHarmless) {
   EXPECT_GT(refused, 1500u);
 }
 
+TEST(StoredAtlas, APointOfTwoTrianglesIsRefused) {
+  const Scene scene = small_scene();
+  Atlas atlas = *build_atlas(scene, pack_at(2));
+  size_t i = 0;
+  while (atlas.sites.first_word[i + 1] - atlas.sites.first_word[i] < 10) ++i;
+  uint32_t* pairs = &atlas.sites.words[atlas.sites.first_word[i] + 2];
+  for (int half = 0; half < 2; ++half) pairs[4 + half] |= pairs[half];
+  EXPECT_FALSE(read_atlas(write_atlas(atlas), scene));
+}
+
 TEST(StoredAtlas, AnotherSceneIsRefused) {
   const Scene scene = small_scene();
   const Bytes bytes = write_atlas(*build_atlas(scene, pack_at(2)));
