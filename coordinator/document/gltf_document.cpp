@@ -62,7 +62,7 @@ bool is_fallback(const json& buffer) {
          extensions->contains("EXT_meshopt_compression");
 }
 
-Expected<Bytes> read_buffer(const json& buffer, size_t index, const std::optional<Bytes>& binary,
+Expected<Bytes> read_buffer(const json& buffer, size_t index, std::optional<Bytes>& binary,
                             const fs::path& path) {
   const std::string where = text("buffer {}", index);
   const auto it = buffer.find("byteLength");
@@ -75,7 +75,7 @@ Expected<Bytes> read_buffer(const json& buffer, size_t index, const std::optiona
     if (!read) return fail(read.error().kind, text("{}: {}: {}", path.string(), where, read.error().message));
     data = std::move(*read);
   } else if (index == 0 && binary) {
-    data = *binary;
+    data = std::move(*binary);
   } else if (is_fallback(buffer)) {
     return Bytes{};
   } else {

@@ -196,7 +196,7 @@ void note_primitives(const ImportContext& context, const std::vector<PrimitiveRe
     if (!finding.empty())
       add_note(notes, kind, text("{}, in {}", what, finding.list("primitive", "primitives")));
   };
-  note(flat, Kind::kIgnored, text("{} triangles without area are left out", flat_triangles));
+  note(flat, Kind::kIgnored, text("triangles without area are left out: {}", flat_triangles));
   note(empty, Kind::kIgnored, "there is no triangle to bake");
   note(lines, Kind::kIgnored, "points and lines are left out");
   note(generated, Kind::kBaked, "there are no normals: flat ones are made");

@@ -94,7 +94,7 @@ TEST(Fuzz, DamagedBytes) {
   const Bytes whole = read_file(path).value();
   ASSERT_TRUE(survives(path)) << import_scene(path, {}).error().message;
   size_t good = 0;
-  for (uint32_t seed = 0; seed < 4000; ++seed) {
+  for (uint32_t seed = 0; seed < 2500; ++seed) {
     std::mt19937 random(seed);
     Bytes file = whole;
     damage(file, random);
@@ -109,7 +109,7 @@ TEST(Fuzz, DamagedBytes) {
 TEST(Fuzz, DamagedNumbers) {
   test::TempDir dir;
   size_t good = 0;
-  for (uint32_t seed = 0; seed < 3000; ++seed) {
+  for (uint32_t seed = 0; seed < 2000; ++seed) {
     std::mt19937 random(seed);
     GltfBuilder b = rich_scene();
     for (uint32_t i = 0; i < 1 + seed % 3; ++i) damage_number(b.root, random);

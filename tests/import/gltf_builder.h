@@ -64,6 +64,13 @@ std::string all_notes(const ImportResult& result);
 // An 8-bit PNG of one colour. Channels: 3.
 Bytes small_png(uint8_t r, uint8_t g, uint8_t b, uint32_t side = 2);
 
+// The message of a failure; empty, and a test failure, when there was none.
+template <class T>
+std::string message_of(const Expected<T>& result) {
+  EXPECT_FALSE(result);
+  return result ? std::string() : result.error().message;
+}
+
 inline bool says(const std::string& message, const std::string& part) {
   return message.find(part) != std::string::npos;
 }

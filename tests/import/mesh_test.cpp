@@ -200,7 +200,7 @@ TEST(Meshes, FlatTrianglesAndEmptyMeshesAreSkippedAndCounted) {
   const ImportResult r = imported(q.done());
   ASSERT_EQ(r.scene.meshes.size(), 1u);
   EXPECT_EQ(r.scene.meshes[0].source_triangle, (std::vector<uint32_t>{1, 2}));
-  EXPECT_SAYS(test::note_with(r, "without area"), "3 triangles without area are left out, in 2 primitives");
+  EXPECT_SAYS(test::note_with(r, "without area"), "triangles without area are left out: 3, in 2 primitives");
   EXPECT_SAYS(test::note_with(r, "no triangle"), "in 2 primitives: mesh 0 primitive 0, mesh 1 primitive 0");
   EXPECT_SAYS(test::note_with(r, "points and lines"), "in 1 primitive: mesh 2 primitive 0");
 }

@@ -162,6 +162,17 @@ TEST(Nodes, FirstPerspectiveCamera) {
   EXPECT_FALSE(imported(test::small_scene()).camera);
 }
 
+TEST(Affine, SingularIsAboutTheAxesNotTheirSize) {
+  const auto singular = [](const DVec3& x, const DVec3& y, const DVec3& z) {
+    return is_singular({x, y, z, DVec3(0)});
+  };
+  EXPECT_FALSE(singular({1e-9, 0, 0}, {0, 1, 0}, {0, 0, 1000}));
+  EXPECT_TRUE(singular({1, 0, 0}, {0, 1, 0}, {1, 1, 1e-9})) << "in a plane, as floats have it";
+  EXPECT_FALSE(singular({1, 0, 0}, {0, 1, 0}, {1, 1, 1e-5}));
+  EXPECT_TRUE(singular({1, 0, 0}, {0, 1, 0}, {0, 0, 0}));
+  EXPECT_TRUE(singular({1e-20, 0, 0}, {0, 1e-20, 0}, {0, 0, 1e-20})) << "its float determinant vanishes";
+}
+
 TEST(Affine, RigidPartKeepsTheAxis) {
   const double q[4] = {0.1, -0.4, 0.3, 0.85};
   const Affine a = from_trs({1, 2, 3}, q, {-2, 3, 0.5});
