@@ -68,11 +68,11 @@ struct Record {
 //             "point"        color[3], intensity (cd), range (m, absent: no limit), bake
 //             "spot"         as point, inner, outer (cone half angles, radians)
 //             "environment"  radiance[3], image (texture, float32 RGB, equirectangular: u = 0.5 is +x,
-//                            growing towards +z; v = 0 is +y), rotation (degrees about +Y), strength, bake
+//                            growing towards +z; v = 0 is +y; times radiance), rotation (degrees about
+//                            +Y), bake
 //   materials "metallic_roughness"
 //                            base_color[4], base_color_texture, metallic, roughness,
-//                            metallic_roughness_texture (G roughness, B metallic), normal_texture,
-//                            normal_scale, emission[3] (factor x strength), emission_texture,
+//                            metallic_roughness_texture (G roughness, B metallic), emission[3] (factor x strength), emission_texture,
 //                            alpha_mode (word: opaque|mask|blend), alpha_cutoff, double_sided (0|1),
 //                            and extension scalars under their glTF names (transmission, ior, ...)
 //             "unlit"        base_color[4], base_color_texture, alpha_mode, alpha_cutoff, double_sided

@@ -40,7 +40,12 @@ class GltfWriter {
     if (c_.atlas.packed) KILN_TRY_STATUS(give_instances_their_meshes());
     add_lightmap_note();
     Bytes bytes = buffer_.take(doc_);
-    return write_glb(doc_.dump(), bytes);
+    const std::string json = doc_.dump();
+    if (uint64_t{json.size()} + bytes.size() > (uint64_t{1} << 32) - 64)
+      return fail(ErrorKind::kInvalidInput,
+                  text("scene.glb would have {} MiB, and a GLB ends at 4 GiB: split the scene",
+                       (json.size() + bytes.size()) >> 20));
+    return write_glb(json, bytes);
   }
 
  private:

@@ -130,7 +130,7 @@ Vec3 SurfaceLook::sky(const Vec3& d) const {
   if (image.texture < 0) return r.vec3("radiance", Vec3(0.0f));
   const float u = atan2_turns(d.z, d.x) + 0.5f + r.number("rotation", 0.0f) / 360.0f;
   const float v = 2.0f * atan2_turns(std::sqrt(d.x * d.x + d.z * d.z), d.y);
-  return Vec3(lookup(scene_.textures[image.texture], u, std::min(v, 0.99999f))) * r.number("strength", 1.0f);
+  return Vec3(lookup(scene_.textures[image.texture], u, std::min(v, 0.99999f))) * r.vec3("radiance", Vec3(1.0f));
 }
 
 }  // namespace kiln

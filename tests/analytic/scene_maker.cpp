@@ -98,7 +98,8 @@ SceneMaker& SceneMaker::environment(const Vec3& radiance) {
   return *this;
 }
 
-SceneMaker& SceneMaker::add_environment(uint32_t width, uint32_t height, const std::vector<float>& texels) {
+SceneMaker& SceneMaker::add_environment(uint32_t width, uint32_t height, const std::vector<float>& texels,
+                                        float scale) {
   Texture t;
   t.name = "sky";
   t.width = width, t.height = height, t.channels = 3, t.format = TexelFormat::kFloat32;
@@ -107,7 +108,7 @@ SceneMaker& SceneMaker::add_environment(uint32_t width, uint32_t height, const s
   Property image{"image", {}, "", {}};
   image.texture.texture = static_cast<int32_t>(scene_.textures.size());
   scene_.textures.push_back(std::move(t));
-  scene_.lights.push_back({"environment", "sky", Mat4x3(1.0f), {image}});
+  scene_.lights.push_back({"environment", "sky", Mat4x3(1.0f), {image, rgb("radiance", Vec3(scale))}});
   return *this;
 }
 

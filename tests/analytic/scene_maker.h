@@ -22,7 +22,7 @@ class SceneMaker {
   SceneMaker& environment(const Vec3& radiance);
   // An equirectangular image from radiance(direction).
   template <class F>
-  SceneMaker& environment_image(uint32_t width, uint32_t height, const F& radiance);
+  SceneMaker& environment_image(uint32_t width, uint32_t height, const F& radiance, float scale = 1.0f);
   SceneMaker& sun(const Vec3& to_light, const Vec3& irradiance, float degrees = 0);
   SceneMaker& point(const Vec3& position, const Vec3& intensity, float range = 0);
   SceneMaker& spot(const Vec3& position, const Vec3& towards, const Vec3& intensity, float inner, float outer);
@@ -32,7 +32,7 @@ class SceneMaker {
 
  private:
   SceneMaker& add(Mesh mesh, uint32_t material);
-  SceneMaker& add_environment(uint32_t width, uint32_t height, const std::vector<float>& texels);
+  SceneMaker& add_environment(uint32_t width, uint32_t height, const std::vector<float>& texels, float scale);
   Scene scene_;
 };
 
@@ -40,14 +40,14 @@ class SceneMaker {
 Vec3 equirect_direction(uint32_t x, uint32_t y, uint32_t width, uint32_t height);
 
 template <class F>
-SceneMaker& SceneMaker::environment_image(uint32_t width, uint32_t height, const F& radiance) {
+SceneMaker& SceneMaker::environment_image(uint32_t width, uint32_t height, const F& radiance, float scale) {
   std::vector<float> texels;
   for (uint32_t y = 0; y < height; ++y)
     for (uint32_t x = 0; x < width; ++x) {
       const Vec3 value = radiance(equirect_direction(x, y, width, height));
       for (int c = 0; c < 3; ++c) texels.push_back(value[c]);
     }
-  return add_environment(width, height, texels);
+  return add_environment(width, height, texels, scale);
 }
 
 }  // namespace kiln::test

@@ -14,11 +14,11 @@ Expected<Environment> Environment::create(const Record* record, const Scene& sce
   if (!record) return e;
   RecordReader r(*record);
   e.bake_ = parse_bake(r);
-  const float strength = r.number("strength", 1.0f);
-  e.constant_ = glm::max(r.vec3("radiance", Vec3(0.0f)), Vec3(0.0f));
+  const TextureUse image = r.texture("image");
+  // With an image the radiance scales it, and is 1 where nothing is said.
+  e.constant_ = glm::max(r.vec3("radiance", Vec3(image.texture < 0 ? 0.0f : 1.0f)), Vec3(0.0f));
   const float turns = r.number("rotation", 0.0f) / 360.0f;
   e.turn_ = turns - std::floor(turns);
-  const TextureUse image = r.texture("image");
   for (std::string& sentence : r.unread()) warnings.push_back(std::move(sentence));
   if (e.bake_ == BakeMode::kNone) return Environment{};
   e.black_ = !(max_component(e.constant_) > 0.0f);
@@ -32,7 +32,7 @@ Expected<Environment> Environment::create(const Record* record, const Scene& sce
   e.texels_.resize(size_t{t.width} * t.height);
   for (size_t i = 0; i < e.texels_.size(); ++i) {
     std::memcpy(&e.texels_[i], t.texels.data() + i * t.texel_bytes(), sizeof(Vec3));
-    e.texels_[i] = e.texels_[i] * strength;
+    e.texels_[i] *= e.constant_;
     if (!is_finite(e.texels_[i]) || e.texels_[i].x < 0 || e.texels_[i].y < 0 || e.texels_[i].z < 0)
       return fail(ErrorKind::kInvalidInput, text("environment image '{}' has a texel that is no radiance", t.name));
   }
