@@ -74,7 +74,7 @@ std::string overlap_sentence(const Scene& scene, const Atlas& atlas, const SiteO
                               ? text("{} covers itself", a)
                               : text("{} and {} lie on each other", a, b);
   return text(
-      "{} in the lightmap, at worst at texel ({}, {}): {} of its 64 points; {:.2g} % of the covered area "
+      "{} in the lightmap, at worst at texel ({}, {}): {} of its 64 points; {:.1f} % of the covered area "
       "is claimed twice",
       who, overlap.worst_texel % atlas.width, overlap.worst_texel / atlas.width, overlap.worst_points,
       100.0 * static_cast<double>(overlap.points) / static_cast<double>(overlap.covered_points));

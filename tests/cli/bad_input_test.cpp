@@ -7,6 +7,7 @@
 #include <fstream>
 #include <functional>
 #include <map>
+#include <regex>
 #include <sstream>
 
 #include "common/base/files.h"
@@ -76,7 +77,7 @@ std::string spoiled(const fs::path& dir, const std::function<void(SmallScene&)>&
   SmallScene s;
   spoil(s);
   s.write(dir);
-  return "x.gltf -o out --max-samples 64 " + options;
+  return std::string("x.gltf -o out --max-samples 64 ") + (options.find("--resolution") == options.npos ? "--resolution 32 " : "") + options;
 }
 
 std::vector<Case> cases() {
@@ -116,7 +117,7 @@ std::vector<Case> cases() {
       [nan](const fs::path& dir) { return spoiled(dir, [nan](SmallScene& s) { s.positions[4] = nan; }); });
   add("infinite position", 2, {"x.gltf", "square", "vertex 3"},
       [inf](const fs::path& dir) { return spoiled(dir, [inf](SmallScene& s) { s.positions[10] = inf; }); });
-  add("zero-area triangle", 0, {"1 triangle", "without area"},
+  add("zero-area triangle", 0, {"without area", "square"},
       [](const fs::path& dir) { return spoiled(dir, [](SmallScene& s) { s.indices[5] = 2; }); });
   add("empty mesh", 0, {"square"}, [](const fs::path& dir) {
     return spoiled(dir, [](SmallScene& s) {
@@ -158,8 +159,8 @@ std::vector<Case> cases() {
   add("lightmap UVs out of range, layout atlas", 2, {"floor", "[0, 1]"}, [](const fs::path& dir) {
     return spoiled(dir, [](SmallScene& s) { s.uv[4] = 1.5f; }, "--layout atlas");
   });
-  for (const auto& [name, value] : std::map<std::string, float>{{"NaN", nan}, {"infinite", inf}, {"negative", -1.0f}})
-    add("environment with a " + name + " texel", 2, {"sky.exr", "(5, 2)"}, [value = value](const fs::path& dir) {
+  for (const auto& [name, value] : std::map<std::string, float>{{"a NaN", nan}, {"an infinite", inf}, {"a negative", -1.0f}})
+    add("environment with " + name + " texel", 2, {"sky.exr", "(5, 2)"}, [value = value](const fs::path& dir) {
       write_environment(dir / "sky.exr", value);
       return spoiled(dir, [](SmallScene&) {}, "--environment sky.exr");
     });
@@ -219,6 +220,8 @@ Outcome run(const Case& c, const fs::path& dir) {
 std::string table_row(const Case& c, const Outcome& o) {
   std::string message = o.message;
   for (size_t at = 0; (at = message.find('|', at)) != std::string::npos; at += 2) message.replace(at, 1, "\\|");
+  // How many texels fit is a matter of the machine's memory.
+  if (c.name == "density too high") message = std::regex_replace(message, std::regex("[0-9.]+ (million|would)"), "... $1");
   return "| " + c.name + " | " + std::to_string(o.status) + " | " + message + " |";
 }
 
