@@ -10,8 +10,8 @@ from shapes import (PI, arc, arc_sweep, cap, curve, edges, lathe, loop_sweep, op
                     wall_arc, wall_strips)
 
 BAY = 2.6
-ALONG_X, ALONG_Z = 5, 7                   # bays on the short and the long sides
-HALF_X, HALF_Z = 6.6, 9.2                 # court faces of the arcade walls
+ALONG_X, ALONG_Z = 4, 6                   # bays on the short and the long sides
+HALF_X, HALF_Z = 5.3, 7.9                 # court faces of the arcade walls
 THICK, CLEAR = 0.4, 2.3                   # arcade wall; width of the walk
 BACK = THICK + CLEAR                      # outer wall's inner face
 SPRING, R_ARCH, R_VAULT = 2.7, 1.05, 1.15
@@ -195,21 +195,21 @@ def upper_wall(name, left, right, with_window=True):
 def column():
     """Plinth, Attic base, shaft with entasis, bell capital and abacus; the axis is the middle of the wall."""
     m = Mesh("column", "stone")
-    loop_sweep(m, square(0.0001), edges([(0.29, 0.0), (0.29, 0.12), (0.262, 0.12)]), 1.3)
-    torus = [(0.228 + 0.034 * math.cos(t), 0.155 + 0.035 * math.sin(t)) for t in arc(6, -PI / 2, PI / 2)]
-    scotia = curve(0.222, 0.19, 0.205, 0.222, "up", 4)
-    upper = [(0.207 + 0.022 * math.cos(t), 0.246 + 0.022 * math.sin(t)) for t in arc(5, -PI / 2, PI / 2)]
+    loop_sweep(m, square(0.0001), edges([(0.29, 0.0), (0.29, 0.12), (0.17, 0.12)]), 1.3)
+    torus = [(0.228 + 0.034 * math.cos(t), 0.155 + 0.035 * math.sin(t)) for t in arc(5, -PI / 2, PI / 2)]
+    scotia = curve(0.222, 0.19, 0.205, 0.222, "up", 3)
+    upper = [(0.207 + 0.022 * math.cos(t), 0.246 + 0.022 * math.sin(t)) for t in arc(4, -PI / 2, PI / 2)]
     lathe(m, [torus, [(0.228, 0.19), (0.222, 0.19)], scotia, [(0.205, 0.222), (0.207, 0.224)], upper], 24, 1.3)
     shaft = []
     for i in range(9):
         h = i / 8
         shaft.append((0.192 - 0.03 * h * h + 0.006 * math.sin(PI * h), 0.268 + (2.16 - 0.268) * h))
-    neck = [(0.162 + 0.02 * math.cos(t), 2.18 + 0.02 * math.sin(t)) for t in arc(5, -PI / 2, PI / 2)]
+    neck = [(0.162 + 0.02 * math.cos(t), 2.18 + 0.02 * math.sin(t)) for t in arc(4, -PI / 2, PI / 2)]
     lathe(m, [[(0.207, 0.268), (0.192, 0.268)], shaft], 24, 1.3)
     bell = [(0.163 + 0.117 * (i / 7) ** 2.0 + 0.02 * (i / 7), 2.2 + 0.3 * i / 7) for i in range(8)]
     roll = [(0.285 + 0.02 * math.cos(t), 2.525 + 0.025 * math.sin(t)) for t in arc(5, -PI / 2, PI / 2)]
     lathe(m, [neck, bell, roll], 24, 1.3)
-    loop_sweep(m, square(0.0001), edges([(0.25, 2.55), (0.285, 2.55), (0.285, 2.6)])
+    loop_sweep(m, square(0.0001), edges([(0.19, 2.55), (0.285, 2.55), (0.285, 2.6)])
                + [curve(0.285, 2.6, 0.315, 2.64, "up", 3)] + edges([(0.315, 2.64), (0.315, SPRING), (0.19, SPRING)]), 1.3)
     return m
 
@@ -267,12 +267,20 @@ def mouldings():
 
 
 def dentils(count):
-    """A row of blocks under the cornice, centred."""
-    m = Mesh("dentils %d" % count, "stone")
-    pitch = BAY / 10
+    """A row of blocks under the cornice, centred; three sides and the underside of each unrolled to one chart."""
+    m = Mesh("dentils", "stone")
+    pitch, wide, low, high, back, front = BAY / count, 0.08, 6.075, 6.19, 0.03, 0.24
+    deep = front - back
     for i in range(count):
         x = (i - (count - 1) / 2) * pitch
-        m.box((x - 0.065, 6.195 - 0.11, 0.03), (x + 0.065, 6.19, 0.24), "kt")
+        plan = [(x - wide, back, 0.0), (x - wide, front, deep), (x + wide, front, deep + 2 * wide),
+                (x + wide, back, 2 * deep + 2 * wide)]
+        m.chart()
+        for (x0, z0, s0), (x1, z1, s1) in zip(plan, plan[1:]):
+            m.quad((x0, low, z0), (x1, low, z1), (x1, high, z1), (x0, high, z0), 1.0,
+                   ((s0, 0), (s1, 0), (s1, high - low), (s0, high - low)))
+        m.quad((x - wide, low, back), (x + wide, low, back), (x + wide, low, front), (x - wide, low, front), 1.0,
+               ((deep, -deep), (deep + 2 * wide, -deep), (deep + 2 * wide, 0), (deep, 0)))
     return m
 
 
@@ -314,8 +322,10 @@ def roof_side(name, half, tiles):
         rows = [[], []]
         for x, bulge, lean in lines:
             first = abs(x) - half
-            for row, t, extra in zip(rows, starts[c:c + 2], (lift, 0.0)):
+            low, high = starts[c:c + 2]
+            for row, t in zip(rows, (low, high)):
                 t = max(t, first)
+                extra = lift * max(0.0, high - t) / (high - low)
                 slope = lean * wave * PI / pitch * 2
                 row.append((point(x, t, bulge * wave + extra), (slope, 1.0, PITCH), (x, (t + overhang) * 1.09 + c * 0.06)))
         m.grid(rows, 1.0)

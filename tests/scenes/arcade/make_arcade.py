@@ -15,8 +15,8 @@ import things
 from gltf_out import Gltf, about_y, quaternion
 from mesh import cross, scaled, unit
 
-TO_SUN = unit((0.56, 0.66, 0.83))
-EYE, TARGET = (-7.3, 1.65, 10.3), (1.2, 2.25, -2.0)
+TO_SUN = unit((0.64, 0.64, 0.70))
+EYE, TARGET = (-7.35, 1.65, 5.6), (-3.28, 2.3, -3.53)
 
 PRESET = """{
   "texels-per-metre": 6,
@@ -79,12 +79,13 @@ class Scene:
 # Name, turn about y, bays, half the length, distance of the wall from the middle.
 SIDES = (("north", 0, b.ALONG_X, b.HALF_X, b.HALF_Z), ("west", 90, b.ALONG_Z, b.HALF_Z, b.HALF_X),
          ("south", 180, b.ALONG_X, b.HALF_X, b.HALF_Z), ("east", 270, b.ALONG_Z, b.HALF_Z, b.HALF_X))
-DOORS = {("north", 2), ("west", 1), ("west", 5), ("south", 2), ("east", 4)}
-NICHES = {("north", 0), ("north", 4), ("west", 3), ("east", 1), ("east", 6), ("south", 4)}
-BENCHES = {("west", 2), ("west", 4), ("north", 1), ("north", 3), ("east", 2), ("south", 0)}
-LANTERNS = {("west", 3), ("west", 6), ("north", 2), ("east", 3), ("east", 0), ("south", 2)}
-SIGN = ("east", 3)
-VINES = {("north", 3): 7, ("east", 1): 8}
+# Bays are counted from the left as seen from the court.
+DOORS = {("north", 2), ("west", 1), ("west", 4), ("south", 2), ("east", 3)}
+NICHES = {("north", 0), ("north", 3), ("west", 2), ("east", 1), ("east", 5), ("south", 0)}
+BENCHES = {("west", 3), ("west", 5), ("north", 1), ("east", 2), ("south", 3)}
+LANTERNS = {("west", 2), ("west", 4), ("north", 1), ("east", 2), ("east", 4), ("south", 1)}
+SIGN = ("east", 2)
+VINES = {("north", 2): 7, ("east", 1): 8}
 
 
 def parts():
@@ -105,7 +106,7 @@ def parts():
         "niched": b.opened_wall("walk wall with niche", "plaster", b.NICHE, 0.18, b.LEDGE, -half, half, -b.BACK, 0.1),
         "niche frame": b.surround("niche surround", b.NICHE, 0.26, -b.BACK, 0.1),
         "niche": b.leaf("niche back", "ochre", b.NICHE, -b.BACK - 0.26, 2.6),
-        "dentils": b.dentils(10), "bench": things.bench(), "lantern": things.lantern(), "pot": things.pot(),
+        "dentils": b.dentils(8), "bench": things.bench(), "lantern": things.lantern(), "pot": things.pot(),
         "sign": things.sign_board(),
     }
     return made
@@ -150,7 +151,7 @@ def bay(s, p, side, i, count, parent):
         s.g.light("lantern %s %d" % (side, i), hang, {"type": "point", "color": [1, 0.62, 0.28], "intensity": 5},
                   translation=[0, -0.93, 0])
     if (side, i) in VINES:
-        s.put(things.vine("vine %d" % VINES[side, i], VINES[side, i]), parent, translation=[b.BAY / 2, 0, 0])
+        s.put(things.vine("vine %d" % VINES[side, i], VINES[side, i]), parent, translation=[b.BAY / 2, 0, -b.THICK / 2])
 
 
 def house(s, p):
@@ -175,12 +176,12 @@ def garden(s, p):
     court = s.frame("court", translation=[0, b.COURT_Y, 0])
     for m in things.fountain() + [things.armillary()]:
         s.put(m, court)
-    for k, (x, z) in enumerate(((-3.9, -5.2), (3.9, -5.2), (-3.9, 5.2), (3.9, 5.2))):
+    for k, (x, z) in enumerate(((-3.1, -5.0), (3.1, -5.0), (-3.1, 5.0), (3.1, 5.0))):
         tree = s.frame("orange tree %d" % k, court, translation=[x, 0, z], rotation=about_y(70 * k))
         for m in p["pot"] + things.orange_tree(100 + k % 2):
             s.put(m, tree)
     bushes = [things.bush(200), things.bush(201)]
-    for k, (x, z) in enumerate(((-5.6, 0.0), (5.6, -1.3), (-1.3, -8.2), (1.3, -8.2), (-5.6, -2.6), (1.3, 8.2))):
+    for k, (x, z) in enumerate(((-4.45, 0.0), (4.45, -2.6), (-1.3, -7.05), (1.3, -7.05), (-4.45, -2.6), (1.3, 7.05))):
         plant = s.frame("planter %d" % k, court, translation=[x, 0, z], rotation=about_y(50 * k), scale=[0.8, 0.8, 0.8])
         for m in p["pot"] + [bushes[k % 2]]:
             s.put(m, plant)
@@ -190,17 +191,17 @@ def garden(s, p):
 
 def lights_and_camera(s):
     x = unit(cross((0, 1, 0), TO_SUN))
-    s.roots.append(s.g.light("sun", None, {"type": "directional", "color": [1, 0.85, 0.65], "intensity": 26},
+    s.roots.append(s.g.light("sun", None, {"type": "directional", "color": [1, 0.85, 0.65], "intensity": 18},
                              rotation=quaternion(x, cross(TO_SUN, x), TO_SUN)))
     down = {"rotation": quaternion((1, 0, 0), (0, 0, -1), (0, 1, 0))}
     spot = {"type": "spot", "color": [1, 0.7, 0.4], "intensity": 14,
             "spot": {"innerConeAngle": 0.25, "outerConeAngle": 0.6}}
-    for name, at in (("east", [9.0, 2.52, 2.6]), ("north", [0.0, 2.52, -11.6])):
+    for name, at in (("east", [7.7, 2.52, 1.3]), ("north", [1.3, 2.52, -10.3])):
         s.roots.append(s.g.light("spot over the %s door" % name, None, spot, translation=at, **down))
     z = unit(tuple(e - t for e, t in zip(EYE, TARGET)))
     x = unit(cross((0, 1, 0), z))
     s.g.root["cameras"].append({"type": "perspective", "name": "walk", "perspective": {
-        "yfov": 1.0472, "aspectRatio": 1.77778, "znear": 0.05, "zfar": 100}})
+        "yfov": 0.94, "aspectRatio": 1.77778, "znear": 0.05, "zfar": 100}})
     s.roots.append(s.g.node("camera", translation=list(EYE), rotation=quaternion(x, cross(z, x), z), camera=0))
 
 

@@ -44,19 +44,31 @@ def curve(a0, b0, a1, b1, kind, count=4):
     return points
 
 
-def lathe(mesh, runs, sides, tile=1.0, centre=(0.0, 0.0, 0.0), turn=2 * PI):
-    """Turns (radius, height) about +y. One chart."""
+def lathe(mesh, runs, sides, tile=1.0, centre=(0.0, 0.0, 0.0), pole=None):
+    """Turns (radius, height) about +y. One chart: a strip, or, where the profile begins or ends on the axis
+    (pole 'first' or 'last'), a disc around that pole."""
     mesh.chart()
     runs = profile_points(runs)
     all_points = [p for run in runs for p in run]
     radius = sum(p[0] for p in all_points) / len(all_points)
+    total = all_points[-1][4]
     for run in runs:
         rows = []
         for r, y, nr, ny, length in run:
-            rows.append([((centre[0] + r * math.cos(t), centre[1] + y, centre[2] - r * math.sin(t)),
-                          (nr * math.cos(t), ny, -nr * math.sin(t)), (radius * t, length))
-                         for t in arc(sides, 0.0, turn)])
+            row = []
+            for t in arc(sides, 0.0, 2 * PI):
+                c, s = math.cos(t), math.sin(t)
+                far = length if pole == "first" else total - length
+                row.append(((centre[0] + r * c, centre[1] + y, centre[2] - r * s), (nr * c, ny, -nr * s),
+                            (far * c, far * s) if pole else (radius * t, length)))
+            rows.append(row)
         mesh.grid(rows, tile)
+
+
+def ball(mesh, radius, rings, sides, centre):
+    """A sphere of two discs."""
+    for pole, start, end in (("first", -PI / 2, 0.0), ("last", 0.0, PI / 2)):
+        lathe(mesh, [sphere_run(radius, rings, 0.0, start, end)], sides, 1.0, centre, pole)
 
 
 def arc_sweep(mesh, runs, place, angles, radius, tile=1.0, turn=False):

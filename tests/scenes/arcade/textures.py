@@ -277,7 +277,7 @@ def sky(to_sun, width=256, height=128):
             toward = d[0] * to_sun[0] + d[1] * to_sun[1] + d[2] * to_sun[2]
             warm = max(0.0, 0.5 + 0.5 * toward)
             if up < 0:
-                k = 0.30 + 0.12 * warm
+                k = 0.36 + 0.14 * warm
                 texels.append((k * 1.0, k * 0.86, k * 0.66))
                 continue
             low = (1 - up) * (1 - up) * (1 - up)
@@ -286,8 +286,8 @@ def sky(to_sun, width=256, height=128):
             glow = warm * warm
             glow = glow * glow
             halo = glow * glow * glow * 1.6 + glow * 0.35
-            rgb = mix((0.30, 0.55, 1.12), (1.25, 1.12, 0.98), min(1.0, low * 1.1))
-            rgb = mix(rgb, (1.35, 1.28, 1.2), veil)
+            rgb = mix((0.52, 0.86, 1.55), (1.75, 1.56, 1.36), min(1.0, low * 1.1))
+            rgb = mix(rgb, (1.85, 1.76, 1.66), veil)
             texels.append(tuple(round(v + halo * k + low * warm * q, 5)
                                 for v, k, q in zip(rgb, (1.0, 0.82, 0.56), (0.9, 0.5, 0.15))))
     return rgbe(width, height, texels)

@@ -3,7 +3,7 @@ import math
 import random
 
 from mesh import Mesh, cross, scaled, unit
-from shapes import PI, arc, cap, curve, edges, lathe, loop_sweep, regular, sphere_run
+from shapes import PI, arc, ball, cap, curve, edges, lathe, loop_sweep, regular, sphere_run
 
 
 def fountain():
@@ -19,7 +19,8 @@ def fountain():
     lathe(stone, [[(0.12, 1.04), (0.3, 1.07), (0.52, 1.16), (0.66, 1.27)], [(0.66, 1.27), (0.68, 1.31)],
                   [(0.68, 1.31), (0.63, 1.31)], [(0.63, 1.31), (0.5, 1.22), (0.3, 1.16), (0.1, 1.14)]], 32, 1.3)
     lathe(stone, [[(0.1, 1.14), (0.1, 1.3)], [(0.1, 1.3), (0.075, 1.36), (0.07, 1.5)], [(0.07, 1.5), (0.12, 1.54)],
-                  [(0.12, 1.54), (0.12, 1.58)], [(0.12, 1.58), (0.0, 1.58)]], 16, 1.3)
+                  [(0.12, 1.54), (0.12, 1.58)]], 16, 1.3)
+    cap(stone, regular(16, 0.12), 1.58)
     water = Mesh("water", "water")
     cap(water, inner, 0.47)
     bowl = Mesh("bowl water", "water")
@@ -54,7 +55,7 @@ def armillary():
     """Polished bronze on the fountain: a ball in three hoops."""
     m = Mesh("armillary", "bronze")
     centre = (0.0, 2.02, 0.0)
-    lathe(m, [sphere_run(0.17, 16, 2.02)], 32)
+    ball(m, 0.17, 8, 32, centre)
     lathe(m, [[(0.03, 1.58), (0.03, 1.6)], [(0.06, 1.6), (0.025, 1.68), (0.018, 1.852)]], 16)
     ring(m, 0.40, 0.022, 0.008, PI / 2, 0.5, centre)
     ring(m, 0.37, 0.022, 0.008, 0.41, 0.0, centre)
@@ -64,12 +65,23 @@ def armillary():
 
 def pot():
     m = Mesh("pot", "terracotta")
-    lathe(m, [[(0.0, 0.0), (0.24, 0.0)], [(0.24, 0.0), (0.29, 0.2), (0.345, 0.5)], [(0.345, 0.5), (0.385, 0.5)],
+    lathe(m, [[(0.24, 0.0), (0.29, 0.2), (0.345, 0.5)], [(0.345, 0.5), (0.385, 0.5)],
               [(0.385, 0.5), (0.395, 0.54), (0.385, 0.58)],
               [(0.385, 0.58), (0.325, 0.58)], [(0.325, 0.58), (0.31, 0.5)]], 24, 0.8)
     soil = Mesh("soil", "soil")
-    lathe(soil, [[(0.312, 0.5), (0.0, 0.53)]], 24, 0.8)
+    lathe(soil, [[(0.312, 0.5), (0.0, 0.53)]], 24, 0.8, pole="last")
     return [m, soil]
+
+
+def card(m, p, side, up, half):
+    """The square p +- half side +- half up with the whole texture."""
+    n = cross(side, up)
+    corners = [tuple(p[i] + side[i] * a * half + up[i] * b * half for i in range(3))
+               for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+    m.chart()
+    v = [m.vertex(c, n, uv, uv) for c, uv in zip(corners, ((0, 1), (1, 1), (1, 0), (0, 0)))]
+    m.triangle(v[0], v[1], v[2])
+    m.triangle(v[0], v[2], v[3])
 
 
 def cards(m, rng, count, centre, radius, size, squash=1.0, inner=0.25):
@@ -88,12 +100,7 @@ def cards(m, rng, count, centre, radius, size, squash=1.0, inner=0.25):
         side = unit(cross(n, (rng.random() - 0.5, rng.random() - 0.5, rng.random() - 0.5)))
         up = cross(n, side)
         h = size * (0.85 + 0.3 * rng.random()) / 2
-        corners = [tuple(p[i] + side[i] * a * h + up[i] * b * h for i in range(3))
-                   for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
-        m.chart()
-        v = [m.vertex(c, n, uv, uv) for c, uv in zip(corners, ((0, 1), (1, 1), (1, 0), (0, 0)))]
-        m.triangle(v[0], v[1], v[2])
-        m.triangle(v[0], v[2], v[3])
+        card(m, p, side, up, h)
 
 
 def orange_tree(seed):
@@ -101,51 +108,45 @@ def orange_tree(seed):
     trunk = Mesh("trunk %d" % seed, "bark")
     lathe(trunk, [[(0.05, 0.5), (0.04, 0.9), (0.035, 1.6), (0.02, 2.1)]], 10, 0.5)
     crown = Mesh("crown %d" % seed, "leaves", authored=False)
-    cards(crown, rng, 130, (0.0, 1.95, 0.0), 0.72, 0.46, 0.9)
-    fruit = Mesh("oranges %d" % seed, "orange", authored=False)
-    for _ in range(14):
+    cards(crown, rng, 92, (0.0, 1.95, 0.0), 0.70, 0.56, 0.9)
+    fruit = Mesh("oranges %d" % seed, "orange")
+    for _ in range(9):
         a, h = rng.random() * 2 * PI, rng.random()
-        r = 0.70 * math.sqrt(1 - (0.9 * h - 0.6) ** 2)
-        lathe(fruit, [sphere_run(0.045, 6, 1.95 + 0.62 * (0.9 * h - 0.6))], 10,
-              centre=(r * math.cos(a), 0.0, r * math.sin(a)))
+        r = 0.72 * math.sqrt(1 - (0.9 * h - 0.6) ** 2)
+        ball(fruit, 0.045, 3, 10, (r * math.cos(a), 1.95 + 0.62 * (0.9 * h - 0.6), r * math.sin(a)))
     return [trunk, crown, fruit]
 
 
 def bush(seed):
     m = Mesh("bush %d" % seed, "leaves", authored=False)
-    cards(m, random.Random(seed), 44, (0.0, 0.72, 0.0), 0.36, 0.34, 0.8, 0.1)
+    cards(m, random.Random(seed), 30, (0.0, 0.72, 0.0), 0.36, 0.42, 0.8, 0.1)
     return m
 
 
-def vine(name, seed, height=3.9):
-    """A climber on the court face beside a column: cards that lie against the wall, over the arch."""
+def vine(name, seed):
+    """A climber: round a column (whose axis is the origin) and out over the wall above it, 0.2 in front."""
     rng = random.Random(seed)
     m = Mesh(name, "leaves", authored=False)
-    for i in range(90):
-        h = 2.95 + (height - 2.95) * rng.random() + 0.2
-        x = (rng.random() - 0.5) * (0.5 + 1.6 * max(0.0, h - 3.2))
-        n = unit(((rng.random() - 0.5) * 0.8, 0.3 + 0.4 * rng.random(), 1.0))
+    for i in range(64):
+        h = 0.15 + 3.75 * rng.random()
+        if h < 2.75:
+            a = 2 * PI * rng.random()
+            p, n = (0.26 * math.cos(a), h, 0.26 * math.sin(a)), (math.cos(a), 0.3, math.sin(a))
+        else:
+            p = ((rng.random() - 0.5) * (0.5 + 1.5 * max(0.0, h - 3.1)), h, 0.32 + 0.08 * rng.random())
+            n = (0.0, 0.3 + 0.4 * rng.random(), 1.0)
+        n = unit((n[0] + (rng.random() - 0.5) * 0.8, n[1], n[2] + (rng.random() - 0.5) * 0.4))
         side = unit(cross((rng.random() - 0.5, 1.0, 0.0), n))
-        up = cross(n, side)
-        half = 0.15 + 0.05 * rng.random()
-        p = (x, h, 0.14 + 0.1 * rng.random())
-        corners = [tuple(p[k] + side[k] * a * half + up[k] * b * half for k in range(3))
-                   for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
-        m.chart()
-        v = [m.vertex(c, n, uv, uv) for c, uv in zip(corners, ((0, 1), (1, 1), (1, 0), (0, 0)))]
-        m.triangle(v[0], v[1], v[2])
-        m.triangle(v[0], v[2], v[3])
+        card(m, p, side, cross(n, side), 0.16 + 0.05 * rng.random())
     return m
 
 
 def bench():
-    """A stone seat on two scrolled legs; no lightmap coordinates of its own."""
+    """A stone seat on two legs; no lightmap coordinates of its own."""
     m = Mesh("bench", "stone", authored=False)
     m.box((-0.8, 0.42, -0.21), (0.8, 0.5, 0.21), "", 1.3)
     for x in (-0.58, 0.58):
-        for dy, wide, deep in ((0.0, 0.10, 0.18), (0.07, 0.07, 0.14)):
-            top = 0.07 if dy == 0 else 0.42
-            m.box((x - wide, dy, -deep), (x + wide, top, deep), "b" if dy == 0 else "bt", 1.3)
+        m.box((x - 0.08, 0.0, -0.16), (x + 0.08, 0.42, 0.16), "bt", 1.3)
     return m
 
 
@@ -154,11 +155,13 @@ def lantern():
     iron = Mesh("lantern", "iron", authored=False)
     lathe(iron, [[(0.008, -0.62), (0.008, 0.0)]], 6)
     lathe(iron, [[(0.06, -0.012), (0.06, 0.0)]], 12)
-    lathe(iron, [[(0.0, -0.012), (0.06, -0.012)]], 12)
+    cap(iron, regular(12, 0.06), -0.012, False)
     roof = [(0.0, 0.11), (0.03, 0.1), (0.05, 0.06), (0.15, 0.0)]
     lathe(iron, [[(r, y - 0.72) for r, y in reversed(roof)]], 6)
-    lathe(iron, [[(0.0, -0.722), (0.15, -0.72)]], 6)
-    lathe(iron, [[(0.0, -1.07), (0.1, -1.07)], [(0.1, -1.07), (0.1, -1.045)], [(0.1, -1.045), (0.0, -1.045)]], 6)
+    cap(iron, regular(6, 0.15), -0.72, False)
+    lathe(iron, [[(0.1, -1.07), (0.1, -1.045)]], 6)
+    cap(iron, regular(6, 0.1), -1.07, False)
+    cap(iron, regular(6, 0.1), -1.045)
     for i in range(6):
         a = 2 * PI * i / 6
         x0, z0, x1, z1 = 0.094 * math.cos(a), 0.094 * math.sin(a), 0.128 * math.cos(a), 0.128 * math.sin(a)
@@ -173,7 +176,7 @@ def lantern():
     glass = Mesh("lantern glass", "glass", authored=False)
     lathe(glass, [[(0.09, -1.044), (0.122, -0.724)]], 6)
     flame = Mesh("flame", "flame", authored=False)
-    lathe(flame, [sphere_run(0.035, 8, -0.84)], 12)
+    ball(flame, 0.035, 4, 12, (0.0, -0.84, 0.0))
     return [iron, glass, flame]
 
 
