@@ -260,7 +260,7 @@ def sign(width=512, height=192):
     return png(width, height, 3, data)
 
 
-def sky(to_sun, width=256, height=128):
+def sky(to_sun, width=512, height=256):
     """A late afternoon without the sun's disc: blue overhead, a warm horizon, thin high cloud, the glow around
     the sun, and below the horizon the light of the land."""
     cloud = Noise(width, 6, 4, 91)
