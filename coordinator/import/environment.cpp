@@ -4,6 +4,7 @@
 #include <charconv>
 
 #include "common/base/format.h"
+#include "coordinator/document/uri.h"
 #include "coordinator/imageio/imageio.h"
 #include "coordinator/import/cube_map.h"
 #include "coordinator/import/lights.h"
@@ -48,6 +49,7 @@ Record make_record(const BakeSettings& settings, const std::string& name, std::v
   return record;
 }
 
+// An image's strength is the radiance that record already has; it is grey.
 void put_image(Record& record, Texture image, std::vector<Texture>& textures, ImportNotes& notes) {
   if (image.width > kMaxEnvironmentWidth) {
     add_note(notes, Kind::kApproximated,
@@ -58,6 +60,7 @@ void put_image(Record& record, Texture image, std::vector<Texture>& textures, Im
   TextureUse use;
   use.texture = static_cast<int32_t>(textures.size());
   put_texture(record, "image", use);
+  put_numbers(record, "strength", {record.find("radiance")->numbers[0]});
   textures.push_back(std::move(image));
 }
 
@@ -112,8 +115,41 @@ Expected<std::array<CubeFace, 6>> read_faces(const ImportContext& context, const
   return faces;
 }
 
+// Ours, because no extension names an equirectangular image:
+//   "scenes": [{"extras": {"kiln": {"environment": {"image": "sky.hdr", "strength": 1, "rotation": 0}}}}]
+// "image" is a relative URI; "strength" (1) and "rotation" (0, degrees about +Y) are as the options of these
+// names, which come on top.
+Expected<std::optional<Record>> from_extras(const ImportContext& context, const GltfValue& environment,
+                                            std::vector<Texture>& textures, ImportNotes& notes) {
+  const std::string who = "extras.kiln.environment of the scene";
+  const GltfValue* uri = environment.find("image");
+  if (!uri || uri->word.empty()) return context.bad(text("{}: image is no URI", who));
+  double factor[2] = {1, 0};
+  const char* names[2] = {"strength", "rotation"};
+  for (int i = 0; i < 2; ++i) {
+    const GltfValue* value = environment.find(names[i]);
+    if (!value) continue;
+    if (value->kind != GltfValue::Kind::kNumber || !std::isfinite(static_cast<float>(value->number)) ||
+        (i == 0 && value->number < 0))
+      return context.bad(text("{}: {} is no {}", who, names[i], i == 0 ? "scale" : "angle"));
+    factor[i] = value->number;
+  }
+  if (factor[0] == 0) return std::optional<Record>();
+  const auto path = resolve_uri(context.document.path.parent_path(), uri->word);
+  if (!path) return context.bad(text("{}: {}", who, path.error().message));
+  KILN_TRY(Texture image, read_environment(*path));
+  Record record = make_record(context.settings, "environment " + uri->word, {factor[0], factor[0], factor[0]}, "full");
+  for (Property& property : record.properties)
+    if (property.name == "rotation") property.numbers[0] += factor[1];
+  put_image(record, std::move(image), textures, notes);
+  return record;
+}
+
 Expected<std::optional<Record>> from_file(const ImportContext& context, const GltfScene& scene,
                                           std::vector<Texture>& textures, ImportNotes& notes) {
+  const GltfValue* kiln = scene.extras.find("kiln");
+  if (const GltfValue* environment = kiln ? kiln->find("environment") : nullptr)
+    return from_extras(context, *environment, textures, notes);
   const auto use = scene.extensions.find(kExtension);
   const auto root = context.model.extensions.find(kExtension);
   if (use == scene.extensions.end()) return std::optional<Record>();

@@ -140,7 +140,7 @@ GltfLight convert(const tinygltf::Light& in) {
 }
 
 GltfScene convert(const tinygltf::Scene& in) {
-  return {in.name, in.nodes, convert(in.extensions)};
+  return {in.name, in.nodes, convert(in.extensions), convert(in.extras)};
 }
 
 template <class Out, class In>

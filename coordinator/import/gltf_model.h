@@ -102,6 +102,7 @@ struct GltfScene {
   std::string name;
   std::vector<int> nodes;
   GltfExtensions extensions;
+  GltfValue extras;
 };
 
 struct GltfModel {
