@@ -49,7 +49,7 @@ Record make_record(const BakeSettings& settings, const std::string& name, std::v
   return record;
 }
 
-// An image's strength is the radiance that record already has; it is grey.
+// The radiance that the record already has scales the image.
 void put_image(Record& record, Texture image, std::vector<Texture>& textures, ImportNotes& notes) {
   if (image.width > kMaxEnvironmentWidth) {
     add_note(notes, Kind::kApproximated,
@@ -60,7 +60,6 @@ void put_image(Record& record, Texture image, std::vector<Texture>& textures, Im
   TextureUse use;
   use.texture = static_cast<int32_t>(textures.size());
   put_texture(record, "image", use);
-  put_numbers(record, "strength", {record.find("radiance")->numbers[0]});
   textures.push_back(std::move(image));
 }
 
