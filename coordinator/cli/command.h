@@ -17,7 +17,6 @@ struct Option {
   std::string placeholder;  // "N"; empty: a flag
   std::string about;
   bool required = false;
-  bool repeats = false;
 };
 
 // What was typed.
@@ -41,7 +40,6 @@ int run_command_line(int argc, char** argv, const std::vector<Command>& commands
 Command bake_command();
 Command plan_command();
 Command compare_command();
-Command doctor_command();
 
 // Prints "kiln: ..." on standard error and returns the exit status of the error.
 int report_error(const Error& error);

@@ -21,7 +21,7 @@ std::string long_name(const std::string& name) {
 struct Parsed {
   CLI::App* app;
   const Command* command;
-  std::vector<std::pair<std::string, std::vector<std::string>>> values;  // by option
+  std::vector<std::pair<std::string, std::string>> values;
   std::vector<std::pair<std::string, bool>> flags;
   std::string config;
   std::vector<std::vector<std::string>> settings;  // by row of the table
@@ -36,10 +36,8 @@ void declare(Parsed& p) {
       p.app->add_flag(o.name, p.flags.back().second, o.about);
       continue;
     }
-    p.values.emplace_back(long_name(o.name), std::vector<std::string>{});
-    CLI::Option* option = p.app->add_option(o.name, p.values.back().second, o.about);
-    option->type_name(o.placeholder)->required(o.required);
-    if (!o.repeats) option->expected(1);
+    p.values.emplace_back(long_name(o.name), "");
+    p.app->add_option(o.name, p.values.back().second, o.about)->type_name(o.placeholder)->required(o.required);
   }
   if (!p.command->takes_settings) return;
   p.app->add_option("--config", p.config, "JSON job file; the command line overrides it")->type_name("FILE");
@@ -80,8 +78,8 @@ Expected<BakeSettings> gather_settings(const Parsed& p) {
 
 int run_parsed(const Parsed& p) {
   Arguments arguments;
-  for (const auto& [name, values] : p.values)
-    for (const std::string& value : values) arguments.values.emplace_back(name, value);
+  for (const auto& [name, value] : p.values)
+    if (!value.empty()) arguments.values.emplace_back(name, value);
   for (const auto& [name, on] : p.flags)
     if (on) arguments.values.emplace_back(name, "");
   const auto settings = gather_settings(p);
