@@ -1,5 +1,6 @@
 #include "coordinator/cli/command.h"
 
 int main(int argc, char** argv) {
-  return kiln::run_command_line(argc, argv, {kiln::bake_command(), kiln::plan_command(), kiln::compare_command()});
+  return kiln::run_command_line(argc, argv,
+                                {kiln::bake_command(), kiln::plan_command(), kiln::compare_command()});
 }

@@ -69,12 +69,12 @@ struct Atlas {
 
 struct AtlasSettings {
   enum class Layout { kAuto, kAtlas, kPack } layout = Layout::kAuto;
-  uint32_t width = 1024, height = 1024;  // layout atlas
-  float texels_per_metre = 4.0f;         // layout pack
-  uint32_t max_page_size = 8192;         // layout pack: a side
+  uint32_t width = 1024, height = 1024;     // layout atlas
+  float texels_per_metre = 4.0f;            // layout pack
+  uint32_t max_page_size = 8192;            // layout pack: a side
   uint64_t max_texels = uint64_t{1} << 31;  // of all pages; beyond it is an error that names what fits
-  float crease_degrees = 60.0f;          // generated charts: largest turn from a chart's first face
-  unsigned threads = 0;                  // 0: all; changes nothing but the time
+  float crease_degrees = 60.0f;             // generated charts: largest turn from a chart's first face
+  unsigned threads = 0;                     // 0: all; changes nothing but the time
 };
 
 // Builds charts, places them and finds the texel sites. The same scene and settings give the same atlas

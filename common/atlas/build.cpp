@@ -12,8 +12,8 @@ Status check_settings(const AtlasSettings& s) {
     return refuse(text("a lightmap of {} x {} texels cannot be made: 1 to 65536 a side, 2^31 in all", s.width,
                        s.height));
   if (s.layout == AtlasSettings::Layout::kAtlas && uint64_t{s.width} * s.height > s.max_texels)
-    return refuse(text("a lightmap of {} x {} texels is more than the {:.3g} million that fit (--resolution)", s.width,
-                       s.height, static_cast<double>(s.max_texels) / 1e6));
+    return refuse(text("a lightmap of {} x {} texels is more than the {:.3g} million that fit (--resolution)",
+                       s.width, s.height, static_cast<double>(s.max_texels) / 1e6));
   if (!(s.texels_per_metre > 0 && std::isfinite(s.texels_per_metre)))
     return refuse(text("{} texels per metre is no density", s.texels_per_metre));
   if (s.max_page_size < 4 || s.max_page_size > 1u << 14)

@@ -48,9 +48,10 @@ Status read_charts(const Scene& scene, Atlas& atlas, unsigned threads) {
   // One sentence for the first kind of trouble that an instance has, with all who share it.
   for (const Instance& instance : scene.instances)
     if (const std::string& trouble = why[instance.mesh]; !trouble.empty())
-      return fail(ErrorKind::kInvalidInput,
-                  text("layout atlas needs a usable lightmap coordinate set on every object; one that {}: {}", trouble,
-                       list_names(instances_where(scene, [&](uint32_t m) { return why[m] == trouble; }))));
+      return fail(
+          ErrorKind::kInvalidInput,
+          text("layout atlas needs a usable lightmap coordinate set on every object; one that {}: {}",
+               trouble, list_names(instances_where(scene, [&](uint32_t m) { return why[m] == trouble; }))));
   std::vector<char> outside(count);
   for (size_t m = 0; m < count; ++m) outside[m] = leaves_unit_square(atlas.meshes[m]);
   const std::vector<std::string> names = instances_where(scene, [&](uint32_t m) { return outside[m]; });

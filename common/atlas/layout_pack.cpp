@@ -190,7 +190,8 @@ Expected<Atlas> layout_packed(const Scene& scene, const AtlasSettings& settings)
   for (size_t p = 0; p < items.size(); ++p) items[p] = &masks.images[masks.of_placement[p]];
   const PackResult packed =
       pack_masks(items, {.max_page_size = settings.max_page_size, .max_pages = kMaxPages});
-  if (!packed.fits || uint64_t{packed.width} * packed.height * packed.pages > settings.max_texels) return refuse();
+  if (!packed.fits || uint64_t{packed.width} * packed.height * packed.pages > settings.max_texels)
+    return refuse();
   apply_packing(packed, masks, boxes, atlas);
   KILN_TRY(const SiteOverlap overlap, find_sites(scene, atlas, settings.threads));
   atlas.statistics.distinct_masks = masks.keys.size();

@@ -112,23 +112,23 @@ Status prepare_output_folder(const fs::path& folder, uint64_t need_bytes) {
   std::error_code code;
   fs::create_directories(folder, code);
   if (code || !fs::is_directory(folder))
-    return fail(ErrorKind::kInvalidInput,
-                text("cannot make the output folder {}: {}", folder.string(),
-                     code ? code.message() : "it is not a folder"));
+    return fail(ErrorKind::kInvalidInput, text("cannot make the output folder {}: {}", folder.string(),
+                                               code ? code.message() : "it is not a folder"));
   const fs::path probe = folder / text(".kiln-probe.{}", ::getpid());
   {
     File file(probe, O_WRONLY | O_CREAT | O_TRUNC);
     if (file.fd() < 0)
-      return fail(ErrorKind::kInvalidInput, text("cannot write into the output folder {}: {}",
-                                                 folder.string(), std::strerror(errno)));
+      return fail(ErrorKind::kInvalidInput,
+                  text("cannot write into the output folder {}: {}", folder.string(), std::strerror(errno)));
   }
   fs::remove(probe, code);
   const fs::space_info space = fs::space(folder, code);
   if (!code && space.available < need_bytes)
-    return fail(ErrorKind::kInvalidInput,
-                text("the output folder {} has {} MiB free and the outputs need about {} MiB: free some space "
-                     "or choose another folder with -o",
-                     folder.string(), space.available >> 20, (need_bytes >> 20) + 1));
+    return fail(
+        ErrorKind::kInvalidInput,
+        text("the output folder {} has {} MiB free and the outputs need about {} MiB: free some space "
+             "or choose another folder with -o",
+             folder.string(), space.available >> 20, (need_bytes >> 20) + 1));
   return {};
 }
 

@@ -36,14 +36,17 @@ Expected<Digest> Digest::from_hex(std::string_view hex) {
 Sha256::Sha256() : context_(EVP_MD_CTX_new()) {
   KILN_CHECK(context_ && EVP_DigestInit_ex(static_cast<EVP_MD_CTX*>(context_), EVP_sha256(), nullptr) == 1);
 }
-Sha256::~Sha256() { EVP_MD_CTX_free(static_cast<EVP_MD_CTX*>(context_)); }
+Sha256::~Sha256() {
+  EVP_MD_CTX_free(static_cast<EVP_MD_CTX*>(context_));
+}
 void Sha256::add(std::span<const std::byte> data) {
   KILN_CHECK(EVP_DigestUpdate(static_cast<EVP_MD_CTX*>(context_), data.data(), data.size()) == 1);
 }
 Digest Sha256::finish() {
   Digest d;
   unsigned size = 0;
-  KILN_CHECK(EVP_DigestFinal_ex(static_cast<EVP_MD_CTX*>(context_), d.bytes.data(), &size) == 1 && size == 32);
+  KILN_CHECK(EVP_DigestFinal_ex(static_cast<EVP_MD_CTX*>(context_), d.bytes.data(), &size) == 1 &&
+             size == 32);
   return d;
 }
 
@@ -53,7 +56,9 @@ Digest sha256(std::span<const std::byte> data) {
   return h.finish();
 }
 
-uint64_t xxh3(std::span<const std::byte> data) { return XXH3_64bits(data.data(), data.size()); }
+uint64_t xxh3(std::span<const std::byte> data) {
+  return XXH3_64bits(data.data(), data.size());
+}
 
 bool equal_secret(std::string_view a, std::string_view b) {
   return a.size() == b.size() && CRYPTO_memcmp(a.data(), b.data(), a.size()) == 0;

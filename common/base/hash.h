@@ -17,7 +17,7 @@ namespace kiln {
 struct Digest {
   std::array<uint8_t, 32> bytes{};
   auto operator<=>(const Digest&) const = default;
-  std::string hex() const;                        // 64 lower-case digits
+  std::string hex() const;  // 64 lower-case digits
   static Expected<Digest> from_hex(std::string_view hex);
 };
 

@@ -8,11 +8,16 @@ namespace {
 
 spdlog::level::level_enum to_spdlog(LogLevel level) {
   switch (level) {
-    case LogLevel::kDebug: return spdlog::level::debug;
-    case LogLevel::kInfo: return spdlog::level::info;
-    case LogLevel::kWarning: return spdlog::level::warn;
-    case LogLevel::kError: return spdlog::level::err;
-    case LogLevel::kOff: return spdlog::level::off;
+    case LogLevel::kDebug:
+      return spdlog::level::debug;
+    case LogLevel::kInfo:
+      return spdlog::level::info;
+    case LogLevel::kWarning:
+      return spdlog::level::warn;
+    case LogLevel::kError:
+      return spdlog::level::err;
+    case LogLevel::kOff:
+      return spdlog::level::off;
   }
   return spdlog::level::info;
 }
@@ -33,9 +38,17 @@ void log_setup(std::string_view name, LogLevel level) {
   logger().set_pattern(std::string(name) + ": %l: %v");
   logger().set_level(to_spdlog(level));
 }
-void log_debug(std::string_view text) { logger().debug(text); }
-void log_info(std::string_view text) { logger().info(text); }
-void log_warning(std::string_view text) { logger().warn(text); }
-void log_error(std::string_view text) { logger().error(text); }
+void log_debug(std::string_view text) {
+  logger().debug(text);
+}
+void log_info(std::string_view text) {
+  logger().info(text);
+}
+void log_warning(std::string_view text) {
+  logger().warn(text);
+}
+void log_error(std::string_view text) {
+  logger().error(text);
+}
 
 }  // namespace kiln

@@ -18,7 +18,8 @@ unsigned hardware_threads() {
 
 uint64_t memory_bytes() {
   const long pages = ::sysconf(_SC_PHYS_PAGES), size = ::sysconf(_SC_PAGE_SIZE);
-  return pages > 0 && size > 0 ? static_cast<uint64_t>(pages) * static_cast<uint64_t>(size) : uint64_t{1} << 31;
+  return pages > 0 && size > 0 ? static_cast<uint64_t>(pages) * static_cast<uint64_t>(size)
+                               : uint64_t{1} << 31;
 }
 
 void parallel_for(size_t count, const std::function<void(size_t)>& body, unsigned threads) {

@@ -43,13 +43,13 @@ inline int exit_status(const Error& error) {
 #define KILN_JOIN(a, b) KILN_JOIN_(a, b)
 
 // KILN_TRY(auto x, f()): x becomes the value of f(), or the enclosing function returns its error.
-#define KILN_TRY(declaration, expression)                       \
-  auto&& KILN_JOIN(kiln_try_, __LINE__) = (expression);         \
-  if (!KILN_JOIN(kiln_try_, __LINE__))                          \
+#define KILN_TRY(declaration, expression)                                                    \
+  auto&& KILN_JOIN(kiln_try_, __LINE__) = (expression);                                      \
+  if (!KILN_JOIN(kiln_try_, __LINE__))                                                       \
     return tl::unexpected<::kiln::Error>(std::move(KILN_JOIN(kiln_try_, __LINE__)).error()); \
   declaration = std::move(*KILN_JOIN(kiln_try_, __LINE__))
 
 // KILN_TRY_STATUS(f()): returns the error of f() if it failed.
-#define KILN_TRY_STATUS(expression)                             \
+#define KILN_TRY_STATUS(expression)                                                        \
   if (auto KILN_JOIN(kiln_try_, __LINE__) = (expression); !KILN_JOIN(kiln_try_, __LINE__)) \
-    return tl::unexpected<::kiln::Error>(std::move(KILN_JOIN(kiln_try_, __LINE__)).error())
+  return tl::unexpected<::kiln::Error>(std::move(KILN_JOIN(kiln_try_, __LINE__)).error())

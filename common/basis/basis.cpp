@@ -21,7 +21,9 @@ using Bases = Roster<IrradianceOnly, ShL1>;  // one line to add a basis
 
 }  // namespace
 
-std::span<const BasisInfo> basis_roster() { return Bases::all(); }
+std::span<const BasisInfo> basis_roster() {
+  return Bases::all();
+}
 
 Expected<uint32_t> find_basis(std::string_view name) {
   std::string names;
@@ -32,7 +34,9 @@ Expected<uint32_t> find_basis(std::string_view name) {
   return fail(ErrorKind::kUsage, text("there is no basis '{}': choose one of {}", name, names));
 }
 
-void evaluate_basis(uint32_t index, const Vec3& direction, float* f) { Bases::evaluate(index, direction, f); }
+void evaluate_basis(uint32_t index, const Vec3& direction, float* f) {
+  Bases::evaluate(index, direction, f);
+}
 
 std::vector<std::string> moment_plane_names(uint32_t basis) {
   std::vector<std::string> names{"inside", "E.R", "E.G", "E.B", "lum", "lum2"};

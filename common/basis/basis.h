@@ -52,7 +52,9 @@ struct ShL1 {
 };
 
 // Linear reconstruction of E(n) from one channel of L0, L1. Unit: that of E. May be negative (ringing).
-inline float sh_l1_irradiance(float l0, const Vec3& l1, const Vec3& n) { return kPi * (l0 + 2.0f * dot(l1, n)); }
+inline float sh_l1_irradiance(float l0, const Vec3& l1, const Vec3& n) {
+  return kPi * (l0 + 2.0f * dot(l1, n));
+}
 
 // Roster: every basis, in the order of --help.
 std::span<const BasisInfo> basis_roster();
@@ -66,12 +68,12 @@ std::vector<std::string> moment_plane_names(uint32_t basis);
 
 // The fixed head of every moment record; the basis' planes (function major, R G B) follow.
 enum MomentPlane : uint32_t {
-  kMomentInside,   // primary rays that met a back face
-  kMomentER,       // radiance x cosine / pdf at the surface normal
+  kMomentInside,  // primary rays that met a back face
+  kMomentER,      // radiance x cosine / pdf at the surface normal
   kMomentEG,
   kMomentEB,
-  kMomentLum,      // luminance of E's sample
-  kMomentLum2,     // its square
+  kMomentLum,   // luminance of E's sample
+  kMomentLum2,  // its square
   kMomentBasis,
 };
 

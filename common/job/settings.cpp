@@ -9,7 +9,9 @@
 namespace kiln {
 namespace {
 
-Status refuse(std::string why) { return fail(ErrorKind::kUsage, std::move(why)); }
+Status refuse(std::string why) {
+  return fail(ErrorKind::kUsage, std::move(why));
+}
 
 Expected<double> number(const std::string& s) {
   double v = 0;
@@ -87,7 +89,8 @@ std::string print_suns(const BakeSettings& b) {
 Status parse_components(BakeSettings& b, const std::string& s) {
   b.direct = s == "direct" || s == "direct,indirect" || s == "indirect,direct";
   b.indirect = s == "indirect" || s == "direct,indirect" || s == "indirect,direct";
-  if (!b.direct && !b.indirect) return refuse(text("'{}' is not one of direct, indirect, direct,indirect", s));
+  if (!b.direct && !b.indirect)
+    return refuse(text("'{}' is not one of direct, indirect, direct,indirect", s));
   return {};
 }
 
@@ -97,20 +100,26 @@ Status parse_basis(BakeSettings& b, const std::string& s) {
   return {};
 }
 
-std::string print(double v) { return text("{}", v); }
+std::string print(double v) {
+  return text("{}", v);
+}
 using B = BakeSettings;
 using S = const std::string&;
 
 const Setting kTable[] = {
-    {"layout", "NAME", "", "atlas: TEXCOORD_1 is the whole scene's atlas; pack: charts are packed; auto: atlas if valid",
-     [](B& b, S s) { return store_word(b.layout, s, {"atlas", "pack", "auto"}); },
+    {"layout", "NAME", "",
+     "atlas: TEXCOORD_1 is the whole scene's atlas; pack: charts are packed; auto: atlas if valid",
+     [](B& b, S s) {
+       return store_word(b.layout, s, {"atlas", "pack", "auto"});
+     },
      [](const B& b) { return b.layout; }},
     {"resolution", "N|WxH", "texels", "size of the lightmap in layout atlas", parse_resolution,
      [](const B& b) { return text("{}x{}", b.width, b.height); }},
     {"texels-per-metre", "D", "1/m", "density in layout pack",
      [](B& b, S s) { return store_number(b.texels_per_metre, s, 1e-4, 1e5); },
      [](const B& b) { return print(b.texels_per_metre); }},
-    {"environment", "FILE|R,G,B", "radiance", "equirectangular HDR or EXR (+Y up) or a constant; overrides the scene's",
+    {"environment", "FILE|R,G,B", "radiance",
+     "equirectangular HDR or EXR (+Y up) or a constant; overrides the scene's",
      [](B& b, S s) {
        b.environment = s;
        return Status{};
@@ -122,12 +131,13 @@ const Setting kTable[] = {
     {"environment-rotation", "DEG", "degrees", "turn of the environment about +Y",
      [](B& b, S s) { return store_number(b.environment_rotation, s, -36000, 36000); },
      [](const B& b) { return print(b.environment_rotation); }},
-    {"sun", "X,Y,Z:R,G,B", "", "adds a directional light: direction to it, irradiance on a facing surface", parse_sun,
-     print_suns},
+    {"sun", "X,Y,Z:R,G,B", "", "adds a directional light: direction to it, irradiance on a facing surface",
+     parse_sun, print_suns},
     {"sun-angle", "DEG", "degrees", "angular diameter of directional lights; 0 is a delta light",
      [](B& b, S s) { return store_number(b.sun_angle, s, 0, 90); },
      [](const B& b) { return print(b.sun_angle); }},
-    {"components", "LIST", "", "what is stored: direct (straight from an emitter), indirect (reflected at least once)",
+    {"components", "LIST", "",
+     "what is stored: direct (straight from an emitter), indirect (reflected at least once)",
      parse_components,
      [](const B& b) {
        return std::string(b.direct ? b.indirect ? "direct,indirect" : "direct" : "indirect");
@@ -149,7 +159,8 @@ const Setting kTable[] = {
     {"time-limit", "S", "seconds", "stop sending work after S seconds and state the error; 0: none",
      [](B& b, S s) { return store_number(b.time_limit, s, 0, 1e9); },
      [](const B& b) { return print(b.time_limit); }},
-    {"basis", "NAME", "", "stored basis: irradiance or sh_l1", parse_basis, [](const B& b) { return b.basis; }},
+    {"basis", "NAME", "", "stored basis: irradiance or sh_l1", parse_basis,
+     [](const B& b) { return b.basis; }},
     {"dilate", "N", "texels", "how far colours are carried into empty texels",
      [](B& b, S s) { return store_number(b.dilate, s, 0, 64); },
      [](const B& b) { return text("{}", b.dilate); }},
@@ -166,7 +177,9 @@ const Setting kTable[] = {
      [](B& b, S s) { return store_number(b.seed, s, 0, 9007199254740992.0); },
      [](const B& b) { return text("{}", b.seed); }},
     {"isa", "NAME", "", "numeric class: the instruction set of Embree's kernels",
-     [](B& b, S s) { return store_word(b.isa, s, {"sse2", "sse4.2", "avx", "avx2", "avx512"}); },
+     [](B& b, S s) {
+       return store_word(b.isa, s, {"sse2", "sse4.2", "avx", "avx2", "avx512"});
+     },
      [](const B& b) { return b.isa; }},
     {"lease-ms", "MS", "milliseconds", "a worker silent for this long loses its units to another",
      [](B& b, S s) { return store_number(b.lease_ms, s, 200, 3600000); },
@@ -175,7 +188,9 @@ const Setting kTable[] = {
 
 }  // namespace
 
-std::span<const Setting> settings_table() { return kTable; }
+std::span<const Setting> settings_table() {
+  return kTable;
+}
 
 Status set_option(BakeSettings& settings, const std::string& name, const std::string& value,
                   const std::string& source) {

@@ -42,11 +42,11 @@ struct WorkUnit {
 struct UnitResult {
   uint64_t unit = 0;
   uint32_t site_count = 0, plane_count = 0;
-  std::vector<double> moments;  // [site][plane], plane order of moment_plane_names()
-  uint64_t rays = 0;            // all rays traced
-  uint64_t nonfinite = 0;       // contributions dropped because they were not finite
+  std::vector<double> moments;                         // [site][plane], plane order of moment_plane_names()
+  uint64_t rays = 0;                                   // all rays traced
+  uint64_t nonfinite = 0;                              // contributions dropped because they were not finite
   uint32_t nonfinite_texel = 0, nonfinite_sample = 0;  // the first of them, to replay
-  double seconds = 0;           // of one thread; for the report only
+  double seconds = 0;                                  // of one thread; for the report only
 };
 
 // SHA-256 of what must be equal when a unit is answered twice: ids, shape and moments, not the times.

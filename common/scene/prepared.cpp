@@ -218,9 +218,8 @@ Status check_scene(const Scene& scene) {
   }
   for (const Texture& t : scene.textures) {
     const bool shape = t.width > 0 && t.height > 0 && t.channels >= 1 && t.channels <= 4 &&
-                       t.width <= 1u << 16 && t.height <= 1u << 16 &&
-                       static_cast<uint32_t>(t.format) <= 2 && static_cast<uint32_t>(t.wrap_s) <= 2 &&
-                       static_cast<uint32_t>(t.wrap_t) <= 2;
+                       t.width <= 1u << 16 && t.height <= 1u << 16 && static_cast<uint32_t>(t.format) <= 2 &&
+                       static_cast<uint32_t>(t.wrap_s) <= 2 && static_cast<uint32_t>(t.wrap_t) <= 2;
     if (!shape || t.texels.size() != size_t{t.width} * t.height * t.texel_bytes())
       return bad(text("texture '{}' has a wrong shape", t.name));
   }

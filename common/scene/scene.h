@@ -18,10 +18,10 @@ namespace kiln {
 struct Mesh {
   std::string name;
   std::vector<Vec3> positions;
-  std::vector<Vec3> normals;      // unit; always present (generated where the file has none)
-  std::vector<Vec4> tangents;     // xyz unit, w = +-1
-  std::vector<Vec2> uv[2];        // TEXCOORD_0, TEXCOORD_1 (v downwards, as glTF)
-  std::vector<Vec4> colors;       // COLOR_0, linear RGBA
+  std::vector<Vec3> normals;   // unit; always present (generated where the file has none)
+  std::vector<Vec4> tangents;  // xyz unit, w = +-1
+  std::vector<Vec2> uv[2];     // TEXCOORD_0, TEXCOORD_1 (v downwards, as glTF)
+  std::vector<Vec4> colors;    // COLOR_0, linear RGBA
   std::vector<UVec3> triangles;
   std::vector<uint32_t> source_triangle;  // index of each kept triangle in the file's primitive
 };
@@ -72,9 +72,10 @@ struct Record {
 //                            +Y), bake
 //   materials "metallic_roughness"
 //                            base_color[4], base_color_texture, metallic, roughness,
-//                            metallic_roughness_texture (G roughness, B metallic), emission[3] (factor x strength), emission_texture,
-//                            alpha_mode (word: opaque|mask|blend), alpha_cutoff, double_sided (0|1),
-//                            and extension scalars under their glTF names (transmission, ior, ...)
+//                            metallic_roughness_texture (G roughness, B metallic), emission[3] (factor x
+//                            strength), emission_texture, alpha_mode (word: opaque|mask|blend), alpha_cutoff,
+//                            double_sided (0|1), and extension scalars under their glTF names (transmission,
+//                            ior, ...)
 //             "unlit"        base_color[4], base_color_texture, alpha_mode, alpha_cutoff, double_sided
 struct Scene {
   std::vector<Mesh> meshes;

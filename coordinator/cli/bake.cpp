@@ -2,9 +2,9 @@
 
 #include "common/base/files.h"
 #include "common/base/format.h"
-#include "coordinator/run/bake_run.h"
 #include "coordinator/cli/command.h"
 #include "coordinator/cli/progress.h"
+#include "coordinator/run/bake_run.h"
 
 namespace kiln {
 namespace {
@@ -14,18 +14,19 @@ void print_result(const BakeReport& r, const std::string& folder) {
   std::printf("%llu texels in %s, %.1f million rays, %.2f million rays/s and thread\n",
               static_cast<unsigned long long>(r.plan.valid_texels), duration_text(r.total_seconds).c_str(),
               r.farm.rays / 1e6, r.farm.worker_seconds > 0 ? r.farm.rays / r.farm.worker_seconds / 1e6 : 0.0);
-  std::printf("stated error: %.2f %% rms; %.1f %% of texels within %g %% at %g %% confidence%s\n", 100 * last.rms_relative,
-              100 * last.converged_share, 100 * r.settings.error, 100 * r.settings.confidence,
-              r.complete ? "" : " (stopped by the time limit)");
+  std::printf("stated error: %.2f %% rms; %.1f %% of texels within %g %% at %g %% confidence%s\n",
+              100 * last.rms_relative, 100 * last.converged_share, 100 * r.settings.error,
+              100 * r.settings.confidence, r.complete ? "" : " (stopped by the time limit)");
   for (const ImportNote& n : r.notes) {
     if (n.kind == ImportNote::Kind::kWarning) std::printf("warning: %s\n", n.what.c_str());
     if (n.kind == ImportNote::Kind::kIgnored) std::printf("note: %s\n", n.what.c_str());
   }
   for (const std::string& s : r.warnings) std::printf("warning: %s\n", s.c_str());
-  std::printf("look at:  %s/preview.png   the scene through its lightmap\n"
-              "          %s/report.html   error against run time, maps, every setting\n"
-              "load:     %s/scene.glb and %s/irradiance.exr\n",
-              folder.c_str(), folder.c_str(), folder.c_str(), folder.c_str());
+  std::printf(
+      "look at:  %s/preview.png   the scene through its lightmap\n"
+      "          %s/report.html   error against run time, maps, every setting\n"
+      "load:     %s/scene.glb and %s/irradiance.exr\n",
+      folder.c_str(), folder.c_str(), folder.c_str(), folder.c_str());
 }
 
 int run(const Arguments& a, const BakeSettings& settings) {

@@ -21,7 +21,8 @@ struct Option {
 
 // What was typed.
 struct Arguments {
-  std::vector<std::pair<std::string, std::string>> values;  // option name without dashes (its long form), value
+  std::vector<std::pair<std::string, std::string>>
+      values;  // option name without dashes (its long form), value
   bool has(const std::string& name) const;
   std::string get(const std::string& name, const std::string& fallback = "") const;
 };

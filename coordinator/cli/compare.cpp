@@ -19,18 +19,21 @@ struct WorstTexel {
 // Over texels that both maps hold (A = 1 in both where there is an A), of luminance.
 struct Difference {
   uint64_t texels = 0;
-  double mean_a = 0, mean_b = 0;   // mean luminance
-  double rmse = 0;                 // of a - b
-  double rel_mse = 0;              // mean of (a - b)^2 / (b^2 + (mean_b / 100)^2)
-  std::vector<WorstTexel> worst;   // by |a - b| / b
+  double mean_a = 0, mean_b = 0;  // mean luminance
+  double rmse = 0;                // of a - b
+  double rel_mse = 0;             // mean of (a - b)^2 / (b^2 + (mean_b / 100)^2)
+  std::vector<WorstTexel> worst;  // by |a - b| / b
 };
 
 std::filesystem::path exr_of(const std::string& name) {
-  return std::filesystem::is_directory(name) ? std::filesystem::path(name) / "irradiance.exr" : std::filesystem::path(name);
+  return std::filesystem::is_directory(name) ? std::filesystem::path(name) / "irradiance.exr"
+                                             : std::filesystem::path(name);
 }
 
 std::vector<double> luminances(const Planes& p) {
-  const auto has = [&](const char* name) { return std::find(p.names.begin(), p.names.end(), name) != p.names.end(); };
+  const auto has = [&](const char* name) {
+    return std::find(p.names.begin(), p.names.end(), name) != p.names.end();
+  };
   std::vector<double> out(size_t{p.width} * p.height);
   for (size_t i = 0; i < out.size(); ++i)
     out[i] = has("R") && has("G") && has("B")
@@ -49,7 +52,8 @@ std::vector<bool> held(const Planes& p) {
 
 Expected<Difference> difference(const Planes& a, const Planes& b) {
   if (a.width != b.width || a.height != b.height)
-    return fail(ErrorKind::kUsage, text("the maps have {}x{} and {}x{} texels: only equal layouts compare", a.width, a.height, b.width, b.height));
+    return fail(ErrorKind::kUsage, text("the maps have {}x{} and {}x{} texels: only equal layouts compare",
+                                        a.width, a.height, b.width, b.height));
   const std::vector<double> la = luminances(a), lb = luminances(b);
   const std::vector<bool> in_a = held(a), in_b = held(b);
   Difference d;
@@ -69,7 +73,8 @@ Expected<Difference> difference(const Planes& a, const Planes& b) {
   const double floor = d.mean_b * d.mean_b * 1e-4;
   for (const WorstTexel& t : d.worst) d.rel_mse += (t.a - t.b) * (t.a - t.b) / (t.b * t.b + floor) / n;
   const auto badness = [&](const WorstTexel& t) { return (t.a - t.b) * (t.a - t.b) / (t.b * t.b + floor); };
-  std::sort(d.worst.begin(), d.worst.end(), [&](const WorstTexel& x, const WorstTexel& y) { return badness(x) > badness(y); });
+  std::sort(d.worst.begin(), d.worst.end(),
+            [&](const WorstTexel& x, const WorstTexel& y) { return badness(x) > badness(y); });
   d.worst.resize(std::min<size_t>(d.worst.size(), 5));
   return d;
 }
@@ -77,7 +82,11 @@ Expected<Difference> difference(const Planes& a, const Planes& b) {
 void print_json(const Difference& d) {
   JsonWriter w;
   w.begin_object().pair("texels", d.texels).pair("mean_a", d.mean_a).pair("mean_b", d.mean_b);
-  w.pair("bias", d.mean_a - d.mean_b).pair("rmse", d.rmse).pair("rel_mse", d.rel_mse).key("worst").begin_array();
+  w.pair("bias", d.mean_a - d.mean_b)
+      .pair("rmse", d.rmse)
+      .pair("rel_mse", d.rel_mse)
+      .key("worst")
+      .begin_array();
   for (const WorstTexel& t : d.worst)
     w.begin_object().pair("x", t.x).pair("y", t.y).pair("a", t.a).pair("b", t.b).end_object();
   std::fputs(w.end_array().end_object().take().c_str(), stdout);
@@ -94,11 +103,14 @@ int run(const Arguments& arguments, const BakeSettings&) {
     print_json(*d);
     return 0;
   }
-  std::printf("texels   %llu\nmean     %.6g and %.6g\nbias     %.3g (%.3f %%)\nRMSE     %.4g (%.2f %% of the mean)\nrelMSE   %.4g\n",
-              static_cast<unsigned long long>(d->texels), d->mean_a, d->mean_b, d->mean_a - d->mean_b,
-              d->mean_b != 0 ? 100 * (d->mean_a / d->mean_b - 1) : 0.0, d->rmse,
-              d->mean_b != 0 ? 100 * d->rmse / d->mean_b : 0.0, d->rel_mse);
-  for (const WorstTexel& t : d->worst) std::printf("worst    texel (%u, %u): %.5g and %.5g\n", t.x, t.y, t.a, t.b);
+  std::printf(
+      "texels   %llu\nmean     %.6g and %.6g\nbias     %.3g (%.3f %%)\nRMSE     %.4g (%.2f %% of the "
+      "mean)\nrelMSE   %.4g\n",
+      static_cast<unsigned long long>(d->texels), d->mean_a, d->mean_b, d->mean_a - d->mean_b,
+      d->mean_b != 0 ? 100 * (d->mean_a / d->mean_b - 1) : 0.0, d->rmse,
+      d->mean_b != 0 ? 100 * d->rmse / d->mean_b : 0.0, d->rel_mse);
+  for (const WorstTexel& t : d->worst)
+    std::printf("worst    texel (%u, %u): %.5g and %.5g\n", t.x, t.y, t.a, t.b);
   return 0;
 }
 

@@ -1,6 +1,5 @@
 // The only CLI11 include.
 #include <CLI/CLI.hpp>
-
 #include <cstdio>
 #include <filesystem>
 
@@ -37,7 +36,9 @@ void declare(Parsed& p) {
       continue;
     }
     p.values.emplace_back(long_name(o.name), "");
-    p.app->add_option(o.name, p.values.back().second, o.about)->type_name(o.placeholder)->required(o.required);
+    p.app->add_option(o.name, p.values.back().second, o.about)
+        ->type_name(o.placeholder)
+        ->required(o.required);
   }
   if (!p.command->takes_settings) return;
   p.app->add_option("--config", p.config, "JSON job file; the command line overrides it")->type_name("FILE");
@@ -47,10 +48,14 @@ void declare(Parsed& p) {
     const Setting& row = settings_table()[i];
     const std::string value = row.print(defaults);
     // One value per use, as a word: a leading minus belongs to the value.
-    p.app->add_option(std::string("--") + row.name, p.settings[i],
-                      text("{}{}{}", row.about, value.empty() ? "" : " [" + value + "]",
-                           *row.unit ? text(" ({})", row.unit) : ""))
-        ->type_name(row.value)->expected(1)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)->group("Settings");
+    p.app
+        ->add_option(std::string("--") + row.name, p.settings[i],
+                     text("{}{}{}", row.about, value.empty() ? "" : " [" + value + "]",
+                          *row.unit ? text(" ({})", row.unit) : ""))
+        ->type_name(row.value)
+        ->expected(1)
+        ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+        ->group("Settings");
   }
 }
 
@@ -59,7 +64,9 @@ Status read_config(const std::string& path, BakeSettings& settings) {
   const auto pairs = parse_flat_json({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
   if (!pairs) return fail(ErrorKind::kUsage, text("{}: {}", path, pairs.error().message));
   for (const auto& [key, value] : *pairs)
-    if (Status s = set_option(settings, key, value, "job file " + std::filesystem::path(path).filename().string()); !s)
+    if (Status s =
+            set_option(settings, key, value, "job file " + std::filesystem::path(path).filename().string());
+        !s)
       return fail(ErrorKind::kUsage, text("{}: {}", path, s.error().message));
   return {};
 }

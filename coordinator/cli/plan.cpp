@@ -2,9 +2,9 @@
 
 #include "common/base/format.h"
 #include "common/base/json.h"
-#include "coordinator/run/bake_run.h"
 #include "coordinator/cli/command.h"
 #include "coordinator/cli/progress.h"
+#include "coordinator/run/bake_run.h"
 
 namespace kiln {
 namespace {
@@ -28,13 +28,14 @@ void print_json(const Preflight& p) {
   w.end_array().key("notes").begin_array();
   for (const ImportNote& n : p.imported.notes)
     w.begin_object().pair("kind", kind_word(n.kind)).pair("what", n.what).end_object();
-  for (const std::string& s : p.atlas.warnings) w.begin_object().pair("kind", "warning").pair("what", s).end_object();
+  for (const std::string& s : p.atlas.warnings)
+    w.begin_object().pair("kind", "warning").pair("what", s).end_object();
   std::fputs(w.end_array().end_object().take().c_str(), stdout);
 }
 
 void print_text(const Preflight& p) {
-  std::printf("lightmap    %s, %u x %u, %u page%s, %llu charts\n", p.atlas.packed ? "pack" : "atlas", p.atlas.width,
-              p.atlas.height, p.atlas.pages, p.atlas.pages == 1 ? "" : "s",
+  std::printf("lightmap    %s, %u x %u, %u page%s, %llu charts\n", p.atlas.packed ? "pack" : "atlas",
+              p.atlas.width, p.atlas.height, p.atlas.pages, p.atlas.pages == 1 ? "" : "s",
               static_cast<unsigned long long>(p.plan.charts));
   std::printf("texels      %llu to sample of %llu\n", static_cast<unsigned long long>(p.plan.valid_texels),
               static_cast<unsigned long long>(p.plan.texels));

@@ -13,13 +13,13 @@ namespace kiln {
 
 struct FarmSettings {
   std::string listen_host = "127.0.0.1";
-  uint16_t listen_port = 0;      // 0: any free port
-  std::string token;             // workers must show it
-  uint32_t local_workers = 1;    // worker processes to spawn and keep alive
-  uint32_t local_threads = 1;    // threads of each
-  std::string worker_program;    // path of kiln-worker
-  uint32_t lease_ms = 15000;     // silence after which a worker's units go to another
-  uint32_t max_attempts = 3;     // distinct workers a unit may kill before the pass fails
+  uint16_t listen_port = 0;    // 0: any free port
+  std::string token;           // workers must show it
+  uint32_t local_workers = 1;  // worker processes to spawn and keep alive
+  uint32_t local_threads = 1;  // threads of each
+  std::string worker_program;  // path of kiln-worker
+  uint32_t lease_ms = 15000;   // silence after which a worker's units go to another
+  uint32_t max_attempts = 3;   // distinct workers a unit may kill before the pass fails
   // Fault injection for tests: every committed unit is answered again by a second lease.
   bool duplicate_every_unit = false;
 };
@@ -32,7 +32,7 @@ struct FarmProgress {
 
 struct FarmStatistics {
   uint64_t rays = 0, units = 0, duplicates = 0, reassigned = 0, workers_lost = 0, nonfinite = 0;
-  double worker_seconds = 0;     // thread-seconds of baking
+  double worker_seconds = 0;  // thread-seconds of baking
   std::string numeric_class;
   std::vector<std::string> events;  // for the report: who joined, died, was given whose units
 };

@@ -40,9 +40,11 @@ Expected<Planes> read_exr(const std::filesystem::path& path, uint64_t max_texels
   try {
     Imf::InputFile file(path.c_str());
     const Imath::Box2i window = file.header().dataWindow();
-    const int64_t width = int64_t{window.max.x} - window.min.x + 1, height = int64_t{window.max.y} - window.min.y + 1;
+    const int64_t width = int64_t{window.max.x} - window.min.x + 1,
+                  height = int64_t{window.max.y} - window.min.y + 1;
     if (width <= 0 || height <= 0 || static_cast<uint64_t>(width) * height > max_texels)
-      return fail(ErrorKind::kInvalidInput, text("{}: {}x{} texels, more than allowed", path.string(), width, height));
+      return fail(ErrorKind::kInvalidInput,
+                  text("{}: {}x{} texels, more than allowed", path.string(), width, height));
     Planes planes;
     planes.width = static_cast<uint32_t>(width);
     planes.height = static_cast<uint32_t>(height);

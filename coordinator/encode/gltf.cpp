@@ -18,11 +18,11 @@ using Json = nlohmann::json;
 
 // Vertices of a mesh once each corner has the lightmap coordinates of its chart.
 struct SplitMesh {
-  std::vector<uint32_t> source;    // by new vertex: the file's vertex
-  std::vector<uint32_t> indices;   // 3 per kept triangle
-  std::vector<Vec2> chart_uv;      // by new vertex, before placement
-  std::vector<uint32_t> chart;     // by new vertex
-  Json attributes;                 // gathered accessors
+  std::vector<uint32_t> source;   // by new vertex: the file's vertex
+  std::vector<uint32_t> indices;  // 3 per kept triangle
+  std::vector<Vec2> chart_uv;     // by new vertex, before placement
+  std::vector<uint32_t> chart;    // by new vertex
+  Json attributes;                // gathered accessors
   int index_accessor = -1;
 };
 
@@ -77,8 +77,8 @@ Status GltfWriter::give_instances_their_meshes() {
   const Json meshes = doc_["meshes"];
   for (const auto& [node, copies] : by_node) {
     Json& file_node = doc_["nodes"][node];
-    const bool repeated = file_node.contains("extensions") &&
-                          file_node["extensions"].contains("EXT_mesh_gpu_instancing");
+    const bool repeated =
+        file_node.contains("extensions") && file_node["extensions"].contains("EXT_mesh_gpu_instancing");
     for (const auto& copy : copies) {
       Json mesh = meshes[c_.scene.instances[copy.front()].file_mesh];
       Json primitives = Json::array();
@@ -100,7 +100,8 @@ Status GltfWriter::give_instances_their_meshes() {
         for (int row = 0; row < 4; ++row)
           matrix.push_back(row < 3 ? double{m[column][row]} : column == 3 ? 1.0 : 0.0);
       const size_t child = doc_["nodes"].size();
-      doc_["nodes"].push_back({{"mesh", index}, {"matrix", matrix}, {"name", c_.scene.instances[copy.front()].name}});
+      doc_["nodes"].push_back(
+          {{"mesh", index}, {"matrix", matrix}, {"name", c_.scene.instances[copy.front()].name}});
       const size_t scene = doc_.value("scene", 0);
       doc_["scenes"][scene]["nodes"].push_back(child);
     }
@@ -178,7 +179,8 @@ Expected<Json> GltfWriter::primitive_of(uint32_t instance) {
 
 void GltfWriter::add_lightmap_note() {
   Json files = Json::array();
-  for (uint32_t page = 0; page < c_.atlas.pages; ++page) files.push_back(page_name("irradiance", "exr", page, c_.atlas.pages));
+  for (uint32_t page = 0; page < c_.atlas.pages; ++page)
+    files.push_back(page_name("irradiance", "exr", page, c_.atlas.pages));
   doc_["extras"]["kiln"] = {{"version", 1},
                             {"lightmap", files},
                             {"texcoord", 1},

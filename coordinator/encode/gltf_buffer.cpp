@@ -13,15 +13,23 @@ using Json = nlohmann::json;
 
 size_t component_bytes(int type) {
   switch (type) {
-    case 5120: case 5121: return 1;
-    case 5122: case 5123: return 2;
-    case 5125: case 5126: return 4;
-    default: return 0;
+    case 5120:
+    case 5121:
+      return 1;
+    case 5122:
+    case 5123:
+      return 2;
+    case 5125:
+    case 5126:
+      return 4;
+    default:
+      return 0;
   }
 }
 
 size_t components_of(const std::string& type) {
-  static const std::pair<const char*, size_t> kTypes[] = {{"SCALAR", 1}, {"VEC2", 2}, {"VEC3", 3}, {"VEC4", 4}};
+  static const std::pair<const char*, size_t> kTypes[] = {
+      {"SCALAR", 1}, {"VEC2", 2}, {"VEC3", 3}, {"VEC4", 4}};
   for (const auto& [name, count] : kTypes)
     if (type == name) return count;
   return 0;
@@ -81,7 +89,8 @@ Status GltfBuffer::embed_images(Json& doc, const std::filesystem::path& folder) 
 }
 
 Expected<GltfBuffer::Elements> GltfBuffer::read_accessor(const Json& doc, size_t index) const {
-  if (!doc.contains("accessors") || index >= doc["accessors"].size()) return lost("an accessor does not exist");
+  if (!doc.contains("accessors") || index >= doc["accessors"].size())
+    return lost("an accessor does not exist");
   const Json& a = doc["accessors"][index];
   Elements e;
   e.size = component_bytes(a.value("componentType", 0)) * components_of(a.value("type", ""));
@@ -101,14 +110,18 @@ Expected<GltfBuffer::Elements> GltfBuffer::read_accessor(const Json& doc, size_t
     return {};
   };
   if (a.contains("bufferView"))
-    KILN_TRY_STATUS(read(a["bufferView"], a.value("byteOffset", size_t{0}), e.count, e.size, 0, e.bytes.data()));
+    KILN_TRY_STATUS(
+        read(a["bufferView"], a.value("byteOffset", size_t{0}), e.count, e.size, 0, e.bytes.data()));
   if (a.contains("sparse")) {
     const Json& sparse = a["sparse"];
-    const size_t count = sparse.value("count", size_t{0}), width = component_bytes(sparse["indices"].value("componentType", 0));
+    const size_t count = sparse.value("count", size_t{0}),
+                 width = component_bytes(sparse["indices"].value("componentType", 0));
     if (width == 0 || count > e.count) return lost(text("accessor {} has a wrong sparse part", index));
     std::vector<std::byte> at(count * width), values(count * e.size);
-    KILN_TRY_STATUS(read(sparse["indices"]["bufferView"], sparse["indices"].value("byteOffset", size_t{0}), count, width, width, at.data()));
-    KILN_TRY_STATUS(read(sparse["values"]["bufferView"], sparse["values"].value("byteOffset", size_t{0}), count, e.size, e.size, values.data()));
+    KILN_TRY_STATUS(read(sparse["indices"]["bufferView"], sparse["indices"].value("byteOffset", size_t{0}),
+                         count, width, width, at.data()));
+    KILN_TRY_STATUS(read(sparse["values"]["bufferView"], sparse["values"].value("byteOffset", size_t{0}),
+                         count, e.size, e.size, values.data()));
     for (size_t i = 0; i < count; ++i) {
       uint32_t target = 0;
       std::memcpy(&target, at.data() + i * width, width);
@@ -124,7 +137,8 @@ Expected<std::vector<uint32_t>> GltfBuffer::triangle_corners(const Json& doc, co
   if (primitive.contains("indices")) {
     KILN_TRY(const Elements e, read_accessor(doc, primitive["indices"]));
     order.assign(e.count, 0);
-    for (size_t i = 0; i < e.count; ++i) std::memcpy(&order[i], e.bytes.data() + i * e.size, std::min<size_t>(4, e.size));
+    for (size_t i = 0; i < e.count; ++i)
+      std::memcpy(&order[i], e.bytes.data() + i * e.size, std::min<size_t>(4, e.size));
   } else {
     const size_t position = primitive["attributes"].value("POSITION", size_t{0});
     const size_t count = doc["accessors"].at(position).value("count", size_t{0});
@@ -152,7 +166,8 @@ size_t GltfBuffer::add_view(Json& doc, std::span<const std::byte> bytes, int tar
   return doc["bufferViews"].size() - 1;
 }
 
-Expected<Json> GltfBuffer::gather_attributes(Json& doc, const Json& attributes, const std::vector<uint32_t>& source) {
+Expected<Json> GltfBuffer::gather_attributes(Json& doc, const Json& attributes,
+                                             const std::vector<uint32_t>& source) {
   Json out = Json::object();
   for (const auto& [name, accessor] : attributes.items()) {
     if (name == "TEXCOORD_1") continue;
@@ -176,13 +191,15 @@ Expected<Json> GltfBuffer::gather_attributes(Json& doc, const Json& attributes, 
 
 int GltfBuffer::add_indices(Json& doc, const std::vector<uint32_t>& indices) {
   const size_t view = add_view(doc, bytes_of(indices), 34963);
-  doc["accessors"].push_back({{"bufferView", view}, {"componentType", 5125}, {"count", indices.size()}, {"type", "SCALAR"}});
+  doc["accessors"].push_back(
+      {{"bufferView", view}, {"componentType", 5125}, {"count", indices.size()}, {"type", "SCALAR"}});
   return static_cast<int>(doc["accessors"].size() - 1);
 }
 
 int GltfBuffer::add_texcoords(Json& doc, const std::vector<Vec2>& uv) {
   const size_t view = add_view(doc, bytes_of(uv), 34962, sizeof(Vec2));
-  doc["accessors"].push_back({{"bufferView", view}, {"componentType", 5126}, {"count", uv.size()}, {"type", "VEC2"}});
+  doc["accessors"].push_back(
+      {{"bufferView", view}, {"componentType", 5126}, {"count", uv.size()}, {"type", "VEC2"}});
   return static_cast<int>(doc["accessors"].size() - 1);
 }
 

@@ -17,7 +17,8 @@ class GltfBuffer {
   Status embed_images(nlohmann::json& doc, const std::filesystem::path& folder);
 
   // The file's vertex of each corner of each triangle, in the importer's order (triangles, strips, fans).
-  Expected<std::vector<uint32_t>> triangle_corners(const nlohmann::json& doc, const nlohmann::json& primitive) const;
+  Expected<std::vector<uint32_t>> triangle_corners(const nlohmann::json& doc,
+                                                   const nlohmann::json& primitive) const;
 
   // New accessors with the elements `source` of each attribute but TEXCOORD_1, as {name: accessor}.
   Expected<nlohmann::json> gather_attributes(nlohmann::json& doc, const nlohmann::json& attributes,

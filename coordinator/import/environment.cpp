@@ -137,7 +137,8 @@ Expected<std::optional<Record>> from_extras(const ImportContext& context, const 
   const auto path = resolve_uri(context.document.path.parent_path(), uri->word);
   if (!path) return context.bad(text("{}: {}", who, path.error().message));
   KILN_TRY(Texture image, read_environment(*path));
-  Record record = make_record(context.settings, "environment " + uri->word, {factor[0], factor[0], factor[0]}, "full");
+  Record record =
+      make_record(context.settings, "environment " + uri->word, {factor[0], factor[0], factor[0]}, "full");
   for (Property& property : record.properties)
     if (property.name == "rotation") property.numbers[0] += factor[1];
   put_image(record, std::move(image), textures, notes);

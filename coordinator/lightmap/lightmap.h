@@ -20,7 +20,8 @@ enum class Validity : uint8_t {
 constexpr int kValidityClasses = 6;
 
 inline bool is_set(Validity v) {
-  return v == Validity::kMeasured || v == Validity::kPushed || v == Validity::kFilled || v == Validity::kDilated;
+  return v == Validity::kMeasured || v == Validity::kPushed || v == Validity::kFilled ||
+         v == Validity::kDilated;
 }
 
 struct Lightmap {

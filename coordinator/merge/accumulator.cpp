@@ -10,7 +10,10 @@
 namespace kiln {
 
 Accumulator::Accumulator(size_t sites, uint32_t basis)
-    : basis_(basis), planes_(moment_plane_names(basis).size()), samples_(sites, 0), sums_(sites * planes_, 0.0) {}
+    : basis_(basis),
+      planes_(moment_plane_names(basis).size()),
+      samples_(sites, 0),
+      sums_(sites * planes_, 0.0) {}
 
 Status Accumulator::add(const WorkUnit& unit, const UnitResult& result) {
   if (result.site_count != unit.sites.size() || result.plane_count != planes_ ||

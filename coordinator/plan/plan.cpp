@@ -18,7 +18,8 @@ bool is_emissive(const Record& material) {
 std::vector<std::string> find_left_out(const Scene& scene, const BakeSettings& settings) {
   std::vector<std::string> out;
   const auto has_light = [&](std::string_view type) {
-    return std::any_of(scene.lights.begin(), scene.lights.end(), [&](const Record& l) { return l.type == type; });
+    return std::any_of(scene.lights.begin(), scene.lights.end(),
+                       [&](const Record& l) { return l.type == type; });
   };
   if (!has_light("directional")) out.push_back("no directional light: no sun rays are traced");
   if (!has_light("environment")) out.push_back("no environment: rays that leave the scene carry nothing");
@@ -37,7 +38,8 @@ std::vector<std::string> find_left_out(const Scene& scene, const BakeSettings& s
   bool shared = false;
   for (const Instance& i : scene.instances) shared |= !seen.insert(i.mesh).second;
   if (!shared) out.push_back("no mesh repeats: one flat tree, no instancing level");
-  if (!settings.indirect || settings.max_bounces == 0) out.push_back("no indirect light asked for: paths end at the first surface");
+  if (!settings.indirect || settings.max_bounces == 0)
+    out.push_back("no indirect light asked for: paths end at the first surface");
   if (basis_roster()[*find_basis(settings.basis)].functions.empty())
     out.push_back("no directional basis asked for: only E is accumulated and sent");
   return out;
@@ -59,14 +61,16 @@ Plan make_plan(const Scene& scene, const Atlas& atlas, const BakeSettings& setti
   for (const Texture& t : scene.textures) scene_bytes += t.texels.size();
   const uint64_t planes = moment_plane_names(*find_basis(settings.basis)).size();
   const uint64_t atlas_bytes = atlas.sites.words.size() * 4 + atlas.sites.size() * 8;
-  plan.coordinator_bytes = 2 * scene_bytes + atlas_bytes + plan.valid_texels * planes * 8 +
-                           plan.texels * (planes + 8) * 4;
+  plan.coordinator_bytes =
+      2 * scene_bytes + atlas_bytes + plan.valid_texels * planes * 8 + plan.texels * (planes + 8) * 4;
   plan.worker_bytes = scene_bytes + atlas_bytes + plan.triangles * 120;  // Embree: about 120 B a triangle
   plan.output_bytes = plan.texels * (planes + 4) * 4 + 2 * scene_bytes;
   const double rays_per_sample = settings.indirect && settings.max_bounces > 0 ? 8 : 3;
   const double second = std::max(1u, threads) * kRaysPerSecond;
-  plan.least_seconds = static_cast<double>(plan.valid_texels) * settings.min_samples * rays_per_sample / second;
-  plan.most_seconds = static_cast<double>(plan.valid_texels) * settings.max_samples * rays_per_sample / second;
+  plan.least_seconds =
+      static_cast<double>(plan.valid_texels) * settings.min_samples * rays_per_sample / second;
+  plan.most_seconds =
+      static_cast<double>(plan.valid_texels) * settings.max_samples * rays_per_sample / second;
   plan.left_out = find_left_out(scene, settings);
   return plan;
 }

@@ -64,12 +64,14 @@ Camera choose_camera(const ImportResult& imported, const Atlas& atlas, const Lig
       for (float z : {-0.6f, 0.0f, 0.6f})
         for (int turn = 0; turn < 8; ++turn) {
           const float a = 0.785398f * static_cast<float>(turn);
-          candidates.push_back(look_from(centre + half * Vec3(x, y, z), Vec3(std::cos(a), -0.15f, std::sin(a))));
+          candidates.push_back(
+              look_from(centre + half * Vec3(x, y, z), Vec3(std::cos(a), -0.15f, std::sin(a))));
         }
   for (float x : {-0.92f, 0.0f, 0.92f})  // from walls and corners across the room
     for (float y : {-0.3f, 0.5f})
       for (float z : {-0.92f, 0.0f, 0.92f})
-        if (x != 0 || z != 0) candidates.push_back(look_from(centre + half * Vec3(x, y, z), half * Vec3(-x, -y, -z)));
+        if (x != 0 || z != 0)
+          candidates.push_back(look_from(centre + half * Vec3(x, y, z), half * Vec3(-x, -y, -z)));
   for (int turn = 0; turn < 8; ++turn) {
     const float a = 0.785398f * static_cast<float>(turn);
     const Vec3 out(std::cos(a), 0.6f, std::sin(a));

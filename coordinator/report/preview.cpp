@@ -25,7 +25,8 @@ float exposure_of(std::vector<float> luminances) {
   std::erase_if(luminances, [](float l) { return !(l > 0) || !std::isfinite(l); });
   if (luminances.empty()) return 1.0f;
   const auto quantile = [&](double q) {
-    const auto at = luminances.begin() + static_cast<ptrdiff_t>(q * static_cast<double>(luminances.size() - 1));
+    const auto at =
+        luminances.begin() + static_cast<ptrdiff_t>(q * static_cast<double>(luminances.size() - 1));
     std::nth_element(luminances.begin(), at, luminances.end());
     return *at;
   };
@@ -61,8 +62,8 @@ Shot shade(const SurfaceLook& look, const View& view, const Camera& camera) {
 
 }  // namespace
 
-Picture render_view(const ImportResult& imported, const Atlas& atlas, const Lightmap& map, const Camera& camera,
-                    uint32_t width, uint32_t height) {
+Picture render_view(const ImportResult& imported, const Atlas& atlas, const Lightmap& map,
+                    const Camera& camera, uint32_t width, uint32_t height) {
   const SurfaceLook look(imported.scene, atlas, map);
   const View view = rasterise(imported.scene, camera, width * kSupersample, height * kSupersample,
                               [&](const Fragment& f) { return look.visible(f); });
@@ -76,8 +77,10 @@ Picture render_view(const ImportResult& imported, const Atlas& atlas, const Ligh
     for (uint32_t x = 0; x < width; ++x) {
       Vec3 sum(0.0f);  // of displayed values, so that bright edges are smooth
       for (uint32_t k = 0; k < kSupersample * kSupersample; ++k) {
-        const size_t i = (size_t{y} * kSupersample + k / kSupersample) * view.width + x * kSupersample + k % kSupersample;
-        if (shot.kind[i] == 2) sum += Vec3(255, 0, 255);
+        const size_t i =
+            (size_t{y} * kSupersample + k / kSupersample) * view.width + x * kSupersample + k % kSupersample;
+        if (shot.kind[i] == 2)
+          sum += Vec3(255, 0, 255);
         else
           for (int c = 0; c < 3; ++c) sum[c] += display(shot.radiance[i][c] * exposure);
       }
@@ -111,7 +114,8 @@ Picture atlas_picture(const Lightmap& map, uint32_t size) {
       const auto fy = std::min(full_height - 1, static_cast<uint32_t>((y + 0.5) * step));
       const uint32_t page = fy / map.page_height * across + fx / map.planes.width;
       if (page >= pages) continue;
-      const size_t t = (size_t{page} * map.page_height + fy % map.page_height) * map.planes.width + fx % map.planes.width;
+      const size_t t =
+          (size_t{page} * map.page_height + fy % map.page_height) * map.planes.width + fx % map.planes.width;
       if (map.validity[t] == Validity::kEmpty) continue;
       uint8_t* out = &p.rgb[(size_t{y} * p.width + x) * 3];
       if (map.validity[t] == Validity::kInside) {
@@ -133,7 +137,8 @@ Status write_preview(const std::filesystem::path& path, const ImportResult& impo
   both.rgb.assign(size_t{both.width} * kHeight * 3, 16);
   const auto paste = [&](const Picture& p, uint32_t left) {
     for (uint32_t y = 0; y < p.height; ++y)
-      std::copy_n(&p.rgb[size_t{y} * p.width * 3], p.width * 3, &both.rgb[(size_t{y} * both.width + left) * 3]);
+      std::copy_n(&p.rgb[size_t{y} * p.width * 3], p.width * 3,
+                  &both.rgb[(size_t{y} * both.width + left) * 3]);
   };
   paste(view, 0);
   paste(sheet, kWidth + kGap);

@@ -17,8 +17,8 @@ struct Picture {
 
 // The scene seen by `camera`: base colour / pi x E, emission, sky; exposure from the picture's own median;
 // a filmic curve. Surfaces without a lightmap value are magenta.
-Picture render_view(const ImportResult& imported, const Atlas& atlas, const Lightmap& map, const Camera& camera,
-                    uint32_t width, uint32_t height);
+Picture render_view(const ImportResult& imported, const Atlas& atlas, const Lightmap& map,
+                    const Camera& camera, uint32_t width, uint32_t height);
 
 // The file's camera, or one chosen to see many lit surfaces from their front at varied distance.
 Camera choose_camera(const ImportResult& imported, const Atlas& atlas, const Lightmap& map);

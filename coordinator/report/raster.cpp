@@ -39,9 +39,12 @@ int clip_near(const std::array<ClipVertex, 3>& in, float near, std::array<ClipVe
 class Projector {
  public:
   Projector(const Camera& camera, uint32_t width, uint32_t height)
-      : origin_(camera.to_world[3]), x_(normalize_or(camera.to_world[0], Vec3(1, 0, 0))),
-        y_(normalize_or(camera.to_world[1], Vec3(0, 1, 0))), z_(normalize_or(camera.to_world[2], Vec3(0, 0, 1))),
-        half_(0.5f * Vec2(width, height)), focal_(half_.y / std::tan(0.5f * camera.vertical_fov)) {}
+      : origin_(camera.to_world[3]),
+        x_(normalize_or(camera.to_world[0], Vec3(1, 0, 0))),
+        y_(normalize_or(camera.to_world[1], Vec3(0, 1, 0))),
+        z_(normalize_or(camera.to_world[2], Vec3(0, 0, 1))),
+        half_(0.5f * Vec2(width, height)),
+        focal_(half_.y / std::tan(0.5f * camera.vertical_fov)) {}
   Vec3 to_camera(const Vec3& p) const {
     const Vec3 d = p - origin_;
     return {dot(d, x_), dot(d, y_), dot(d, z_)};
@@ -54,8 +57,8 @@ class Projector {
   float focal_;
 };
 
-void project_triangle(const Projector& projector, const Vec3 (&world)[3], uint32_t instance, uint32_t triangle,
-                      bool mirrored, float near, std::vector<ScreenTriangle>& out) {
+void project_triangle(const Projector& projector, const Vec3 (&world)[3], uint32_t instance,
+                      uint32_t triangle, bool mirrored, float near, std::vector<ScreenTriangle>& out) {
   std::array<ClipVertex, 3> in{ClipVertex{projector.to_camera(world[0]), 0, 0},
                                ClipVertex{projector.to_camera(world[1]), 1, 0},
                                ClipVertex{projector.to_camera(world[2]), 0, 1}};
@@ -113,7 +116,8 @@ void fill(const ScreenTriangle& s, View& view, uint32_t row_begin, uint32_t row_
       const Vec2 p(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f);
       const double d0 = edge(s.xy[1], s.xy[2], p) / area, d1 = edge(s.xy[2], s.xy[0], p) / area;
       if (d0 < 0 || d1 < 0 || d0 + d1 > 1) continue;
-      const auto l0 = static_cast<float>(d0), l1 = static_cast<float>(d1), l2 = static_cast<float>(1 - d0 - d1);
+      const auto l0 = static_cast<float>(d0), l1 = static_cast<float>(d1),
+                 l2 = static_cast<float>(1 - d0 - d1);
       Fragment f;
       f.inverse_depth = l0 * s.w[0] + l1 * s.w[1] + l2 * s.w[2];
       Fragment& target = view.fragments[size_t{y} * view.width + x];

@@ -22,13 +22,13 @@ struct StageTime {
 
 // State after a pass: one point of the curve of error against run time.
 struct PassPoint {
-  uint32_t samples = 0;         // of the texels still active
-  uint64_t active = 0;          // texels that took part
-  double seconds = 0;           // since the first unit was handed out
-  uint64_t rays = 0;            // since then
-  double rms_relative = 0;      // root mean square of stated error / E over measured texels with E > 0
+  uint32_t samples = 0;     // of the texels still active
+  uint64_t active = 0;      // texels that took part
+  double seconds = 0;       // since the first unit was handed out
+  uint64_t rays = 0;        // since then
+  double rms_relative = 0;  // root mean square of stated error / E over measured texels with E > 0
   double worst_relative = 0;
-  double converged_share = 0;   // of the measured texels
+  double converged_share = 0;  // of the measured texels
 };
 
 struct BakeReport {
@@ -45,7 +45,7 @@ struct BakeReport {
   std::vector<PassPoint> passes;
   FarmStatistics farm;
   uint64_t texels_by_class[kValidityClasses] = {};
-  bool complete = true;         // false: stopped by the time limit
+  bool complete = true;  // false: stopped by the time limit
   double total_seconds = 0;
   std::vector<OutputFile> outputs;
 };

@@ -13,10 +13,14 @@ namespace {
 std::string escape(std::string_view s) {
   std::string out;
   for (char c : s) {
-    if (c == '<') out += "&lt;";
-    else if (c == '>') out += "&gt;";
-    else if (c == '&') out += "&amp;";
-    else out += c;
+    if (c == '<')
+      out += "&lt;";
+    else if (c == '>')
+      out += "&gt;";
+    else if (c == '&')
+      out += "&amp;";
+    else
+      out += c;
   }
   return out;
 }
@@ -26,15 +30,17 @@ std::string base64(std::span<const std::byte> data) {
   std::string out;
   for (size_t i = 0; i < data.size(); i += 3) {
     uint32_t v = 0;
-    for (size_t k = 0; k < 3; ++k) v = v << 8 | (i + k < data.size() ? static_cast<uint32_t>(data[i + k]) : 0);
+    for (size_t k = 0; k < 3; ++k)
+      v = v << 8 | (i + k < data.size() ? static_cast<uint32_t>(data[i + k]) : 0);
     for (size_t k = 0; k < 4; ++k) out += i + k > data.size() ? '=' : kDigits[v >> (18 - 6 * k) & 63];
   }
   return out;
 }
 
 std::string embedded(std::span<const std::byte> png, std::string_view caption) {
-  return text("<figure><img src=\"data:image/png;base64,{}\" alt=\"{}\"><figcaption>{}</figcaption></figure>\n",
-              base64(png), escape(caption), escape(caption));
+  return text(
+      "<figure><img src=\"data:image/png;base64,{}\" alt=\"{}\"><figcaption>{}</figcaption></figure>\n",
+      base64(png), escape(caption), escape(caption));
 }
 
 // Five stops of a perceptually even ramp (dark blue to yellow), interpolated.
@@ -54,8 +60,9 @@ Expected<std::string> map_figure(const Lightmap& map, std::string_view caption, 
   std::vector<uint8_t> rgb;
   for (uint32_t y = 0; y < height; ++y)
     for (uint32_t x = 0; x < width; ++x) {
-      const size_t t = std::min<size_t>(map.planes.height - 1, static_cast<size_t>((y + 0.5) * step)) * map.planes.width +
-                       std::min<size_t>(map.planes.width - 1, static_cast<size_t>((x + 0.5) * step));
+      const size_t t =
+          std::min<size_t>(map.planes.height - 1, static_cast<size_t>((y + 0.5) * step)) * map.planes.width +
+          std::min<size_t>(map.planes.width - 1, static_cast<size_t>((x + 0.5) * step));
       const Vec3 c = color(t);
       for (int k = 0; k < 3; ++k) rgb.push_back(static_cast<uint8_t>(c[k]));
     }
@@ -65,12 +72,18 @@ Expected<std::string> map_figure(const Lightmap& map, std::string_view caption, 
 
 Vec3 class_color(Validity v) {
   switch (v) {
-    case Validity::kEmpty: return {24, 24, 24};
-    case Validity::kMeasured: return {90, 160, 110};
-    case Validity::kPushed: return {80, 140, 220};
-    case Validity::kFilled: return {230, 200, 80};
-    case Validity::kDilated: return {70, 70, 90};
-    case Validity::kInside: return {255, 0, 255};
+    case Validity::kEmpty:
+      return {24, 24, 24};
+    case Validity::kMeasured:
+      return {90, 160, 110};
+    case Validity::kPushed:
+      return {80, 140, 220};
+    case Validity::kFilled:
+      return {230, 200, 80};
+    case Validity::kDilated:
+      return {70, 70, 90};
+    case Validity::kInside:
+      return {255, 0, 255};
   }
   return {};
 }
@@ -82,17 +95,22 @@ Expected<std::string> maps(const BakeReport& r, const Lightmap& map) {
   const float span = std::max(1.0f, std::log2(static_cast<float>(r.settings.max_samples)) - low);
   const auto measured = [&](size_t t) { return map.validity[t] == Validity::kMeasured; };
   std::string out;
-  KILN_TRY(const std::string a,
-           map_figure(map, text("samples per texel, {} (dark) to {} (yellow), logarithmic", r.settings.min_samples,
-                                r.settings.max_samples),
-                      [&](size_t t) { return measured(t) ? ramp((std::log2(samples[t]) - low) / span) : Vec3(24); }));
-  KILN_TRY(const std::string b,
-           map_figure(map, text("stated standard error / E, 0 to {} (yellow: that or more)", r.settings.error),
-                      [&](size_t t) {
-                        const float e = luminance(Vec3(map.planes.data[0][t], map.planes.data[1][t], map.planes.data[2][t]));
-                        if (!measured(t)) return Vec3(24);
-                        return e > 0 ? ramp(error[t] / e / static_cast<float>(r.settings.error)) : Vec3(0);
-                      }));
+  KILN_TRY(const std::string a, map_figure(map,
+                                           text("samples per texel, {} (dark) to {} (yellow), logarithmic",
+                                                r.settings.min_samples, r.settings.max_samples),
+                                           [&](size_t t) {
+                                             return measured(t) ? ramp((std::log2(samples[t]) - low) / span)
+                                                                : Vec3(24);
+                                           }));
+  KILN_TRY(
+      const std::string b,
+      map_figure(map, text("stated standard error / E, 0 to {} (yellow: that or more)", r.settings.error),
+                 [&](size_t t) {
+                   const float e =
+                       luminance(Vec3(map.planes.data[0][t], map.planes.data[1][t], map.planes.data[2][t]));
+                   if (!measured(t)) return Vec3(24);
+                   return e > 0 ? ramp(error[t] / e / static_cast<float>(r.settings.error)) : Vec3(0);
+                 }));
   KILN_TRY(const std::string c,
            map_figure(map, "validity: green measured, yellow filled, grey dilated, magenta inside geometry",
                       [&](size_t t) { return class_color(map.validity[t]); }));
@@ -103,26 +121,32 @@ Expected<std::string> maps(const BakeReport& r, const Lightmap& map) {
 std::string curve(const BakeReport& r) {
   std::vector<std::pair<double, double>> points;
   for (const PassPoint& p : r.passes)
-    if (p.seconds > 0 && p.rms_relative > 0) points.emplace_back(std::log10(p.seconds), std::log10(p.rms_relative));
+    if (p.seconds > 0 && p.rms_relative > 0)
+      points.emplace_back(std::log10(p.seconds), std::log10(p.rms_relative));
   if (points.size() < 2) return "<p>One pass only: there is no curve.</p>\n";
   double x0 = points.front().first, x1 = points.back().first, y0 = 1e9, y1 = -1e9;
   for (const auto& p : points) y0 = std::min(y0, p.second), y1 = std::max(y1, p.second);
   x1 = std::max(x1, x0 + 0.1), y1 = std::max(y1, y0 + 0.1);
   const auto px = [&](double x) { return 70 + 500 * (x - x0) / (x1 - x0); };
   const auto py = [&](double y) { return 220 - 190 * (y - y0) / (y1 - y0); };
-  std::string svg = "<svg viewBox=\"0 0 620 270\" width=\"620\" role=\"img\" aria-label=\"error against run time\">"
-                    "<path d=\"M70 20V220H580\" fill=\"none\" stroke=\"#888\"/>";
+  std::string svg =
+      "<svg viewBox=\"0 0 620 270\" width=\"620\" role=\"img\" aria-label=\"error against run time\">"
+      "<path d=\"M70 20V220H580\" fill=\"none\" stroke=\"#888\"/>";
   std::string line;
   for (size_t i = 0; i < points.size(); ++i) {
     const double x = px(points[i].first), y = py(points[i].second);
     line += text("{}{:.1f} {:.1f}", i ? "L" : "M", x, y);
-    svg += text("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"4\" fill=\"#e07a3f\"><title>{:.2f} s, {:.2f} %</title></circle>", x, y,
-                std::pow(10, points[i].first), 100 * std::pow(10, points[i].second));
+    svg += text(
+        "<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"4\" fill=\"#e07a3f\"><title>{:.2f} s, {:.2f} "
+        "%</title></circle>",
+        x, y, std::pow(10, points[i].first), 100 * std::pow(10, points[i].second));
   }
   svg += text("<path d=\"{}\" fill=\"none\" stroke=\"#e07a3f\" stroke-width=\"2\"/>", line);
   for (const auto& p : {points.front(), points.back()}) {
-    svg += text("<text x=\"{:.1f}\" y=\"240\" text-anchor=\"middle\">{:.2g} s</text>", px(p.first), std::pow(10, p.first));
-    svg += text("<text x=\"62\" y=\"{:.1f}\" text-anchor=\"end\">{:.2g} %</text>", py(p.second) + 4, 100 * std::pow(10, p.second));
+    svg += text("<text x=\"{:.1f}\" y=\"240\" text-anchor=\"middle\">{:.2g} s</text>", px(p.first),
+                std::pow(10, p.first));
+    svg += text("<text x=\"62\" y=\"{:.1f}\" text-anchor=\"end\">{:.2g} %</text>", py(p.second) + 4,
+                100 * std::pow(10, p.second));
   }
   return svg + "<text x=\"325\" y=\"262\" text-anchor=\"middle\">run time of the bake (log)</text></svg>\n";
 }
@@ -132,18 +156,21 @@ std::string settings_table_html(const BakeSettings& settings) {
   for (const Setting& row : settings_table()) {
     const auto source = settings.source.find(row.name);
     const bool is_default = source == settings.source.end();
-    out += text("<tr{}><td title=\"{}\">{}</td><td>{} {}</td><td>{}</td></tr>\n", is_default ? " class=\"dim\"" : "",
-                escape(row.about), row.name, escape(row.print(settings)), row.unit, is_default ? "default" : escape(source->second));
+    out += text("<tr{}><td title=\"{}\">{}</td><td>{} {}</td><td>{}</td></tr>\n",
+                is_default ? " class=\"dim\"" : "", escape(row.about), row.name, escape(row.print(settings)),
+                row.unit, is_default ? "default" : escape(source->second));
   }
   return out + "</table>\n";
 }
 
 std::string passes_table(const BakeReport& r) {
-  std::string out = "<table><tr><th>samples</th><th>texels</th><th>seconds</th><th>rays</th><th>stated error, rms</th>"
-                    "<th>converged</th></tr>\n";
+  std::string out =
+      "<table><tr><th>samples</th><th>texels</th><th>seconds</th><th>rays</th><th>stated error, rms</th>"
+      "<th>converged</th></tr>\n";
   for (const PassPoint& p : r.passes)
-    out += text("<tr><td>{}</td><td>{}</td><td>{:.2f}</td><td>{:.3g} M</td><td>{:.2f} %</td><td>{:.1f} %</td></tr>\n",
-                p.samples, p.active, p.seconds, p.rays / 1e6, 100 * p.rms_relative, 100 * p.converged_share);
+    out += text(
+        "<tr><td>{}</td><td>{}</td><td>{:.2f}</td><td>{:.3g} M</td><td>{:.2f} %</td><td>{:.1f} %</td></tr>\n",
+        p.samples, p.active, p.seconds, p.rays / 1e6, 100 * p.rms_relative, 100 * p.converged_share);
   return out + "</table>\n";
 }
 
@@ -151,7 +178,8 @@ std::string notes_html(const BakeReport& r) {
   std::string out = "<ul>\n";
   static const char* kKinds[] = {"baked", "approximated", "ignored", "warning"};
   for (const std::string& s : r.warnings) out += text("<li><b>warning</b> {}</li>\n", escape(s));
-  for (const ImportNote& n : r.notes) out += text("<li><b>{}</b> {}</li>\n", kKinds[static_cast<int>(n.kind)], escape(n.what));
+  for (const ImportNote& n : r.notes)
+    out += text("<li><b>{}</b> {}</li>\n", kKinds[static_cast<int>(n.kind)], escape(n.what));
   for (const std::string& s : r.plan.left_out) out += text("<li><b>left out</b> {}</li>\n", escape(s));
   return out + "</ul>\n";
 }
@@ -164,10 +192,12 @@ std::string facts(const BakeReport& r) {
   row("total time", text("{:.1f} s{}", r.total_seconds, r.complete ? "" : " (stopped by the time limit)"));
   for (const StageTime& s : r.stages) row("- " + s.name, text("{:.2f} s", s.seconds));
   row("rays", text("{:.1f} million", r.farm.rays / 1e6));
-  row("rays per second and thread", text("{:.2f} million", r.farm.worker_seconds > 0 ? r.farm.rays / r.farm.worker_seconds / 1e6 : 0));
+  row("rays per second and thread",
+      text("{:.2f} million", r.farm.worker_seconds > 0 ? r.farm.rays / r.farm.worker_seconds / 1e6 : 0));
   row("numeric class", r.farm.numeric_class);
   row("triangles", text("{} ({} stored)", r.plan.triangles, r.plan.stored_triangles));
-  row("layout", text("{}, {} x {}, {} page{}", r.layout, r.width, r.height, r.pages, r.pages == 1 ? "" : "s"));
+  row("layout",
+      text("{}, {} x {}, {} page{}", r.layout, r.width, r.height, r.pages, r.pages == 1 ? "" : "s"));
   row("charts", text("{}", r.charts));
   row("atlas used", text("{:.1f} %", 100.0 * r.owned_texels / std::max<uint64_t>(1, r.plan.texels)));
   for (int i = 0; i < kValidityClasses; ++i)
@@ -178,11 +208,15 @@ std::string facts(const BakeReport& r) {
 }
 
 constexpr const char* kStyle =
-    "body{font:15px/1.45 system-ui,sans-serif;margin:2em auto;max-width:72em;padding:0 1em;color:#222;background:#fafafa}"
-    "h1{font-weight:600}h2{margin-top:1.6em;border-bottom:1px solid #ccc}img{max-width:100%;image-rendering:auto}"
-    "figure{display:inline-block;margin:0 1em 1em 0;vertical-align:top;max-width:100%}figcaption{color:#555;max-width:34em}"
+    "body{font:15px/1.45 system-ui,sans-serif;margin:2em auto;max-width:72em;padding:0 "
+    "1em;color:#222;background:#fafafa}"
+    "h1{font-weight:600}h2{margin-top:1.6em;border-bottom:1px solid "
+    "#ccc}img{max-width:100%;image-rendering:auto}"
+    "figure{display:inline-block;margin:0 1em 1em "
+    "0;vertical-align:top;max-width:100%}figcaption{color:#555;max-width:34em}"
     "table{border-collapse:collapse}td,th{padding:.15em .9em .15em 0;text-align:left}.dim{color:#888}"
-    "@media(prefers-color-scheme:dark){body{color:#ddd;background:#181818}figcaption{color:#aaa}text{fill:#ccc}}";
+    "@media(prefers-color-scheme:dark){body{color:#ddd;background:#181818}figcaption{color:#aaa}text{fill:#"
+    "ccc}}";
 
 }  // namespace
 
@@ -190,9 +224,10 @@ Expected<std::string> report_html(const BakeReport& r, const Lightmap& map,
                                   const std::filesystem::path& preview) {
   KILN_TRY(const Bytes picture, read_file(preview));
   KILN_TRY(const std::string figures, maps(r, map));
-  std::string out = "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><meta name=\"viewport\" "
-                    "content=\"width=device-width\"><title>Kiln: " + escape(r.scene_path.filename().string()) +
-                    "</title><style>" + kStyle + "</style>\n";
+  std::string out =
+      "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><meta name=\"viewport\" "
+      "content=\"width=device-width\"><title>Kiln: " +
+      escape(r.scene_path.filename().string()) + "</title><style>" + kStyle + "</style>\n";
   out += "<h1>" + escape(r.scene_path.filename().string()) + "</h1>\n";
   out += embedded(picture, "the scene through its lightmap, and the lightmap");
   out += "<h2>Error against run time</h2>\n" + curve(r) + passes_table(r);
@@ -202,7 +237,8 @@ Expected<std::string> report_html(const BakeReport& r, const Lightmap& map,
   out += "<h2>Settings</h2>\n" + settings_table_html(r.settings);
   out += "<h2>Files</h2>\n<table>\n";
   for (const OutputFile& f : r.outputs)
-    out += text("<tr><td>{}</td><td>{} bytes</td><td><code>{}</code></td></tr>\n", f.name, f.bytes, f.digest.hex());
+    out += text("<tr><td>{}</td><td>{} bytes</td><td><code>{}</code></td></tr>\n", f.name, f.bytes,
+                f.digest.hex());
   return out + "</table>\n</html>\n";
 }
 

@@ -6,10 +6,14 @@ namespace {
 
 std::string_view note_kind(ImportNote::Kind kind) {
   switch (kind) {
-    case ImportNote::Kind::kBaked: return "baked";
-    case ImportNote::Kind::kApproximated: return "approximated";
-    case ImportNote::Kind::kIgnored: return "ignored";
-    case ImportNote::Kind::kWarning: return "warning";
+    case ImportNote::Kind::kBaked:
+      return "baked";
+    case ImportNote::Kind::kApproximated:
+      return "approximated";
+    case ImportNote::Kind::kIgnored:
+      return "ignored";
+    case ImportNote::Kind::kWarning:
+      return "warning";
   }
   return "";
 }
@@ -29,9 +33,11 @@ void write_atlas(JsonWriter& w, const BakeReport& r) {
   w.key("atlas").begin_object();
   w.pair("layout", r.layout).pair("width", r.width).pair("height", r.height).pair("pages", r.pages);
   w.pair("charts", r.charts).pair("texels", r.plan.texels).pair("valid_texels", r.plan.valid_texels);
-  w.pair("used_share", static_cast<double>(r.owned_texels) / static_cast<double>(std::max<uint64_t>(1, r.plan.texels)));
+  w.pair("used_share",
+         static_cast<double>(r.owned_texels) / static_cast<double>(std::max<uint64_t>(1, r.plan.texels)));
   w.key("texels_by_class").begin_object();
-  for (int i = 0; i < kValidityClasses; ++i) w.pair(validity_name(static_cast<Validity>(i)), r.texels_by_class[i]);
+  for (int i = 0; i < kValidityClasses; ++i)
+    w.pair(validity_name(static_cast<Validity>(i)), r.texels_by_class[i]);
   w.end_object().end_object();
 }
 
@@ -50,7 +56,8 @@ void write_farm(JsonWriter& w, const FarmStatistics& f) {
   w.pair("numeric_class", f.numeric_class).pair("rays", f.rays).pair("units", f.units);
   w.pair("duplicates", f.duplicates).pair("reassigned", f.reassigned).pair("workers_lost", f.workers_lost);
   w.pair("nonfinite_contributions", f.nonfinite).pair("worker_seconds", f.worker_seconds);
-  w.pair("rays_per_second_and_thread", f.worker_seconds > 0 ? static_cast<double>(f.rays) / f.worker_seconds : 0.0);
+  w.pair("rays_per_second_and_thread",
+         f.worker_seconds > 0 ? static_cast<double>(f.rays) / f.worker_seconds : 0.0);
   w.key("events").begin_array();
   for (const std::string& event : f.events) w.value(event);
   w.end_array().end_object();
@@ -60,12 +67,18 @@ void write_farm(JsonWriter& w, const FarmStatistics& f) {
 
 std::string_view validity_name(Validity v) {
   switch (v) {
-    case Validity::kEmpty: return "empty";
-    case Validity::kMeasured: return "measured";
-    case Validity::kPushed: return "pushed";
-    case Validity::kFilled: return "filled";
-    case Validity::kDilated: return "dilated";
-    case Validity::kInside: return "inside";
+    case Validity::kEmpty:
+      return "empty";
+    case Validity::kMeasured:
+      return "measured";
+    case Validity::kPushed:
+      return "pushed";
+    case Validity::kFilled:
+      return "filled";
+    case Validity::kDilated:
+      return "dilated";
+    case Validity::kInside:
+      return "inside";
   }
   return "";
 }
@@ -84,17 +97,25 @@ std::string report_json(const BakeReport& r) {
   for (const std::string& s : r.plan.left_out) w.value(s);
   w.end_array().end_object();
   w.key("stages").begin_array();
-  for (const StageTime& s : r.stages) w.begin_object().pair("name", s.name).pair("seconds", s.seconds).end_object();
+  for (const StageTime& s : r.stages)
+    w.begin_object().pair("name", s.name).pair("seconds", s.seconds).end_object();
   w.end_array();
   write_passes(w, r);
   write_farm(w, r.farm);
   w.key("notes").begin_array();
-  for (const ImportNote& n : r.notes) w.begin_object().pair("kind", note_kind(n.kind)).pair("what", n.what).end_object();
-  for (const std::string& s : r.warnings) w.begin_object().pair("kind", "warning").pair("what", s).end_object();
+  for (const ImportNote& n : r.notes)
+    w.begin_object().pair("kind", note_kind(n.kind)).pair("what", n.what).end_object();
+  for (const std::string& s : r.warnings)
+    w.begin_object().pair("kind", "warning").pair("what", s).end_object();
   w.end_array();
   w.key("outputs").begin_array();
   for (const OutputFile& f : r.outputs)
-    w.begin_object().pair("file", f.name).pair("bytes", f.bytes).pair("master", f.master).pair("sha256", f.digest.hex()).end_object();
+    w.begin_object()
+        .pair("file", f.name)
+        .pair("bytes", f.bytes)
+        .pair("master", f.master)
+        .pair("sha256", f.digest.hex())
+        .end_object();
   w.end_array();
   return w.end_object().take();
 }

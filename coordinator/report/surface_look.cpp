@@ -64,7 +64,7 @@ Vec4 SurfaceLook::texture(const TextureUse& use, const Fragment& f) const {
   if (use.texture < 0) return Vec4(1.0f);
   const Vec2 uv = interpolate(scene_.meshes[scene_.instances[f.instance].mesh].uv[use.uv_set], f);
   return lookup(scene_.textures[use.texture], use.m[0] * uv.x + use.m[1] * uv.y + use.m[2],
-               use.m[3] * uv.x + use.m[4] * uv.y + use.m[5]);
+                use.m[3] * uv.x + use.m[4] * uv.y + use.m[5]);
 }
 
 Vec4 SurfaceLook::base_color(const Fragment& f) const {
@@ -112,7 +112,8 @@ bool SurfaceLook::irradiance(const Fragment& f, Vec3& e) const {
   for (int k = 0; k < 4; ++k) {
     const float x = std::clamp(fx + static_cast<float>(k & 1), 0.0f, static_cast<float>(atlas_.width - 1));
     const float y = std::clamp(fy + static_cast<float>(k >> 1), 0.0f, static_cast<float>(atlas_.height - 1));
-    const size_t t = (size_t{page} * atlas_.height + static_cast<size_t>(y)) * atlas_.width + static_cast<size_t>(x);
+    const size_t t =
+        (size_t{page} * atlas_.height + static_cast<size_t>(y)) * atlas_.width + static_cast<size_t>(x);
     if (!is_set(map_.validity[t])) continue;
     const float w = weight_x[k & 1] * weight_y[k >> 1];
     e += Vec3(map_.planes.data[0][t], map_.planes.data[1][t], map_.planes.data[2][t]) * w;
@@ -130,7 +131,8 @@ Vec3 SurfaceLook::sky(const Vec3& d) const {
   if (image.texture < 0) return r.vec3("radiance", Vec3(0.0f));
   const float u = atan2_turns(d.z, d.x) + 0.5f + r.number("rotation", 0.0f) / 360.0f;
   const float v = 2.0f * atan2_turns(std::sqrt(d.x * d.x + d.z * d.z), d.y);
-  return Vec3(lookup(scene_.textures[image.texture], u, std::min(v, 0.99999f))) * r.vec3("radiance", Vec3(1.0f));
+  return Vec3(lookup(scene_.textures[image.texture], u, std::min(v, 0.99999f))) *
+         r.vec3("radiance", Vec3(1.0f));
 }
 
 }  // namespace kiln

@@ -10,13 +10,15 @@ namespace kiln {
 class SurfaceLook {
  public:
   SurfaceLook(const Scene& scene, const Atlas& atlas, const Lightmap& map);
-  Vec4 base_color(const Fragment& f) const;   // linear, alpha by the material's alpha mode
-  Vec3 emission(const Fragment& f) const;     // radiance
+  Vec4 base_color(const Fragment& f) const;  // linear, alpha by the material's alpha mode
+  Vec3 emission(const Fragment& f) const;    // radiance
   // Irradiance by bilinear lookup; false where the texel has no value.
   bool irradiance(const Fragment& f, Vec3& e) const;
-  size_t texel(const Fragment& f) const;      // of the lightmap, nearest
-  bool visible(const Fragment& f) const;      // culling and alpha
-  bool double_sided(uint32_t instance) const { return looks_[scene_.instances[instance].material].double_sided; }
+  size_t texel(const Fragment& f) const;  // of the lightmap, nearest
+  bool visible(const Fragment& f) const;  // culling and alpha
+  bool double_sided(uint32_t instance) const {
+    return looks_[scene_.instances[instance].material].double_sided;
+  }
   Vec3 sky(const Vec3& direction) const;
 
  private:

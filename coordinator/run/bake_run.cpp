@@ -25,7 +25,7 @@ constexpr uint64_t kBytesPerTexel = 400;
 AtlasSettings atlas_settings(const BakeSettings& s) {
   AtlasSettings a;
   a.max_texels = std::min<uint64_t>(a.max_texels, memory_bytes() / kBytesPerTexel);
-  a.layout = s.layout == "atlas" ? AtlasSettings::Layout::kAtlas
+  a.layout = s.layout == "atlas"  ? AtlasSettings::Layout::kAtlas
              : s.layout == "pack" ? AtlasSettings::Layout::kPack
                                   : AtlasSettings::Layout::kAuto;
   a.width = s.width;
@@ -83,16 +83,20 @@ class Baking {
  public:
   Baking(const BakeRequest& request, const Atlas& atlas, Farm& farm, Accumulator& sums, BakeReport& report,
          const Progress& progress)
-      : settings_(request.settings), farm_(farm), sums_(sums), report_(report), progress_(progress),
-        site_count_(atlas.sites.size()), z_(normal_interval(settings_.confidence)) {
+      : settings_(request.settings),
+        farm_(farm),
+        sums_(sums),
+        report_(report),
+        progress_(progress),
+        site_count_(atlas.sites.size()),
+        z_(normal_interval(settings_.confidence)) {
     for (uint32_t i = 0; i < site_count_; ++i) active_.push_back(i);
   }
 
   Status run() {
     const auto passes = sample_passes(settings_.min_samples, settings_.max_samples);
-    const int64_t deadline = settings_.time_limit > 0
-                                 ? clock_.now_ms() + static_cast<int64_t>(settings_.time_limit * 1000)
-                                 : 0;
+    const int64_t deadline =
+        settings_.time_limit > 0 ? clock_.now_ms() + static_cast<int64_t>(settings_.time_limit * 1000) : 0;
     for (uint32_t p = 0; p < passes.size() && !active_.empty(); ++p) {
       KILN_TRY(const bool finished, run_pass(passes[p], p, static_cast<uint32_t>(passes.size()), deadline));
       record(passes[p]);

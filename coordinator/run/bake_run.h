@@ -11,13 +11,13 @@
 namespace kiln {
 
 struct BakeProgress {
-  std::string stage;          // what is being done
-  double done = 0;            // share of the present stage, 0 to 1
+  std::string stage;  // what is being done
+  double done = 0;    // share of the present stage, 0 to 1
   uint32_t pass = 0, passes = 0;
   uint64_t rays = 0;
   double rays_per_second = 0;
-  double seconds_left = -1;   // of baking, at most; -1: not known yet
-  double converged_share = 0; // of the texels, after the last pass
+  double seconds_left = -1;    // of baking, at most; -1: not known yet
+  double converged_share = 0;  // of the texels, after the last pass
   uint32_t workers = 0;
 };
 
@@ -29,7 +29,8 @@ struct BakeRequest {
 };
 
 // Bakes and publishes. On failure nothing half-written is left in the output folder.
-Expected<BakeReport> run_bake(const BakeRequest& request, const std::function<void(const BakeProgress&)>& progress);
+Expected<BakeReport> run_bake(const BakeRequest& request,
+                              const std::function<void(const BakeProgress&)>& progress);
 
 // The part before any ray: for `kiln plan`.
 struct Preflight {

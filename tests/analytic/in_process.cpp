@@ -18,14 +18,18 @@ std::vector<SitePoint> site_points(const Bake& b, uint32_t site) {
   const int n = std::popcount(record[0]) + std::popcount(record[1]);
   std::vector<SitePoint> points;
   for (int i = 0; i < n; ++i) {
-    const SitePick p = pick_site(b.atlas, b.scene, site, (static_cast<float>(i) + 0.5f) / static_cast<float>(n));
+    const SitePick p =
+        pick_site(b.atlas, b.scene, site, (static_cast<float>(i) + 0.5f) / static_cast<float>(n));
     const Instance& instance = b.scene.instances[p.instance];
     const Mesh& m = b.scene.meshes[instance.mesh];
     const UVec3& t = m.triangles[p.triangle];
     const float b0 = 1 - p.b1 - p.b2;
-    points.push_back({transform_point(instance.to_world, m.positions[t.x] * b0 + m.positions[t.y] * p.b1 + m.positions[t.z] * p.b2),
-                      normalize_or(transform_normal(instance.to_world, m.normals[t.x] * b0 + m.normals[t.y] * p.b1 + m.normals[t.z] * p.b2),
-                                   Vec3(0, 1, 0))});
+    points.push_back(
+        {transform_point(instance.to_world,
+                         m.positions[t.x] * b0 + m.positions[t.y] * p.b1 + m.positions[t.z] * p.b2),
+         normalize_or(transform_normal(instance.to_world,
+                                       m.normals[t.x] * b0 + m.normals[t.y] * p.b1 + m.normals[t.z] * p.b2),
+                      Vec3(0, 1, 0))});
   }
   return points;
 }
@@ -67,7 +71,9 @@ Bake bake(Scene scene, float texels_per_metre, uint32_t samples, TransportSettin
   for (uint32_t site = 0; site < sites; ++site) {
     if (sums.samples(site) == 0) continue;
     const uint32_t t = b.atlas.sites.texel[site];
-    const auto plane = [&](size_t p) { return Vec3(map.planes.data[p][t], map.planes.data[p + 1][t], map.planes.data[p + 2][t]); };
+    const auto plane = [&](size_t p) {
+      return Vec3(map.planes.data[p][t], map.planes.data[p + 1][t], map.planes.data[p + 2][t]);
+    };
     BakedTexel out{};
     for (const SitePoint& p : site_points(b, site)) out.position += p.position, out.ns += p.normal;
     out.position /= static_cast<float>(site_points(b, site).size());

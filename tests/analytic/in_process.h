@@ -11,10 +11,10 @@
 namespace kiln::test {
 
 struct BakedTexel {
-  Vec3 position, ns;    // of the mean of its sites
-  Vec3 e;               // irradiance
+  Vec3 position, ns;  // of the mean of its sites
+  Vec3 e;             // irradiance
   double luminance, standard_error;
-  Vec3 l0, l1[3];       // of basis sh_l1: RGB; l1[k] is the k-th axis
+  Vec3 l0, l1[3];  // of basis sh_l1: RGB; l1[k] is the k-th axis
   bool inside;
   uint32_t instance, site;
 };
@@ -37,9 +37,11 @@ struct Comparison {
   size_t texels = 0;
 };
 // `truth` gives E averaged over a texel; see texel_average().
-Comparison compare(const Bake& bake, const std::function<double(uint32_t site)>& truth, uint32_t instance = 0);
+Comparison compare(const Bake& bake, const std::function<double(uint32_t site)>& truth,
+                   uint32_t instance = 0);
 
 // Average over the valid sites of a texel of f(point, normal).
-double texel_average(const Bake& bake, uint32_t site, const std::function<double(const Vec3&, const Vec3&)>& f);
+double texel_average(const Bake& bake, uint32_t site,
+                     const std::function<double(const Vec3&, const Vec3&)>& f);
 
 }  // namespace kiln::test

@@ -41,13 +41,15 @@ TEST(Irradiance, ImageEnvironmentOverPlane) {
   SceneMaker m;
   m.lambert(Vec3(0.0f));
   m.quad({0, 0, 0}, {0, 0, 4}, {4, 0, 0});
-  m.environment_image(128, 64, [](const Vec3& d) { return Vec3(1.0f + std::max(0.0f, d.y)); }, 0.5f);
+  m.environment_image(
+      128, 64, [](const Vec3& d) { return Vec3(1.0f + std::max(0.0f, d.y)); }, 0.5f);
   const auto b = test::bake(m.take(), 4, 256);
   // The image is constant per texel: integrate what is stored.
   double truth = 0;
   for (int y = 0; y < 32; ++y) {
     const double t0 = M_PI * y / 64, t1 = M_PI * (y + 1) / 64;
-    truth += (1 + std::cos(M_PI * (y + 0.5) / 64)) * M_PI * (std::pow(std::sin(t1), 2) - std::pow(std::sin(t0), 2));
+    truth += (1 + std::cos(M_PI * (y + 0.5) / 64)) * M_PI *
+             (std::pow(std::sin(t1), 2) - std::pow(std::sin(t0), 2));
   }
   expect_true(test::compare(b, [&](uint32_t) { return 0.5 * truth; }));
 }
@@ -61,7 +63,8 @@ TEST(Irradiance, SmallBrightSpotInTheEnvironment) {
   m.environment_image(256, 128, [&](const Vec3& d) { return Vec3(dot(d, spot) > 0.99999f ? 1e5f : 0.1f); });
   const auto b = test::bake(m.take(), 4, 256);
   const double t0 = M_PI * 30 / 128, t1 = M_PI * 31 / 128;
-  const double spot_e = (1e5 - 0.1) * (2 * M_PI / 256) * 0.5 * (std::pow(std::sin(t1), 2) - std::pow(std::sin(t0), 2));
+  const double spot_e =
+      (1e5 - 0.1) * (2 * M_PI / 256) * 0.5 * (std::pow(std::sin(t1), 2) - std::pow(std::sin(t0), 2));
   expect_true(test::compare(b, [&](uint32_t) { return spot_e + 0.1 * M_PI; }));
 }
 
@@ -74,7 +77,8 @@ TEST(Irradiance, PlaneUnderRectangularEmitter) {
   const auto b = test::bake(m.take(), 4, 512);
   const std::vector<Vec3> corners = {{1, 1.5f, 1.2f}, {3, 1.5f, 1.2f}, {3, 1.5f, 2.2f}, {1, 1.5f, 2.2f}};
   expect_true(test::compare(b, [&](uint32_t site) {
-    return test::texel_average(b, site, [&](const Vec3& p, const Vec3& n) { return polygon_irradiance(p, n, corners, 7); });
+    return test::texel_average(
+        b, site, [&](const Vec3& p, const Vec3& n) { return polygon_irradiance(p, n, corners, 7); });
   }));
 }
 
@@ -100,7 +104,9 @@ TEST(Irradiance, PointLight) {
   m.quad({0, 0, 0}, {0, 0, 4}, {4, 0, 0}).point({1.3f, 0.8f, 2.1f}, Vec3(12.0f));
   const auto b = test::bake(m.take(), 4, 256);
   expect_true(test::compare(b, [&](uint32_t site) {
-    return test::texel_average(b, site, [](const Vec3& p, const Vec3& n) { return point_irradiance(p, n, {1.3f, 0.8f, 2.1f}, 12); });
+    return test::texel_average(b, site, [](const Vec3& p, const Vec3& n) {
+      return point_irradiance(p, n, {1.3f, 0.8f, 2.1f}, 12);
+    });
   }));
 }
 
@@ -110,8 +116,7 @@ TEST(Irradiance, ManyPointLightsChosenByPower) {
   m.lambert(Vec3(0.0f));
   m.quad({0, 0, 0}, {0, 0, 4}, {4, 0, 0});
   std::vector<std::pair<Vec3, float>> lamps;
-  for (int i = 0; i < 40; ++i)
-    lamps.push_back({Vec3(0.1f * i, 2.0f, 0.07f * (i * 7 % 40)), 1.0f + i % 5});
+  for (int i = 0; i < 40; ++i) lamps.push_back({Vec3(0.1f * i, 2.0f, 0.07f * (i * 7 % 40)), 1.0f + i % 5});
   for (const auto& [p, i] : lamps) m.point(p, Vec3(i));
   const auto b = test::bake(m.take(), 4, 512);
   expect_true(test::compare(b, [&](uint32_t site) {
@@ -166,12 +171,14 @@ TEST(Irradiance, SunDiscCutByAWall) {
     const int n = 48;
     for (int i = 0; i < n; ++i)
       for (int k = 0; k < n; ++k) {
-        const double z = 1 - (1 - std::cos(half)) * (i + 0.5) / n, r = std::sqrt(1 - z * z), a = 2 * M_PI * (k + 0.5) / n;
+        const double z = 1 - (1 - std::cos(half)) * (i + 0.5) / n, r = std::sqrt(1 - z * z),
+                     a = 2 * M_PI * (k + 0.5) / n;
         const DVec3 d = axis * z + side * (r * std::cos(a)) + up * (r * std::sin(a));
         const bool hidden = d.x < 0 && p.x / -d.x * d.y < 2;
         if (!hidden) sum += d.y;
       }
-    const double solid_angle = 2 * M_PI * (1 - std::cos(half)), radiance = 10 / (M_PI * std::pow(std::sin(half), 2));
+    const double solid_angle = 2 * M_PI * (1 - std::cos(half)),
+                 radiance = 10 / (M_PI * std::pow(std::sin(half), 2));
     return radiance * solid_angle * sum / (n * n);
   };
   const auto c = test::compare(b, [&](uint32_t site) { return test::texel_average(b, site, truth); });
@@ -221,7 +228,8 @@ TEST(Irradiance, MirroredInstanceShadesAsItsTwin) {
   for (uint32_t i = 0; i < 2; ++i) {
     // The two face each other across a valley: each loses the little sky that the other covers.
     const DVec3 ni(i ? -n.x : n.x, n.y, 0);
-    const auto c = test::compare(b, [&](uint32_t) { return M_PI + 2 * glm::dot(ni, sun); }, i);
+    const auto c = test::compare(
+        b, [&](uint32_t) { return M_PI + 2 * glm::dot(ni, sun); }, i);
     EXPECT_NEAR(c.mean, c.true_mean, 0.05 * c.true_mean) << i;
     EXPECT_GT(c.mean, M_PI * 0.95) << i;
   }
@@ -232,9 +240,14 @@ TEST(Irradiance, AlphaBlendedPaneCastsAFractionalShadow) {
     SceneMaker m;
     m.lambert(Vec3(0.0f));
     m.quad({0, 0, 0}, {0, 0, 2}, {2, 0, 0});
-    m.scene().materials.push_back({"metallic_roughness", "pane", Mat4x3(1.0f),
-                                   {{"base_color", {0, 0, 0, opacity}, "", {}}, {"metallic", {0}, "", {}},
-                                    {"specular", {0}, "", {}}, {"alpha_mode", {}, "blend", {}}, {"double_sided", {1}, "", {}}}});
+    m.scene().materials.push_back({"metallic_roughness",
+                                   "pane",
+                                   Mat4x3(1.0f),
+                                   {{"base_color", {0, 0, 0, opacity}, "", {}},
+                                    {"metallic", {0}, "", {}},
+                                    {"specular", {0}, "", {}},
+                                    {"alpha_mode", {}, "blend", {}},
+                                    {"double_sided", {1}, "", {}}}});
     m.quad({-50, 1, -50}, {0, 0, 100}, {100, 0, 0}, 1);
     m.sun({0, 1, 0}, Vec3(3.0f)).environment(Vec3(1.0f));
     const auto b = test::bake(m.take(), 4, 512, {}, 0);

@@ -9,8 +9,12 @@
 namespace kiln::test {
 namespace {
 
-Property numbers(std::string name, std::vector<double> values) { return {std::move(name), std::move(values), "", {}}; }
-Property rgb(std::string name, const Vec3& v) { return numbers(std::move(name), {v.x, v.y, v.z}); }
+Property numbers(std::string name, std::vector<double> values) {
+  return {std::move(name), std::move(values), "", {}};
+}
+Property rgb(std::string name, const Vec3& v) {
+  return numbers(std::move(name), {v.x, v.y, v.z});
+}
 
 Mat4x3 along(const Vec3& position, const Vec3& z) {  // third axis along z
   const Frame f(normalize_or(z, Vec3(0, 0, 1)));
@@ -22,7 +26,8 @@ Mat4x3 along(const Vec3& position, const Vec3& z) {  // third axis along z
 SceneMaker& SceneMaker::add(Mesh mesh, uint32_t material) {
   for (uint32_t t = 0; t < mesh.triangles.size(); ++t) mesh.source_triangle.push_back(t);
   mesh.name = "mesh" + std::to_string(scene_.meshes.size());
-  scene_.instances.push_back({static_cast<uint32_t>(scene_.meshes.size()), material, Mat4x3(1.0f), mesh.name, 0, 0, 0});
+  scene_.instances.push_back(
+      {static_cast<uint32_t>(scene_.meshes.size()), material, Mat4x3(1.0f), mesh.name, 0, 0, 0});
   scene_.meshes.push_back(std::move(mesh));
   return *this;
 }
@@ -65,12 +70,12 @@ SceneMaker& SceneMaker::box(const Vec3& low, const Vec3& high, bool inwards, uin
   const auto side = [&](const Vec3& o, const Vec3& u, const Vec3& v) {
     inwards ? quad(o, u, v, material) : quad(o, v, u, material);
   };
-  side(low, z, x);            // floor: +y inside
-  side(low + y, x, z);        // ceiling
-  side(low, x, y);            // z low: +z inside
-  side(low + z, y, x);        // z high
-  side(low, y, z);            // x low: +x inside
-  side(low + x, z, y);        // x high
+  side(low, z, x);      // floor: +y inside
+  side(low + y, x, z);  // ceiling
+  side(low, x, y);      // z low: +z inside
+  side(low + z, y, x);  // z high
+  side(low, y, z);      // x low: +x inside
+  side(low + x, z, y);  // x high
   return *this;
 }
 
@@ -78,8 +83,8 @@ uint32_t SceneMaker::lambert(const Vec3& albedo, const Vec3& emission, bool doub
   scene_.materials.push_back({"metallic_roughness",
                               "lambert",
                               Mat4x3(1.0f),
-                              {numbers("base_color", {albedo.x, albedo.y, albedo.z, 1}), numbers("metallic", {0}),
-                               numbers("specular", {0}), rgb("emission", emission),
+                              {numbers("base_color", {albedo.x, albedo.y, albedo.z, 1}),
+                               numbers("metallic", {0}), numbers("specular", {0}), rgb("emission", emission),
                                numbers("double_sided", {double_sided ? 1.0 : 0.0})}});
   return static_cast<uint32_t>(scene_.materials.size() - 1);
 }
@@ -88,8 +93,8 @@ uint32_t SceneMaker::metallic_roughness(const Vec3& color, float metallic, float
   scene_.materials.push_back({"metallic_roughness",
                               "glossy",
                               Mat4x3(1.0f),
-                              {numbers("base_color", {color.x, color.y, color.z, 1}), numbers("metallic", {metallic}),
-                               numbers("roughness", {roughness})}});
+                              {numbers("base_color", {color.x, color.y, color.z, 1}),
+                               numbers("metallic", {metallic}), numbers("roughness", {roughness})}});
   return static_cast<uint32_t>(scene_.materials.size() - 1);
 }
 
@@ -113,20 +118,27 @@ SceneMaker& SceneMaker::add_environment(uint32_t width, uint32_t height, const s
 }
 
 SceneMaker& SceneMaker::sun(const Vec3& to_light, const Vec3& irradiance, float degrees) {
-  scene_.lights.push_back({"directional", "sun", along(Vec3(0.0f), to_light),
-                           {rgb("color", irradiance), numbers("intensity", {1}), numbers("angle", {degrees})}});
+  scene_.lights.push_back(
+      {"directional",
+       "sun",
+       along(Vec3(0.0f), to_light),
+       {rgb("color", irradiance), numbers("intensity", {1}), numbers("angle", {degrees})}});
   return *this;
 }
 
 SceneMaker& SceneMaker::point(const Vec3& position, const Vec3& intensity, float range) {
-  Record r{"point", "lamp", along(position, Vec3(0, 0, 1)), {rgb("color", intensity), numbers("intensity", {1})}};
+  Record r{
+      "point", "lamp", along(position, Vec3(0, 0, 1)), {rgb("color", intensity), numbers("intensity", {1})}};
   if (range > 0) r.properties.push_back(numbers("range", {range}));
   scene_.lights.push_back(r);
   return *this;
 }
 
-SceneMaker& SceneMaker::spot(const Vec3& position, const Vec3& towards, const Vec3& intensity, float inner, float outer) {
-  scene_.lights.push_back({"spot", "spot", along(position, position - towards),
+SceneMaker& SceneMaker::spot(const Vec3& position, const Vec3& towards, const Vec3& intensity, float inner,
+                             float outer) {
+  scene_.lights.push_back({"spot",
+                           "spot",
+                           along(position, position - towards),
                            {rgb("color", intensity), numbers("intensity", {1}), numbers("inner", {inner}),
                             numbers("outer", {outer})}});
   return *this;

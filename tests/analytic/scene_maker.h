@@ -25,7 +25,8 @@ class SceneMaker {
   SceneMaker& environment_image(uint32_t width, uint32_t height, const F& radiance, float scale = 1.0f);
   SceneMaker& sun(const Vec3& to_light, const Vec3& irradiance, float degrees = 0);
   SceneMaker& point(const Vec3& position, const Vec3& intensity, float range = 0);
-  SceneMaker& spot(const Vec3& position, const Vec3& towards, const Vec3& intensity, float inner, float outer);
+  SceneMaker& spot(const Vec3& position, const Vec3& towards, const Vec3& intensity, float inner,
+                   float outer);
 
   Scene take() { return std::move(scene_); }
   Scene& scene() { return scene_; }

@@ -10,13 +10,17 @@ namespace kiln {
 namespace {
 namespace fs = std::filesystem;
 
-fs::path folder() { return test::source_dir() / "tests/scenes/arcade"; }
+fs::path folder() {
+  return test::source_dir() / "tests/scenes/arcade";
+}
 
 TEST(Arcade, ScriptWritesTheFilesCheckedIn) {
-  if (test::run_command("python3 -c 'import zlib'").exit_status != 0) GTEST_SKIP() << "python3 is not installed";
+  if (test::run_command("python3 -c 'import zlib'").exit_status != 0)
+    GTEST_SKIP() << "python3 is not installed";
   const test::TempDir out;
-  const auto run = test::run_command("PYTHONDONTWRITEBYTECODE=1 python3 '" + (folder() / "make_arcade.py").string() +
-                                     "' '" + out.path().string() + "'");
+  const auto run =
+      test::run_command("PYTHONDONTWRITEBYTECODE=1 python3 '" + (folder() / "make_arcade.py").string() +
+                        "' '" + out.path().string() + "'");
   ASSERT_EQ(run.exit_status, 0) << run.output;
   std::set<std::string> written;
   for (const auto& entry : fs::directory_iterator(out.path())) {
@@ -29,7 +33,8 @@ TEST(Arcade, ScriptWritesTheFilesCheckedIn) {
   }
   for (const auto& entry : fs::directory_iterator(folder()))
     if (entry.is_regular_file() && entry.path().extension() != ".py")
-      EXPECT_TRUE(written.count(entry.path().filename())) << entry.path() << " is not written by make_arcade.py";
+      EXPECT_TRUE(written.count(entry.path().filename()))
+          << entry.path() << " is not written by make_arcade.py";
 }
 
 class ArcadeScene : public testing::Test {
@@ -54,7 +59,8 @@ TEST_F(ArcadeScene, IsOfTheSizePromised) {
   EXPECT_GE(imported().scene.triangle_count(), 30000u);
   EXPECT_LE(imported().scene.triangle_count(), 100000u);
   EXPECT_TRUE(imported().camera);
-  for (const ImportNote& note : imported().notes) EXPECT_NE(note.kind, ImportNote::Kind::kWarning) << note.what;
+  for (const ImportNote& note : imported().notes)
+    EXPECT_NE(note.kind, ImportNote::Kind::kWarning) << note.what;
 }
 
 TEST_F(ArcadeScene, HasEveryKindOfLight) {
@@ -72,7 +78,8 @@ TEST_F(ArcadeScene, HasEveryKindOfLight) {
 
 TEST_F(ArcadeScene, HasEveryKindOfMaterial) {
   const auto number = [](const Record& m, const char* name) { return m.find(name)->numbers[0]; };
-  EXPECT_TRUE(any_material([&](const Record& m) { return number(m, "emission") > 1 && m.find("emission_texture"); }));
+  EXPECT_TRUE(
+      any_material([&](const Record& m) { return number(m, "emission") > 1 && m.find("emission_texture"); }));
   EXPECT_TRUE(any_material([](const Record& m) { return m.find("alpha_mode")->word == "mask"; }));
   EXPECT_TRUE(any_material([](const Record& m) { return m.find("alpha_mode")->word == "blend"; }));
   EXPECT_TRUE(any_material([&](const Record& m) { return number(m, "metallic") == 1; }));
@@ -81,8 +88,8 @@ TEST_F(ArcadeScene, HasEveryKindOfMaterial) {
 
 TEST_F(ArcadeScene, HasMeshesWithAndWithoutLightmapCoordinatesAndManyInstances) {
   const Scene& scene = imported().scene;
-  const auto authored = std::count_if(scene.meshes.begin(), scene.meshes.end(),
-                                      [](const Mesh& m) { return !m.uv[1].empty(); });
+  const auto authored =
+      std::count_if(scene.meshes.begin(), scene.meshes.end(), [](const Mesh& m) { return !m.uv[1].empty(); });
   EXPECT_GT(2 * static_cast<size_t>(authored), scene.meshes.size());
   EXPECT_LT(static_cast<size_t>(authored), scene.meshes.size());
   std::vector<int> uses(scene.meshes.size(), 0);

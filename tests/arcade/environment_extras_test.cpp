@@ -70,9 +70,10 @@ TEST_F(EnvironmentExtras, OptionsComeOnTop) {
 
 TEST_F(EnvironmentExtras, MistakesAreNamed) {
   const std::string where = "extras.kiln.environment";
-  for (const char* json : {R"({})", R"({"image":7})", R"({"image":"../sky.hdr"})", R"({"image":"/etc/sky.hdr"})",
-                           R"({"image":"http://host/sky.hdr"})", R"({"image":"sky.hdr","strength":-1})",
-                           R"({"image":"sky.hdr","rotation":"half"})"}) {
+  for (const char* json :
+       {R"({})", R"({"image":7})", R"({"image":"../sky.hdr"})", R"({"image":"/etc/sky.hdr"})",
+        R"({"image":"http://host/sky.hdr"})", R"({"image":"sky.hdr","strength":-1})",
+        R"({"image":"sky.hdr","rotation":"half"})"}) {
     EXPECT_NE(error(json).find(where), std::string::npos) << json << ": " << error(json);
     EXPECT_NE(error(json).find("scene.gltf"), std::string::npos) << json;
   }

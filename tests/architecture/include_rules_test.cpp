@@ -76,8 +76,8 @@ TEST(IncludeRules, RoomsIncludeOnlyWhatTheyList) {
     for_each_include(file, [&](const std::string& included) {
       const std::string other = room_of(included, rooms);
       if (!other.empty())
-        EXPECT_TRUE(allowed.count(other)) << file << " includes " << included << ", but " << room
-                                          << " does not list " << other;
+        EXPECT_TRUE(allowed.count(other))
+            << file << " includes " << included << ", but " << room << " does not list " << other;
     });
   }
 }
@@ -108,9 +108,9 @@ TEST(IncludeRules, ThirdPartyHeadersEnterThroughNamedFiles) {
       {"spdlog/", {"common/base/log.cpp"}},
       {"openssl/", {"common/base/hash.cpp"}},
       {"xxhash.h", {"common/base/hash.cpp"}},
-      {"nlohmann/", {"common/base/json.cpp", "coordinator/document/gltf_document.cpp",
-                     "coordinator/encode/gltf.cpp", "coordinator/encode/gltf_buffer.cpp",
-                     "coordinator/encode/gltf_buffer.h"}},
+      {"nlohmann/",
+       {"common/base/json.cpp", "coordinator/document/gltf_document.cpp", "coordinator/encode/gltf.cpp",
+        "coordinator/encode/gltf_buffer.cpp", "coordinator/encode/gltf_buffer.h"}},
       {"embree", {"worker/accel/embree_api.h"}},
       {"OpenImageIO/", {"coordinator/imageio/imageio.cpp"}},
       {"OpenEXR/", {"coordinator/encode/exr.cpp"}},

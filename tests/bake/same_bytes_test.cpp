@@ -51,7 +51,7 @@ class SameBytes : public testing::Test {
     r.settings.error = 0.08;
     r.settings.workers = 1;
     r.settings.threads = 1;
-    r.settings.tile_texels = 8;     // many units, so that faults fall between them
+    r.settings.tile_texels = 8;  // many units, so that faults fall between them
     return r;
   }
 
@@ -68,8 +68,9 @@ class SameBytes : public testing::Test {
     return all;
   }
 
-  std::map<std::string, std::string> bake(const BakeRequest& r, BakeReport* out = nullptr,
-                                          const std::function<void(const BakeProgress&)>& progress = [](const auto&) {}) {
+  std::map<std::string, std::string> bake(
+      const BakeRequest& r, BakeReport* out = nullptr,
+      const std::function<void(const BakeProgress&)>& progress = [](const auto&) {}) {
     const auto report = run_bake(r, progress);
     EXPECT_TRUE(report) << (report ? "" : report.error().message);
     if (!report) return {};
@@ -99,7 +100,9 @@ class SameBytes : public testing::Test {
   std::map<std::string, std::string> reference_;
 };
 
-TEST_F(SameBytes, RunTwice) { EXPECT_EQ(bake(request()), reference()); }
+TEST_F(SameBytes, RunTwice) {
+  EXPECT_EQ(bake(request()), reference());
+}
 
 TEST_F(SameBytes, AnotherSeedDiffers) {
   BakeRequest r = request();

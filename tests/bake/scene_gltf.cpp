@@ -36,7 +36,9 @@ void write_material(JsonWriter& w, const Record& record) {
   };
   w.begin_object().pair("name", record.name).key("pbrMetallicRoughness").begin_object();
   array("baseColorFactor", numbers("base_color", {1, 1, 1, 1}));
-  w.pair("metallicFactor", numbers("metallic", {1})[0]).pair("roughnessFactor", numbers("roughness", {1})[0]).end_object();
+  w.pair("metallicFactor", numbers("metallic", {1})[0])
+      .pair("roughnessFactor", numbers("roughness", {1})[0])
+      .end_object();
   const std::vector<double> emission = numbers("emission", {0, 0, 0});
   const double strength = std::max({1.0, emission[0], emission[1], emission[2]});
   array("emissiveFactor", {emission[0] / strength, emission[1] / strength, emission[2] / strength});
@@ -44,7 +46,10 @@ void write_material(JsonWriter& w, const Record& record) {
   w.key("extensions").begin_object();
   w.key("KHR_materials_emissive_strength").begin_object().pair("emissiveStrength", strength).end_object();
   if (record.find("specular"))
-    w.key("KHR_materials_specular").begin_object().pair("specularFactor", numbers("specular", {1})[0]).end_object();
+    w.key("KHR_materials_specular")
+        .begin_object()
+        .pair("specularFactor", numbers("specular", {1})[0])
+        .end_object();
   w.end_object().end_object();
 }
 
@@ -77,13 +82,24 @@ void write_scene_glb(const Scene& scene, const std::filesystem::path& path) {
   };
   JsonWriter w;
   w.begin_object().key("asset").begin_object().pair("version", "2.0").end_object();
-  w.key("extensionsUsed").begin_array().value("KHR_lights_punctual").value("KHR_materials_emissive_strength").value("KHR_materials_specular").end_array();
+  w.key("extensionsUsed")
+      .begin_array()
+      .value("KHR_lights_punctual")
+      .value("KHR_materials_emissive_strength")
+      .value("KHR_materials_specular")
+      .end_array();
   w.key("meshes").begin_array();
   std::vector<uint32_t> material(scene.meshes.size(), 0);
   for (const Instance& i : scene.instances) material[i.mesh] = i.material;
   for (size_t m = 0; m < scene.meshes.size(); ++m) {
     const Mesh& mesh = scene.meshes[m];
-    w.begin_object().pair("name", mesh.name).key("primitives").begin_array().begin_object().key("attributes").begin_object();
+    w.begin_object()
+        .pair("name", mesh.name)
+        .key("primitives")
+        .begin_array()
+        .begin_object()
+        .key("attributes")
+        .begin_object();
     w.pair("POSITION", uint64_t{add(mesh.positions, mesh.positions.size(), "VEC3", 5126)});
     w.pair("NORMAL", uint64_t{add(mesh.normals, mesh.normals.size(), "VEC3", 5126)});
     if (!mesh.uv[1].empty()) w.pair("TEXCOORD_1", uint64_t{add(mesh.uv[1], mesh.uv[1].size(), "VEC2", 5126)});
@@ -94,11 +110,26 @@ void write_scene_glb(const Scene& scene, const std::filesystem::path& path) {
   for (const Record& record : scene.materials) write_material(w, record);
   w.end_array().key("accessors").begin_array();
   for (size_t v = 0; v < views.size(); ++v)
-    w.begin_object().pair("bufferView", uint64_t{v}).pair("componentType", views[v].component).pair("count", uint64_t{views[v].count}).pair("type", views[v].type).end_object();
+    w.begin_object()
+        .pair("bufferView", uint64_t{v})
+        .pair("componentType", views[v].component)
+        .pair("count", uint64_t{views[v].count})
+        .pair("type", views[v].type)
+        .end_object();
   w.end_array().key("bufferViews").begin_array();
   for (const View& v : views)
-    w.begin_object().pair("buffer", 0).pair("byteOffset", uint64_t{v.offset}).pair("byteLength", uint64_t{v.length}).end_object();
-  w.end_array().key("buffers").begin_array().begin_object().pair("byteLength", uint64_t{buffer.size()}).end_object().end_array();
+    w.begin_object()
+        .pair("buffer", 0)
+        .pair("byteOffset", uint64_t{v.offset})
+        .pair("byteLength", uint64_t{v.length})
+        .end_object();
+  w.end_array()
+      .key("buffers")
+      .begin_array()
+      .begin_object()
+      .pair("byteLength", uint64_t{buffer.size()})
+      .end_object()
+      .end_array();
   w.key("nodes").begin_array();
   for (const Instance& i : scene.instances) {
     w.begin_object().pair("name", i.name).pair("mesh", i.mesh);
@@ -108,7 +139,14 @@ void write_scene_glb(const Scene& scene, const std::filesystem::path& path) {
   for (size_t l = 0; l < scene.lights.size(); ++l) {
     w.begin_object();
     write_matrix(w, scene.lights[l].to_world);
-    w.key("extensions").begin_object().key("KHR_lights_punctual").begin_object().pair("light", uint64_t{l}).end_object().end_object().end_object();
+    w.key("extensions")
+        .begin_object()
+        .key("KHR_lights_punctual")
+        .begin_object()
+        .pair("light", uint64_t{l})
+        .end_object()
+        .end_object()
+        .end_object();
   }
   w.end_array().key("scenes").begin_array().begin_object().key("nodes").begin_array();
   for (size_t n = 0; n < scene.instances.size() + scene.lights.size(); ++n) w.value(uint64_t{n});

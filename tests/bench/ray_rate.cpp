@@ -56,7 +56,8 @@ double run_integrator(const Workload& w, const Tracer& tracer) {
     for (size_t site = begin; site < std::min(begin + kRun, w.atlas.sites.size()); ++site)
       for (uint32_t i = 0; i < w.samples; ++i) {
         const SampleStream stream(0, w.atlas.sites.texel[site], i);
-        const SitePick p = pick_site(w.atlas, w.surfaces.scene(), static_cast<uint32_t>(site), stream.single(0));
+        const SitePick p =
+            pick_site(w.atlas, w.surfaces.scene(), static_cast<uint32_t>(site), stream.single(0));
         Splats splats;
         integrator.sample(w.surfaces.at(p.instance, p.triangle, p.b1, p.b2), stream, splats);
         for (int k = 0; k < splats.count; ++k) sum += splats.items[k].contribution.x;
@@ -66,7 +67,8 @@ double run_integrator(const Workload& w, const Tracer& tracer) {
 
 double replay(const std::vector<Recorded>& rays, const Tracer& tracer) {
   double sum = 0;
-  for (const Recorded& r : rays) sum += r.shadow ? tracer.transmittance(r.ray) : tracer.intersect(r.ray, r.key).t;
+  for (const Recorded& r : rays)
+    sum += r.shadow ? tracer.transmittance(r.ray) : tracer.intersect(r.ray, r.key).t;
   return sum;
 }
 
@@ -102,9 +104,9 @@ Status bench(const std::string& path, const BakeSettings& settings, uint32_t sam
   const double worker = median_seconds([&] { return run_integrator(workload, *tracer); });
   const auto shadow = std::count_if(rays.begin(), rays.end(), [](const Recorded& r) { return r.shadow; });
   const double n = static_cast<double>(rays.size());
-  std::printf("| %s | %zu | %.2f M | %.0f %% | %.2f | %.2f | %.2f |\n", path.substr(path.rfind('/') + 1).c_str(),
-              surfaces->scene().triangle_count(), n / 1e6, 100.0 * static_cast<double>(shadow) / n, n / worker / 1e6,
-              n / plain / 1e6, plain / worker);
+  std::printf("| %s | %zu | %.2f M | %.0f %% | %.2f | %.2f | %.2f |\n",
+              path.substr(path.rfind('/') + 1).c_str(), surfaces->scene().triangle_count(), n / 1e6,
+              100.0 * static_cast<double>(shadow) / n, n / worker / 1e6, n / plain / 1e6, plain / worker);
   return {};
 }
 
@@ -129,7 +131,9 @@ int main(int argc, char** argv) {
       return 2;
     }
   }
-  std::printf("| scene | triangles | rays | shadow | worker M/s | plain Embree M/s | ratio |\n|---|---|---|---|---|---|---|\n");
+  std::printf(
+      "| scene | triangles | rays | shadow | worker M/s | plain Embree M/s | ratio "
+      "|\n|---|---|---|---|---|---|---|\n");
   if (Status s = bench(scene, settings, samples); !s) {
     std::fprintf(stderr, "%s\n", s.error().message.c_str());
     return exit_status(s.error());

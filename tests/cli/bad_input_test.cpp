@@ -44,7 +44,8 @@ struct SmallScene {
 
   Bytes buffer() const {
     Bytes b;
-    for (const auto part : {bytes_of(positions), bytes_of(uv), bytes_of(indices)}) b.insert(b.end(), part.begin(), part.end());
+    for (const auto part : {bytes_of(positions), bytes_of(uv), bytes_of(indices)})
+      b.insert(b.end(), part.begin(), part.end());
     return b;
   }
   void write(const fs::path& folder) const {
@@ -62,7 +63,8 @@ struct Case {
   std::string name;
   int status;                             // of the program
   std::vector<std::string> must_contain;  // of the message
-  std::function<std::string(const fs::path&)> make;  // writes the input, returns the arguments after `kiln bake`
+  std::function<std::string(const fs::path&)>
+      make;  // writes the input, returns the arguments after `kiln bake`
 };
 
 void write_environment(const fs::path& path, float bad) {
@@ -73,11 +75,13 @@ void write_environment(const fs::path& path, float bad) {
   ASSERT_TRUE(write_exr(path, 8, 4, channels));
 }
 
-std::string spoiled(const fs::path& dir, const std::function<void(SmallScene&)>& spoil, const std::string& options = "") {
+std::string spoiled(const fs::path& dir, const std::function<void(SmallScene&)>& spoil,
+                    const std::string& options = "") {
   SmallScene s;
   spoil(s);
   s.write(dir);
-  return std::string("x.gltf -o out --max-samples 64 ") + (options.find("--resolution") == options.npos ? "--resolution 32 " : "") + options;
+  return std::string("x.gltf -o out --max-samples 64 ") +
+         (options.find("--resolution") == options.npos ? "--resolution 32 " : "") + options;
 }
 
 std::vector<Case> cases() {
@@ -121,10 +125,12 @@ std::vector<Case> cases() {
       [](const fs::path& dir) { return spoiled(dir, [](SmallScene& s) { s.indices[5] = 2; }); });
   add("empty mesh", 0, {"square"}, [](const fs::path& dir) {
     return spoiled(dir, [](SmallScene& s) {
-      replace(s.json, R"("indices":2,"material":0}]})",
-              R"("indices":2,"material":0}, {"attributes":{"POSITION":0,"TEXCOORD_1":1},"indices":3,"material":0}]})");
-      replace(s.json, R"("count":6,"type":"SCALAR"})",
-              R"("count":6,"type":"SCALAR"},{"bufferView":2,"componentType":5123,"count":3,"type":"SCALAR"})");
+      replace(
+          s.json, R"("indices":2,"material":0}]})",
+          R"("indices":2,"material":0}, {"attributes":{"POSITION":0,"TEXCOORD_1":1},"indices":3,"material":0}]})");
+      replace(
+          s.json, R"("count":6,"type":"SCALAR"})",
+          R"("count":6,"type":"SCALAR"},{"bufferView":2,"componentType":5123,"count":3,"type":"SCALAR"})");
       s.indices[1] = s.indices[2] = 0;  // the second primitive's only triangle has no area
     });
   });
@@ -137,35 +143,49 @@ std::vector<Case> cases() {
   });
   add("cyclic nodes", 2, {"x.gltf", "cycl"}, [](const fs::path& dir) {
     return spoiled(dir, [](SmallScene& s) {
-      replace(s.json, R"("light":0}}}])", R"("light":0}}},{"name":"a","children":[3]},{"name":"b","children":[2]}])");
+      replace(s.json, R"("light":0}}}])",
+              R"("light":0}}},{"name":"a","children":[3]},{"name":"b","children":[2]}])");
       replace(s.json, R"("nodes":[0,1])", R"("nodes":[0,1,2])");
     });
   });
   add("overlapping lightmap UVs, layout atlas", 2, {"floor", "itself"}, [](const fs::path& dir) {
-    return spoiled(dir, [](SmallScene& s) { s.uv = {0, 0, 0, 1, 1, 1, 0.1f, 0.9f}; }, "--layout atlas --resolution 32");
+    return spoiled(
+        dir, [](SmallScene& s) { s.uv = {0, 0, 0, 1, 1, 1, 0.1f, 0.9f}; }, "--layout atlas --resolution 32");
   });
-  add("two objects on one place of the lightmap, layout atlas", 2, {"floor", "second"}, [](const fs::path& dir) {
-    return spoiled(dir, [](SmallScene& s) {
-      replace(s.json, R"("nodes":[0,1])", R"("nodes":[0,1,2])");
-      replace(s.json, R"("light":0}}}])", R"("light":0}}},{"name":"second","mesh":0,"translation":[3,0,0]}])");
-    }, "--layout atlas --resolution 32");
-  });
+  add("two objects on one place of the lightmap, layout atlas", 2, {"floor", "second"},
+      [](const fs::path& dir) {
+        return spoiled(
+            dir,
+            [](SmallScene& s) {
+              replace(s.json, R"("nodes":[0,1])", R"("nodes":[0,1,2])");
+              replace(s.json, R"("light":0}}}])",
+                      R"("light":0}}},{"name":"second","mesh":0,"translation":[3,0,0]}])");
+            },
+            "--layout atlas --resolution 32");
+      });
   add("the same under layout auto", 0, {"pack was chosen"}, [](const fs::path& dir) {
     return spoiled(dir, [](SmallScene& s) {
       replace(s.json, R"("nodes":[0,1])", R"("nodes":[0,1,2])");
-      replace(s.json, R"("light":0}}}])", R"("light":0}}},{"name":"second","mesh":0,"translation":[3,0,0]}])");
+      replace(s.json, R"("light":0}}}])",
+              R"("light":0}}},{"name":"second","mesh":0,"translation":[3,0,0]}])");
     });
   });
   add("lightmap UVs out of range, layout atlas", 2, {"floor", "[0, 1]"}, [](const fs::path& dir) {
-    return spoiled(dir, [](SmallScene& s) { s.uv[4] = 1.5f; }, "--layout atlas");
+    return spoiled(
+        dir, [](SmallScene& s) { s.uv[4] = 1.5f; }, "--layout atlas");
   });
-  for (const auto& [name, value] : std::map<std::string, float>{{"a NaN", nan}, {"an infinite", inf}, {"a negative", -1.0f}})
-    add("environment with " + name + " texel", 2, {"sky.exr", "(5, 2)"}, [value = value](const fs::path& dir) {
-      write_environment(dir / "sky.exr", value);
-      return spoiled(dir, [](SmallScene&) {}, "--environment sky.exr");
-    });
-  add("missing environment", 2, {"sky.hdr"},
-      [](const fs::path& dir) { return spoiled(dir, [](SmallScene&) {}, "--environment sky.hdr"); });
+  for (const auto& [name, value] :
+       std::map<std::string, float>{{"a NaN", nan}, {"an infinite", inf}, {"a negative", -1.0f}})
+    add("environment with " + name + " texel", 2, {"sky.exr", "(5, 2)"},
+        [value = value](const fs::path& dir) {
+          write_environment(dir / "sky.exr", value);
+          return spoiled(
+              dir, [](SmallScene&) {}, "--environment sky.exr");
+        });
+  add("missing environment", 2, {"sky.hdr"}, [](const fs::path& dir) {
+    return spoiled(
+        dir, [](SmallScene&) {}, "--environment sky.hdr");
+  });
   add("no light at all", 0, {"no light", "black"}, [](const fs::path& dir) {
     return spoiled(dir, [](SmallScene& s) { replace(s.json, R"("intensity":5)", R"("intensity":0)"); });
   });
@@ -178,12 +198,17 @@ std::vector<Case> cases() {
     return spoiled(dir, [](SmallScene& s) { s.indices = {0, 0, 1, 2, 2, 3}; });
   });
   add("no texel is covered", 2, {"no texel"}, [](const fs::path& dir) {
-    return spoiled(dir, [](SmallScene& s) {
-      for (float& u : s.uv) u = 0.5f + 1e-6f * u;
-    }, "--layout atlas --resolution 16");
+    return spoiled(
+        dir,
+        [](SmallScene& s) {
+          for (float& u : s.uv) u = 0.5f + 1e-6f * u;
+        },
+        "--layout atlas --resolution 16");
   });
-  add("density too high", 2, {"--texels-per-metre"},
-      [](const fs::path& dir) { return spoiled(dir, [](SmallScene&) {}, "--layout pack --texels-per-metre 8000"); });
+  add("density too high", 2, {"--texels-per-metre"}, [](const fs::path& dir) {
+    return spoiled(
+        dir, [](SmallScene&) {}, "--layout pack --texels-per-metre 8000");
+  });
   add("required extension that is not supported", 2, {"KHR_draco_mesh_compression"}, [](const fs::path& dir) {
     return spoiled(dir, [](SmallScene& s) {
       replace(s.json, R"("scene":0)", R"("extensionsRequired":["KHR_draco_mesh_compression"],"scene":0)");
@@ -194,8 +219,10 @@ std::vector<Case> cases() {
     SmallScene().write(dir);
     return "x.gltf -o out --config job.json";
   });
-  add("value out of range", 2, {"--error", "-1"},
-      [](const fs::path& dir) { return spoiled(dir, [](SmallScene&) {}, "--error=-1"); });
+  add("value out of range", 2, {"--error", "-1"}, [](const fs::path& dir) {
+    return spoiled(
+        dir, [](SmallScene&) {}, "--error=-1");
+  });
   return all;
 }
 
@@ -207,8 +234,9 @@ struct Outcome {
 // Lines that matter to a user: errors, warnings; paths shortened to file names.
 Outcome run(const Case& c, const fs::path& dir) {
   const std::string arguments = c.make(dir);
-  const auto result = test::run_command("cd '" + dir.string() + "' && '" + (test::binary_dir() / "bin/kiln").string() +
-                                        "' bake " + arguments + " --quiet");
+  const auto result =
+      test::run_command("cd '" + dir.string() + "' && '" + (test::binary_dir() / "bin/kiln").string() +
+                        "' bake " + arguments + " --quiet");
   Outcome out{result.exit_status, {}};
   std::istringstream lines(result.output);
   for (std::string line; std::getline(lines, line);)
@@ -219,9 +247,11 @@ Outcome run(const Case& c, const fs::path& dir) {
 
 std::string table_row(const Case& c, const Outcome& o) {
   std::string message = o.message;
-  for (size_t at = 0; (at = message.find('|', at)) != std::string::npos; at += 2) message.replace(at, 1, "\\|");
+  for (size_t at = 0; (at = message.find('|', at)) != std::string::npos; at += 2)
+    message.replace(at, 1, "\\|");
   // How many texels fit is a matter of the machine's memory.
-  if (c.name == "density too high") message = std::regex_replace(message, std::regex("[0-9.]+ (million|would)"), "... $1");
+  if (c.name == "density too high")
+    message = std::regex_replace(message, std::regex("[0-9.]+ (million|would)"), "... $1");
   return "| " + c.name + " | " + std::to_string(o.status) + " | " + message + " |";
 }
 
@@ -233,9 +263,11 @@ TEST_P(BadInput, IsAnsweredClearly) {
   test::TempDir dir;
   const Outcome o = run(c, dir.path());
   EXPECT_EQ(o.status, c.status) << o.message;
-  for (const std::string& part : c.must_contain) EXPECT_NE(o.message.find(part), std::string::npos) << o.message;
+  for (const std::string& part : c.must_contain)
+    EXPECT_NE(o.message.find(part), std::string::npos) << o.message;
   if (c.status != 0) {
-    EXPECT_FALSE(fs::exists(dir.path() / "out") && !fs::is_empty(dir.path() / "out")) << "something was left in out/";
+    EXPECT_FALSE(fs::exists(dir.path() / "out") && !fs::is_empty(dir.path() / "out"))
+        << "something was left in out/";
   }
 }
 
@@ -246,10 +278,12 @@ TEST(BadInputDisk, NotEnoughSpaceIsSaidBeforeTheBake) {
   test::TempDir dir;
   const fs::path small = dir.path() / "small";
   fs::create_directories(small);
-  if (::mount("none", small.c_str(), "tmpfs", 0, "size=16k") != 0) GTEST_SKIP() << "no right to mount a small file system";
+  if (::mount("none", small.c_str(), "tmpfs", 0, "size=16k") != 0)
+    GTEST_SKIP() << "no right to mount a small file system";
   SmallScene().write(dir.path());
-  const auto result = test::run_command("cd '" + dir.path().string() + "' && '" + (test::binary_dir() / "bin/kiln").string() +
-                                        "' bake x.gltf -o small/out --quiet --texels-per-metre 64");
+  const auto result =
+      test::run_command("cd '" + dir.path().string() + "' && '" + (test::binary_dir() / "bin/kiln").string() +
+                        "' bake x.gltf -o small/out --quiet --texels-per-metre 64");
   const bool clean = !fs::exists(small / "out") || fs::is_empty(small / "out");
   ::umount(small.c_str());
   EXPECT_EQ(result.exit_status, 2) << result.output;

@@ -4,13 +4,14 @@ namespace kiln {
 namespace {
 
 std::string compare(const test::TempDir& dir, const std::string& arguments, int status) {
-  const auto r = test::run_command("cd '" + dir.path().string() + "' && '" + (test::binary_dir() / "bin/kiln").string() +
-                                   "' compare " + arguments);
+  const auto r = test::run_command("cd '" + dir.path().string() + "' && '" +
+                                   (test::binary_dir() / "bin/kiln").string() + "' compare " + arguments);
   EXPECT_EQ(r.exit_status, status) << r.output;
   return r.output;
 }
 
-void write_map(const std::filesystem::path& path, uint32_t width, const std::vector<float>& y, const std::vector<float>& alpha) {
+void write_map(const std::filesystem::path& path, uint32_t width, const std::vector<float>& y,
+               const std::vector<float>& alpha) {
   const ExrChannel channels[] = {{"R", y.data()}, {"G", y.data()}, {"B", y.data()}, {"A", alpha.data()}};
   ASSERT_TRUE(write_exr(path, width, static_cast<uint32_t>(y.size()) / width, channels));
 }
@@ -36,7 +37,8 @@ TEST(Compare, DifferentSizesAndMissingFilesAreUsageErrors) {
 
 TEST(Help, EveryCommandHasAnExample) {
   for (const char* command : {"bake", "plan", "compare"}) {
-    const auto r = test::run_command("'" + (test::binary_dir() / "bin/kiln").string() + "' " + command + " --help");
+    const auto r =
+        test::run_command("'" + (test::binary_dir() / "bin/kiln").string() + "' " + command + " --help");
     EXPECT_EQ(r.exit_status, 0);
     EXPECT_NE(r.output.find("Example"), std::string::npos) << command;
   }

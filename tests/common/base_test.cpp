@@ -9,7 +9,8 @@ namespace kiln {
 namespace {
 
 TEST(Hash, Sha256OfAbc) {
-  EXPECT_EQ(sha256(bytes_of("abc")).hex(), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+  EXPECT_EQ(sha256(bytes_of("abc")).hex(),
+            "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
   EXPECT_EQ(Digest::from_hex(sha256(bytes_of("abc")).hex())->hex(), sha256(bytes_of("abc")).hex());
   EXPECT_FALSE(Digest::from_hex("ab"));
 }
@@ -66,7 +67,15 @@ TEST(Files, OutputFolderNeedsSpace) {
 
 TEST(Json, WriterAndFlatReader) {
   JsonWriter w;
-  w.begin_object().pair("a", 1.5).pair("b", "x\"y").key("c").begin_array().value(1).value(2).end_array().end_object();
+  w.begin_object()
+      .pair("a", 1.5)
+      .pair("b", "x\"y")
+      .key("c")
+      .begin_array()
+      .value(1)
+      .value(2)
+      .end_array()
+      .end_object();
   const auto flat = parse_flat_json(w.take());
   ASSERT_TRUE(flat);
   ASSERT_EQ(flat->size(), 3u);

@@ -43,7 +43,8 @@ TEST(Sequence, PairsAreNets) {
           std::set<std::pair<uint32_t, uint32_t>> cells;
           for (uint32_t i = 0; i < 1u << m; ++i) {
             const Vec2 u = SampleStream(5, texel, i).pair(dimension);
-            cells.insert({static_cast<uint32_t>(u.x * (1 << a)), static_cast<uint32_t>(u.y * (1 << (m - a)))});
+            cells.insert(
+                {static_cast<uint32_t>(u.x * (1 << a)), static_cast<uint32_t>(u.y * (1 << (m - a)))});
           }
           EXPECT_EQ(cells.size(), size_t{1} << m) << "m " << m << " a " << a;
         }

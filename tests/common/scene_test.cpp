@@ -15,7 +15,8 @@ Scene small_scene() {
   m.triangles = {{0, 1, 2}, {0, 2, 3}};
   m.source_triangle = {0, 1};
   s.meshes.push_back(m);
-  s.materials.push_back({"metallic_roughness", "white", Mat4x3(1.0f), {{"base_color", {1, 1, 1, 1}, "", {}}}});
+  s.materials.push_back(
+      {"metallic_roughness", "white", Mat4x3(1.0f), {{"base_color", {1, 1, 1, 1}, "", {}}}});
   s.lights.push_back({"point", "lamp", Mat4x3(1.0f), {{"intensity", {10}, "", {}}}});
   Texture t;
   t.name = "grey";

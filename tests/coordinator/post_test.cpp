@@ -22,16 +22,25 @@ Drawn draw(const std::vector<std::string>& rows, uint32_t pages = 1) {
     for (char c : row) {
       const size_t t = d.map.validity.size();
       const bool digit = c >= '0' && c <= '9', letter = c >= 'a' && c <= 'z';
-      d.map.validity.push_back(digit || letter ? Validity::kMeasured : c == '!' ? Validity::kInside : Validity::kEmpty);
-      d.map.planes.data[0][t] = digit ? static_cast<float>(c - '0') : letter ? static_cast<float>(c - 'a' + 1) : c == '!' ? 99.0f : 0.0f;
+      d.map.validity.push_back(digit || letter ? Validity::kMeasured
+                               : c == '!'      ? Validity::kInside
+                                               : Validity::kEmpty);
+      d.map.planes.data[0][t] = digit      ? static_cast<float>(c - '0')
+                                : letter   ? static_cast<float>(c - 'a' + 1)
+                                : c == '!' ? 99.0f
+                                           : 0.0f;
       d.map.planes.data[1][t] = digit || letter ? 64.0f : 0.0f;
       d.atlas.owner.push_back(c == '.' ? 0 : letter ? 2 : 1);
     }
   return d;
 }
 
-float at(const Drawn& d, int x, int y) { return d.map.planes.data[0][static_cast<size_t>(y) * d.map.planes.width + x]; }
-Validity kind(const Drawn& d, int x, int y) { return d.map.validity[static_cast<size_t>(y) * d.map.planes.width + x]; }
+float at(const Drawn& d, int x, int y) {
+  return d.map.planes.data[0][static_cast<size_t>(y) * d.map.planes.width + x];
+}
+Validity kind(const Drawn& d, int x, int y) {
+  return d.map.validity[static_cast<size_t>(y) * d.map.planes.width + x];
+}
 
 TEST(Fill, TakesTheMeanOfItsOwnChartOnly) {
   Drawn d = draw({"24z", "##z", "..z"});

@@ -17,10 +17,19 @@ TEST(Settings, EveryRowReadsWhatItPrints) {
 
 TEST(Settings, ErrorsNameTheOptionAndTheValue) {
   BakeSettings s;
-  for (const auto& [name, value] : std::vector<std::pair<std::string, std::string>>{
-           {"error", "abc"}, {"error", "-1"}, {"error", "nan"}, {"max-bounces", "1.5"}, {"layout", "round"},
-           {"resolution", "12x"}, {"sun", "1,2,3"}, {"sun", "0,0,0:1,1,1"}, {"components", "both"}, {"basis", "sg"},
-           {"isa", "neon"}, {"seed", "-3"}, {"workers", "1e9"}}) {
+  for (const auto& [name, value] : std::vector<std::pair<std::string, std::string>>{{"error", "abc"},
+                                                                                    {"error", "-1"},
+                                                                                    {"error", "nan"},
+                                                                                    {"max-bounces", "1.5"},
+                                                                                    {"layout", "round"},
+                                                                                    {"resolution", "12x"},
+                                                                                    {"sun", "1,2,3"},
+                                                                                    {"sun", "0,0,0:1,1,1"},
+                                                                                    {"components", "both"},
+                                                                                    {"basis", "sg"},
+                                                                                    {"isa", "neon"},
+                                                                                    {"seed", "-3"},
+                                                                                    {"workers", "1e9"}}) {
     const Status status = set_option(s, name, value, "test");
     ASSERT_FALSE(status) << name << " " << value;
     EXPECT_NE(status.error().message.find(name), std::string::npos);

@@ -11,8 +11,12 @@
 namespace kiln::test {
 namespace fs = std::filesystem;
 
-fs::path source_dir() { return KILN_SOURCE_DIR; }
-fs::path binary_dir() { return KILN_BINARY_DIR; }
+fs::path source_dir() {
+  return KILN_SOURCE_DIR;
+}
+fs::path binary_dir() {
+  return KILN_BINARY_DIR;
+}
 
 std::optional<fs::path> shared_scene(const std::string& file) {
   const char* from_environment = ::getenv("KILN_SCENES");
@@ -37,7 +41,8 @@ CommandResult run_command(const std::string& command) {
   FILE* pipe = ::popen((command + " 2>&1").c_str(), "r");
   KILN_CHECK(pipe != nullptr);
   std::array<char, 4096> buffer;
-  while (size_t got = ::fread(buffer.data(), 1, buffer.size(), pipe)) result.output.append(buffer.data(), got);
+  while (size_t got = ::fread(buffer.data(), 1, buffer.size(), pipe))
+    result.output.append(buffer.data(), got);
   const int status = ::pclose(pipe);
   if (WIFEXITED(status)) result.exit_status = WEXITSTATUS(status);
   return result;

@@ -6,8 +6,8 @@
 
 namespace kiln::test {
 
-std::filesystem::path source_dir();   // root of the checkout
-std::filesystem::path binary_dir();   // build tree; programs are in its bin/
+std::filesystem::path source_dir();  // root of the checkout
+std::filesystem::path binary_dir();  // build tree; programs are in its bin/
 // Scenes made by others that live beside the checkout; absent on most machines: skip, saying so.
 std::optional<std::filesystem::path> shared_scene(const std::string& file);
 
