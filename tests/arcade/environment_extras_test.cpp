@@ -70,7 +70,7 @@ TEST_F(EnvironmentExtras, OptionsComeOnTop) {
 
 TEST_F(EnvironmentExtras, MistakesAreNamed) {
   const std::string where = "extras.kiln.environment";
-  for (const char* json : {R"({})", R"({"image":7})", R"({"image":"../sky.hdr"})", R"({"image":"/etc/sky.hdr"})",
+  for (const char* json : {R"({"strength":1})", R"({"image":7})", R"({"image":"../sky.hdr"})", R"({"image":"/etc/sky.hdr"})",
                            R"({"image":"http://host/sky.hdr"})", R"({"image":"sky.hdr","strength":-1})",
                            R"({"image":"sky.hdr","rotation":"half"})"}) {
     EXPECT_NE(error(json).find(where), std::string::npos) << json << ": " << error(json);
