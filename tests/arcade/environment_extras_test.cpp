@@ -59,7 +59,7 @@ TEST_F(EnvironmentExtras, OptionsComeOnTop) {
   settings.environment_rotation = 15;
   auto result = import(R"({"image":"sky.hdr","strength":2,"rotation":30})", settings);
   ASSERT_TRUE(result) << result.error().message;
-  EXPECT_EQ(result->scene.lights[0].find("strength")->numbers, N{6});
+  EXPECT_EQ(result->scene.lights[0].find("radiance")->numbers, (N{6, 6, 6}));
   EXPECT_EQ(result->scene.lights[0].find("rotation")->numbers, N{45});
   settings.environment = "1,2,3";
   result = import(R"({"image":"sky.hdr"})", settings);
@@ -71,7 +71,7 @@ TEST_F(EnvironmentExtras, OptionsComeOnTop) {
 TEST_F(EnvironmentExtras, MistakesAreNamed) {
   const std::string where = "extras.kiln.environment";
   for (const char* json :
-       {R"({})", R"({"image":7})", R"({"image":"../sky.hdr"})", R"({"image":"/etc/sky.hdr"})",
+       {R"({"strength":1})", R"({"image":7})", R"({"image":"../sky.hdr"})", R"({"image":"/etc/sky.hdr"})",
         R"({"image":"http://host/sky.hdr"})", R"({"image":"sky.hdr","strength":-1})",
         R"({"image":"sky.hdr","rotation":"half"})"}) {
     EXPECT_NE(error(json).find(where), std::string::npos) << json << ": " << error(json);

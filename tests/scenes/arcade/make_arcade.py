@@ -19,9 +19,9 @@ TO_SUN = unit((0.64, 0.64, 0.70))
 EYE, TARGET = (-7.35, 1.65, 5.6), (-3.28, 2.3, -3.53)
 
 PRESET = """{
-  "texels-per-metre": 6,
+  "texels-per-metre": 4,
   "error": 0.1,
-  "max-samples": 1024,
+  "max-samples": 512,
   "sun-angle": 0.53
 }
 """
@@ -45,9 +45,9 @@ def materials(g):
     g.material("bark", (0.25, 0.18, 0.12, 1))
     g.material("leaves", texture="leaves.png", alphaMode="MASK", alphaCutoff=0.5, **double)
     g.material("orange", (0.85, 0.30, 0.03, 1), roughness=0.5)
-    g.material("water", (0.35, 0.55, 0.55, 0.3), roughness=0.05, alphaMode="BLEND", **double)
-    g.material("glass", (0.95, 0.9, 0.8, 0.12), roughness=0.05, alphaMode="BLEND", **double)
-    g.material("bronze", (0.78, 0.48, 0.20, 1), metallic=1.0, roughness=0.18)
+    g.material("water", (0.35, 0.55, 0.55, 0.3), roughness=0.3, alphaMode="BLEND", **double)
+    g.material("glass", (0.95, 0.9, 0.8, 0.12), roughness=0.35, alphaMode="BLEND", **double)
+    g.material("bronze", (0.78, 0.48, 0.20, 1), metallic=1.0, roughness=0.3)
     g.material("iron", (0.05, 0.05, 0.05, 1), metallic=0.0, roughness=0.6)
     g.material("flame", (1, 0.8, 0.5, 1), emissiveFactor=[1, 0.62, 0.28], extensions=lit(60))
     g.material("sign", (0.05, 0.04, 0.04, 1), roughness=0.4, emissiveFactor=[1, 1, 1],
