@@ -38,7 +38,6 @@ Bsdf MetallicRoughness::bsdf(const Attributes& a) const {
   b.f0 = glm::min(specular_color_ * dielectric_f0_, Vec3(1.0f)) * (1.0f - metallic) + color * metallic;
   // Narrower lobes than 0.02 (roughness 0.14) look the same to a diffuse receiver and only add noise.
   b.alpha = std::max(0.02f, roughness * roughness);
-  b.emission = emission(a);
   return b;
 }
 

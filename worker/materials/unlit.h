@@ -18,11 +18,7 @@ class Unlit {
     m.double_sided_ = r.number("double_sided", 0.0f) != 0.0f;
     return m;
   }
-  Bsdf bsdf(const Attributes& a) const {
-    Bsdf b;
-    b.emission = emission(a);
-    return b;
-  }
+  Bsdf bsdf(const Attributes&) const { return {}; }
   Vec3 emission(const Attributes& a) const { return glm::max(Vec3(base(a)), Vec3(0.0f)); }
   float opacity(const Attributes& a) const { return is_opaque() ? 1.0f : alpha_.opacity(base(a).w); }
   bool is_opaque() const { return alpha_.mode == AlphaMode::kOpaque; }

@@ -9,6 +9,10 @@ Expected<std::unique_ptr<Surfaces>> Surfaces::create(Scene scene, std::vector<st
     KILN_TRY(Material material, parse_material(record, s->scene_, warnings));
     s->materials_.push_back(std::move(material));
   }
+  for (const Instance& i : s->scene_.instances) {
+    const Material& material = s->materials_[i.material];
+    s->kinds_.push_back({&material, is_double_sided(material), kiln::is_emissive(material)});
+  }
   return s;
 }
 

@@ -14,13 +14,20 @@ struct SurfacePoint {
   Attributes attributes;
 };
 
+// What a path asks of an instance's material before it asks for its layers.
+struct SurfaceKind {
+  const Material* material;
+  bool double_sided, emissive;
+};
+
 class Surfaces final : public Opacity {
  public:
   // Takes the scene; parses its materials. Warnings name unread properties.
   static Expected<std::unique_ptr<Surfaces>> create(Scene scene, std::vector<std::string>& warnings);
 
   const Scene& scene() const { return scene_; }
-  const Material& material(uint32_t instance) const { return materials_[scene_.instances[instance].material]; }
+  const Material& material(uint32_t instance) const { return *kinds_[instance].material; }
+  const SurfaceKind& kind(uint32_t instance) const { return kinds_[instance]; }
 
   SurfacePoint at(uint32_t instance, uint32_t triangle, float b1, float b2) const;
   Attributes attributes(uint32_t instance, uint32_t triangle, float b1, float b2) const;
@@ -35,6 +42,7 @@ class Surfaces final : public Opacity {
  private:
   Scene scene_;
   std::vector<Material> materials_;
+  std::vector<SurfaceKind> kinds_;  // by instance
 };
 
 }  // namespace kiln
