@@ -3,6 +3,7 @@
 
 #include "worker/accel/tracer.h"
 #include "worker/materials/material.h"
+#include "worker/surface/faces.h"
 
 namespace kiln {
 
@@ -14,10 +15,14 @@ struct SurfacePoint {
   Attributes attributes;
 };
 
-// What a path asks of an instance's material before it asks for its layers.
+// What a path asks of an instance before it asks for its layers.
 struct SurfaceKind {
   const Material* material;
+  const Face* faces;
+  const Mat4x3* to_world;  // null: the faces are in world space
   bool double_sided, emissive;
+  bool textured;  // reads TEXCOORD_0
+  bool extras;    // reads TEXCOORD_1 or has vertex colours
 };
 
 class Surfaces final : public Opacity {
@@ -42,7 +47,10 @@ class Surfaces final : public Opacity {
  private:
   Scene scene_;
   std::vector<Material> materials_;
-  std::vector<SurfaceKind> kinds_;  // by instance
+  void make_kinds();
+  void add_extras(uint32_t instance, uint32_t triangle, float b1, float b2, Attributes& a) const;
+  std::vector<std::vector<Face>> faces_;  // of a mesh that many instances share, or of one instance
+  std::vector<SurfaceKind> kinds_;        // by instance
 };
 
 }  // namespace kiln
