@@ -60,33 +60,60 @@ constexpr uint32_t pascal_mod2(uint32_t x) {
 // 10^7 samples a second either would, and a warp may divide by it.
 constexpr float unit_float(uint32_t bits) { return (static_cast<float>(bits >> 9) + 0.5f) * 0x1p-23f; }
 
+// A bijection of 64 bits: the finaliser of SplitMix64 (Steele, Lea & Flood 2014, variant 13 of Stafford).
+constexpr uint64_t mix_bits(uint64_t x) {
+  x = (x ^ x >> 30) * 0xbf58476d1ce4e5b9u;
+  x = (x ^ x >> 27) * 0x94d049bb133111ebu;
+  return x ^ x >> 31;
+}
+
+// Both halves reversed in one go.
+constexpr uint64_t reverse_halves(uint64_t x) {
+  x = __builtin_bswap64(x);
+  x = (x >> 4 & 0x0f0f0f0f0f0f0f0fu) | (x & 0x0f0f0f0f0f0f0f0fu) << 4;
+  x = (x >> 2 & 0x3333333333333333u) | (x & 0x3333333333333333u) << 2;
+  x = (x >> 1 & 0x5555555555555555u) | (x & 0x5555555555555555u) << 1;
+  return x >> 32 | x << 32;
+}
+
 // The stream of one sample of one texel. Dimensions are asked for in pairs by number, so that adding a
-// strategy renumbers nothing else: see docs/maths.md for the allotment.
+// strategy renumbers nothing else: see docs/maths.md for the allotment. Numbers nobody asks for cost nothing.
 class SampleStream {
  public:
   SampleStream(uint64_t job_seed, uint32_t texel, uint32_t sample)
-      : key_(hash_combine(hash_combine(static_cast<uint32_t>(job_seed), static_cast<uint32_t>(job_seed >> 32)),
-                          texel)),
-        sample_(sample) {}
+      : key_(mix_bits(mix_bits(job_seed) ^ texel)), sample_(sample), reversed_(reverse_bits(sample)) {}
 
   // Two numbers in (0, 1), stratified over the samples of this texel.
   Vec2 pair(uint32_t dimension) const {
-    const uint32_t seed = hash_combine(key_, dimension);
-    const uint32_t index = owen_scramble(sample_, seed);
-    const uint32_t x = laine_karras(index, hash_bits(seed ^ 0x68bc21ebu));
-    const uint32_t y = laine_karras(pascal_mod2(index), hash_bits(seed ^ 0x02e5be93u));
-    return {unit_float(reverse_bits(x)), unit_float(reverse_bits(y))};
+    const uint64_t seed = seed_of(dimension);
+    const uint32_t index = shuffled(seed);
+    const uint32_t x = laine_karras(index, first_scramble(seed));
+    const uint32_t y = laine_karras(pascal_mod2(index), second_scramble(seed));
+    const uint64_t both = reverse_halves(uint64_t{x} << 32 | y);
+    return {unit_float(static_cast<uint32_t>(both >> 32)), unit_float(static_cast<uint32_t>(both))};
   }
+  // The first of the pair.
   float single(uint32_t dimension) const {
-    const uint32_t seed = hash_combine(key_, dimension);
-    const uint32_t index = owen_scramble(sample_, seed);
-    return unit_float(reverse_bits(laine_karras(index, hash_bits(seed ^ 0x68bc21ebu))));
+    const uint64_t seed = seed_of(dimension);
+    return unit_float(reverse_bits(laine_karras(shuffled(seed), first_scramble(seed))));
   }
   // 32 bits that share no structure between samples; for stochastic transparency.
-  uint32_t bits(uint32_t dimension) const { return hash_combine(hash_combine(key_, sample_), dimension); }
+  uint32_t bits(uint32_t dimension) const {
+    return static_cast<uint32_t>(mix_bits(key_ ^ (uint64_t{sample_} << 32 | dimension)) >> 32);
+  }
 
  private:
-  uint32_t key_, sample_;
+  // One mixed word a dimension: its halves scramble the order of points and the first number, the high half
+  // of an odd multiple the second.
+  uint64_t seed_of(uint32_t dimension) const { return mix_bits(key_ + (dimension + 1) * 0x9e3779b97f4a7c15u); }
+  uint32_t shuffled(uint64_t seed) const {
+    return reverse_bits(laine_karras(reversed_, static_cast<uint32_t>(seed)));
+  }
+  static uint32_t first_scramble(uint64_t seed) { return static_cast<uint32_t>(seed >> 32); }
+  static uint32_t second_scramble(uint64_t seed) { return static_cast<uint32_t>(seed * 0xd1342543de82ef95u >> 32); }
+
+  uint64_t key_;
+  uint32_t sample_, reversed_;
 };
 
 }  // namespace kiln

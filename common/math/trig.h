@@ -2,6 +2,9 @@
 // machine. Each states its error, which common/math tests measure.
 #pragma once
 
+#include <bit>
+#include <cstdint>
+
 #include "common/math/vec.h"
 
 namespace kiln {
@@ -12,17 +15,19 @@ struct SinCos {
 };
 inline SinCos sincos_turns(float t) {
   // Reduce to the nearest eighth pair: t = k/4 + r with |r| <= 1/8, then Taylor polynomials in double.
-  const double k = std::floor(4.0 * t + 0.5);
+  // No branch depends on the quadrant: nothing can predict it. Nor is floor() called: it is a library call
+  // on processors that SSE 4.1 is not assumed of.
+  const int k = static_cast<int>(4.0f * t + 8.5f) - 8;
   const double a = (t - 0.25 * k) * 6.283185307179586476925;
   const double a2 = a * a;
   const double s = a * (1 + a2 * (-1.0 / 6 + a2 * (1.0 / 120 + a2 * (-1.0 / 5040 + a2 / 362880))));
   const double c = 1 + a2 * (-0.5 + a2 * (1.0 / 24 + a2 * (-1.0 / 720 + a2 / 40320)));
-  switch (static_cast<int>(k) & 3) {
-    case 0: return {static_cast<float>(s), static_cast<float>(c)};
-    case 1: return {static_cast<float>(c), static_cast<float>(-s)};
-    case 2: return {static_cast<float>(-s), static_cast<float>(-c)};
-    default: return {static_cast<float>(-c), static_cast<float>(s)};
-  }
+  const uint32_t sine = std::bit_cast<uint32_t>(static_cast<float>(s));
+  const uint32_t cosine = std::bit_cast<uint32_t>(static_cast<float>(c));
+  const auto quadrant = static_cast<uint32_t>(k);
+  const uint32_t swap = (sine ^ cosine) & (0u - (quadrant & 1));
+  const uint32_t sign_sin = (quadrant & 2) << 30, sign_cos = ((quadrant + 1) & 2) << 30;
+  return {std::bit_cast<float>((sine ^ swap) ^ sign_sin), std::bit_cast<float>((cosine ^ swap) ^ sign_cos)};
 }
 
 // atan2(y, x) / (2 pi) in [-1/2, 1/2]; absolute error below 1e-7 turns. (0, 0) gives 0.

@@ -44,7 +44,7 @@ TEST_F(EnvironmentExtras, IsReadWithStrengthAndRotation) {
   ASSERT_EQ(result->scene.lights.size(), 1u);
   const Record& light = result->scene.lights[0];
   EXPECT_EQ(light.type, "environment");
-  EXPECT_EQ(light.find("strength")->numbers, N{2});
+  EXPECT_EQ(light.find("radiance")->numbers, (N{2, 2, 2}));
   EXPECT_EQ(light.find("rotation")->numbers, N{30});
   const Texture& image = result->scene.textures[static_cast<size_t>(light.find("image")->texture.texture)];
   EXPECT_EQ(image.width, 2u);

@@ -56,8 +56,7 @@ double run_integrator(const Workload& w, const Tracer& tracer) {
     for (size_t site = begin; site < std::min(begin + kRun, w.atlas.sites.size()); ++site)
       for (uint32_t i = 0; i < w.samples; ++i) {
         const SampleStream stream(0, w.atlas.sites.texel[site], i);
-        const SitePick p =
-            pick_site(w.atlas, w.surfaces.scene(), static_cast<uint32_t>(site), stream.single(0));
+        const SitePick p = pick_site(w.atlas, w.surfaces.scene(), static_cast<uint32_t>(site), stream.single(0));
         Splats splats;
         integrator.sample(w.surfaces.at(p.instance, p.triangle, p.b1, p.b2), stream, splats);
         for (int k = 0; k < splats.count; ++k) sum += splats.items[k].contribution.x;
@@ -67,23 +66,39 @@ double run_integrator(const Workload& w, const Tracer& tracer) {
 
 double replay(const std::vector<Recorded>& rays, const Tracer& tracer) {
   double sum = 0;
-  for (const Recorded& r : rays)
-    sum += r.shadow ? tracer.transmittance(r.ray) : tracer.intersect(r.ray, r.key).t;
+  for (const Recorded& r : rays) sum += r.shadow ? tracer.transmittance(r.ray) : tracer.intersect(r.ray, r.key).t;
   return sum;
 }
 
+double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
+}
+
 template <class F>
-double median_seconds(const F& f) {
-  std::vector<double> times;
-  volatile double keep = f();  // warms up
-  for (int i = 0; i < 5; ++i) {
-    const Stopwatch watch;
-    keep = f();
-    times.push_back(watch.seconds());
-  }
+double seconds_of(const F& f) {
+  const Stopwatch watch;
+  volatile double keep = f();
   (void)keep;
-  std::sort(times.begin(), times.end());
-  return times[times.size() / 2];
+  return watch.seconds();
+}
+
+// Both loops take turns, so that other work on the machine meets both; the ratio is the median of the turns'.
+struct Rates {
+  double plain_seconds, worker_seconds, ratio;
+};
+template <class Plain, class Worker>
+Rates measure(const Plain& plain, const Worker& worker) {
+  constexpr int kTurns = 15;
+  std::vector<double> p, w, ratio;
+  for (int turn = -1; turn < kTurns; ++turn) {  // the first turn warms up
+    const double a = seconds_of(plain), b = seconds_of(worker);
+    if (turn < 0) continue;
+    p.push_back(a);
+    w.push_back(b);
+    ratio.push_back(a / b);
+  }
+  return {median(p), median(w), median(ratio)};
 }
 
 Status bench(const std::string& path, const BakeSettings& settings, uint32_t samples) {
@@ -100,13 +115,13 @@ Status bench(const std::string& path, const BakeSettings& settings, uint32_t sam
 
   std::vector<Recorded> rays;
   run_integrator(workload, RecordingTracer(*tracer, rays));
-  const double plain = median_seconds([&] { return replay(rays, *tracer); });
-  const double worker = median_seconds([&] { return run_integrator(workload, *tracer); });
+  const Rates rates =
+      measure([&] { return replay(rays, *tracer); }, [&] { return run_integrator(workload, *tracer); });
   const auto shadow = std::count_if(rays.begin(), rays.end(), [](const Recorded& r) { return r.shadow; });
   const double n = static_cast<double>(rays.size());
-  std::printf("| %s | %zu | %.2f M | %.0f %% | %.2f | %.2f | %.2f |\n",
-              path.substr(path.rfind('/') + 1).c_str(), surfaces->scene().triangle_count(), n / 1e6,
-              100.0 * static_cast<double>(shadow) / n, n / worker / 1e6, n / plain / 1e6, plain / worker);
+  std::printf("| %s | %zu | %.2f M | %.0f %% | %.2f | %.2f | %.2f |\n", path.substr(path.rfind('/') + 1).c_str(),
+              surfaces->scene().triangle_count(), n / 1e6, 100.0 * static_cast<double>(shadow) / n, n / rates.worker_seconds / 1e6,
+              n / rates.plain_seconds / 1e6, rates.ratio);
   return {};
 }
 
@@ -131,9 +146,7 @@ int main(int argc, char** argv) {
       return 2;
     }
   }
-  std::printf(
-      "| scene | triangles | rays | shadow | worker M/s | plain Embree M/s | ratio "
-      "|\n|---|---|---|---|---|---|---|\n");
+  std::printf("| scene | triangles | rays | shadow | worker M/s | plain Embree M/s | ratio |\n|---|---|---|---|---|---|---|\n");
   if (Status s = bench(scene, settings, samples); !s) {
     std::fprintf(stderr, "%s\n", s.error().message.c_str());
     return exit_status(s.error());

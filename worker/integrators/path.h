@@ -43,8 +43,11 @@ class PathIntegrator {
   void light(const Vertex& v, const LightSample& s, uint32_t bounces, Splats& out, Vec3* reflected) const;
   Vec3 incoming(const SurfacePoint& receiver, Vec3 direction, float pdf, const SampleStream& stream,
                 Splats& out) const;
-  Vec3 emitted(const SurfacePoint& from, const Hit& hit, const SurfacePoint& at, const Vec3& direction,
-               float pdf) const;
+  // Radiance of an emissive surface or the environment, met along `direction` that was sampled with `pdf`;
+  // weighted against light sampling.
+  Vec3 emitted(const Vec3& from, const Hit& hit, const SurfacePoint& at, const Material& material,
+               const Vec3& direction, float pdf) const;
+  Vec3 missed(const Vec3& direction, float pdf, uint32_t bounces) const;
   // Does light count that was reflected this often?
   bool counts(uint32_t bounces) const { return bounces == 0 ? settings_.direct : settings_.indirect; }
 

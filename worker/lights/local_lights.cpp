@@ -131,18 +131,11 @@ LightSample LocalLights::sample(const Surfaces& s, const Vec3& p, float u_light,
   return out;
 }
 
-float LocalLights::pdf(const Surfaces& s, const Vec3& p, uint32_t instance, uint32_t triangle,
-                       const Vec3& direction, float t) const {
-  if (first_emitter_[instance] == ~0u) return 0.0f;
+float LocalLights::pdf(const Vec3& p, uint32_t instance, uint32_t triangle, float cos_light, float t) const {
+  if (first_emitter_[instance] == ~0u || !(cos_light > 0.0f)) return 0.0f;
   const uint32_t emitter = emitter_of_[first_emitter_[instance] + triangle];
   if (emitter == ~0u) return 0.0f;
-  const Emitter& e = triangles_[emitter];
-  Vec3 c[3];
-  s.corners(instance, triangle, c);
-  const Vec3 n = normalize_or(cross(c[1] - c[0], c[2] - c[0]), Vec3(0.0f));
-  const float cos_light = std::abs(dot(direction, n));
-  if (!(cos_light > 0.0f)) return 0.0f;
-  const float density = t * t / (cos_light * e.area);
+  const float density = t * t / (cos_light * triangles_[emitter].area);
   return std::isfinite(density) ? probability(punctual_.size() + emitter, p) * density : 0.0f;
 }
 

@@ -21,11 +21,13 @@ class LocalLights {
   bool empty() const { return punctual_.empty() && triangles_.empty(); }
   size_t size() const { return punctual_.size() + triangles_.size(); }
 
+  // Which of its numbers sample() reads: none to choose one light of one, none for a point on a punctual light.
+  bool wants_choice() const { return size() > 1; }
+  bool wants_point() const { return !triangles_.empty(); }
   LightSample sample(const Surfaces& surfaces, const Vec3& p, float u_light, const Vec2& u) const;
-  // Density with which sample() finds the point of an emissive triangle that a ray along the unit
-  // `direction` met at distance `t`; 0 if it is none.
-  float pdf(const Surfaces& surfaces, const Vec3& p, uint32_t instance, uint32_t triangle, const Vec3& direction,
-            float t) const;
+  // Density with which sample() at p finds the point of an emissive triangle that a unit ray met at distance
+  // `t` under an angle of cosine `cos_light`; 0 if it is none.
+  float pdf(const Vec3& p, uint32_t instance, uint32_t triangle, float cos_light, float t) const;
 
  private:
   using Punctual = std::variant<PointLight, SpotLight>;  // the roster

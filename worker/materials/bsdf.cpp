@@ -42,7 +42,6 @@ Vec3 sample_visible_normal(const Vec3& wo, float alpha, const Vec2& u) {
 // Share of samples for the GGX layer: by reflectance at this angle, kept away from 0 and 1 so that
 // neither layer starves.
 float specular_probability(const Bsdf& b, const Vec3& wo) {
-  if (!b.has_specular()) return 0.0f;
   if (!b.has_diffuse()) return 1.0f;
   const float s = luminance(schlick(b.f0, wo.z)), d = luminance(b.diffuse);
   return std::clamp(s / (s + d), 0.1f, 0.9f);
@@ -50,48 +49,47 @@ float specular_probability(const Bsdf& b, const Vec3& wo) {
 
 }  // namespace
 
-Vec3 evaluate(const Bsdf& b, const Vec3& wo, const Vec3& wi) {
-  if (wo.z <= 0.0f || wi.z <= 0.0f) return Vec3(0.0f);
-  if (!b.has_specular()) return b.diffuse * kInvPi;
-  const Vec3 h = normalize_or(wo + wi, Vec3(0, 0, 1));
+SeenBsdf::SeenBsdf(const Bsdf& bsdf, const Vec3& wo) : bsdf_(bsdf), wo_(wo), glossy_(bsdf.has_specular()) {
+  if (!glossy_) return;
+  p_specular_ = specular_probability(bsdf, wo);
+  smith_wo_ = smith(wo.z, bsdf.alpha);
+}
+
+BsdfValue SeenBsdf::layered(const Vec3& wi) const {
+  const Bsdf& b = bsdf_;
+  const Vec3 h = normalize_or(wo_ + wi, Vec3(0, 0, 1));
   const Vec3 f = schlick(b.f0, dot(wi, h));
+  const float d = ggx_d(h, b.alpha);
   // G2 / (4 cos cos) of the height-correlated form.
-  const float visibility = 0.5f / (wo.z * smith(wi.z, b.alpha) + wi.z * smith(wo.z, b.alpha));
-  return (Vec3(1.0f) - f) * b.diffuse * kInvPi + f * (ggx_d(h, b.alpha) * visibility);
+  const float visibility = 0.5f / (wo_.z * smith(wi.z, b.alpha) + wi.z * smith_wo_);
+  BsdfValue v;
+  v.f = (Vec3(1.0f) - f) * b.diffuse * kInvPi + f * (d * visibility);
+  // Density of visible normals G1 max(0, wo.h) D / wo.z, times the Jacobian 1/(4 wo.h), where
+  // G1 / wo.z = 2 / (wo.z + smith(wo)).
+  v.pdf = (1.0f - p_specular_) * wi.z * kInvPi + p_specular_ * d / (2.0f * (wo_.z + smith_wo_));
+  return v;
 }
 
-float pdf(const Bsdf& b, const Vec3& wo, const Vec3& wi) {
-  if (wo.z <= 0.0f || wi.z <= 0.0f) return 0.0f;
-  const float p = specular_probability(b, wo);
-  float sum = (1.0f - p) * wi.z * kInvPi;
-  if (p > 0.0f) {
-    const Vec3 h = normalize_or(wo + wi, Vec3(0, 0, 1));
-    // Density of visible normals G1 max(0, wo.h) D / wo.z, times the Jacobian 1/(4 wo.h), where
-    // G1 / wo.z = 2 / (wo.z + smith(wo)).
-    sum += p * ggx_d(h, b.alpha) / (2.0f * (wo.z + smith(wo.z, b.alpha)));
-  }
-  return sum;
-}
-
-BsdfSample sample(const Bsdf& b, const Vec3& wo, float u_layer, const Vec2& u) {
+BsdfSample SeenBsdf::sample(float u_layer, const Vec2& u) const {
   BsdfSample s;
-  if (wo.z <= 0.0f || (!b.has_specular() && !b.has_diffuse())) return s;
-  if (!b.has_specular()) {
+  if (wo_.z <= 0.0f || (!glossy_ && !bsdf_.has_diffuse())) return s;
+  if (!glossy_) {
     s.direction = cosine_hemisphere(u);
     s.pdf = s.direction.z * kInvPi;
-    if (s.pdf > 0.0f) s.weight = b.diffuse;
+    if (s.pdf > 0.0f) s.weight = bsdf_.diffuse;
     return s;
   }
-  if (u_layer < specular_probability(b, wo)) {
-    const Vec3 h = sample_visible_normal(wo, b.alpha, u);
-    s.direction = h * (2.0f * dot(wo, h)) - wo;
+  if (u_layer < p_specular_) {
+    const Vec3 h = sample_visible_normal(wo_, bsdf_.alpha, u);
+    s.direction = h * (2.0f * dot(wo_, h)) - wo_;
   } else {
     s.direction = cosine_hemisphere(u);
   }
   // Whichever layer chose the direction, the estimate divides by the density of both (the one-sample
   // model of Veach 1995): f / pdf is bounded, so picking a layer makes no fireflies.
-  s.pdf = pdf(b, wo, s.direction);
-  if (s.pdf > 0.0f) s.weight = evaluate(b, wo, s.direction) * (s.direction.z / s.pdf);
+  const BsdfValue v = value(s.direction);
+  s.pdf = v.pdf;
+  if (s.pdf > 0.0f) s.weight = v.f * (s.direction.z / s.pdf);
   return s;
 }
 

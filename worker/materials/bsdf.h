@@ -1,4 +1,4 @@
-// The closure every material yields at a point: a Lambert layer under a GGX layer, and emission.
+// The closure every material yields at a point: a Lambert layer under a GGX layer.
 #pragma once
 
 #include "common/math/frame.h"
@@ -10,7 +10,6 @@ struct Bsdf {
   Vec3 diffuse{0.0f};   // albedo of the Lambert layer
   Vec3 f0{0.0f};        // reflectance of the GGX layer at normal incidence; 0: no such layer
   float alpha = 1.0f;   // GGX width, roughness squared
-  Vec3 emission{0.0f};  // radiance, nit
 
   bool has_specular() const { return max_component(f0) > 0.0f; }
   bool has_diffuse() const { return max_component(diffuse) > 0.0f; }
@@ -22,9 +21,34 @@ struct BsdfSample {
   float pdf = 0.0f;    // per steradian, of all layers together
 };
 
-// Directions are local, unit and leave the surface; wo is towards where the light goes.
-Vec3 evaluate(const Bsdf& b, const Vec3& wo, const Vec3& wi);  // f, without the cosine
-float pdf(const Bsdf& b, const Vec3& wo, const Vec3& wi);
-BsdfSample sample(const Bsdf& b, const Vec3& wo, float u_layer, const Vec2& u);
+struct BsdfValue {
+  Vec3 f{0.0f};      // without the cosine
+  float pdf = 0.0f;  // of sample(), per steradian
+};
+
+// A Bsdf seen from one direction: what evaluating and sampling share is found once. Directions are local,
+// unit and leave the surface; wo is towards where the light goes.
+class SeenBsdf {
+ public:
+  SeenBsdf(const Bsdf& bsdf, const Vec3& wo);
+
+  BsdfValue value(const Vec3& wi) const {
+    if (wo_.z <= 0.0f || wi.z <= 0.0f) return {};
+    if (!glossy_) return {bsdf_.diffuse * kInvPi, wi.z * kInvPi};
+    return layered(wi);
+  }
+  // Does sample() read u_layer?
+  bool wants_layer() const { return glossy_; }
+  BsdfSample sample(float u_layer, const Vec2& u) const;
+
+ private:
+  BsdfValue layered(const Vec3& wi) const;
+
+  Bsdf bsdf_;
+  Vec3 wo_;
+  bool glossy_;
+  float p_specular_ = 0.0f;  // share of samples for the GGX layer
+  float smith_wo_ = 0.0f;
+};
 
 }  // namespace kiln

@@ -27,6 +27,7 @@ concept IsMaterial = requires(const M m, const Attributes& a, RecordReader& r, c
   { m.is_opaque() } -> std::same_as<bool>;
   { m.is_emissive() } -> std::same_as<bool>;
   { m.double_sided() } -> std::same_as<bool>;
+  { m.reads_uv(0u) } -> std::same_as<bool>;  // of a TEXCOORD set
 };
 static_assert(IsMaterial<MetallicRoughness> && IsMaterial<Unlit>);
 
@@ -50,6 +51,9 @@ inline bool is_emissive(const Material& m) {
 }
 inline bool is_double_sided(const Material& m) {
   return std::visit([](const auto& x) { return x.double_sided(); }, m);
+}
+inline bool reads_uv(const Material& m, uint32_t set) {
+  return std::visit([&](const auto& x) { return x.reads_uv(set); }, m);
 }
 
 }  // namespace kiln

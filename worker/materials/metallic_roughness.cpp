@@ -20,16 +20,14 @@ MetallicRoughness MetallicRoughness::parse(RecordReader& r, const Scene& scene) 
   return m;
 }
 
-Vec4 MetallicRoughness::base(const Attributes& a) const {
-  return base_texture_ ? base_color_ * a.color * base_texture_.sample(a.uv) : base_color_ * a.color;
-}
-
 Bsdf MetallicRoughness::bsdf(const Attributes& a) const {
   // Albedo above 1 would make energy out of nothing.
-  const Vec3 color = glm::clamp(Vec3(base(a)), 0.0f, 1.0f);
+  Vec3 color = Vec3(base_color_) * Vec3(a.color);
+  if (base_texture_) color *= base_texture_.color(a.uv);
+  color = glm::clamp(color, 0.0f, 1.0f);
   float metallic = metallic_, roughness = roughness_;
   if (metallic_roughness_texture_) {
-    const Vec4 t = metallic_roughness_texture_.sample(a.uv);
+    const Vec3 t = metallic_roughness_texture_.color(a.uv);
     roughness *= t.y;
     metallic *= t.z;
   }
@@ -38,16 +36,17 @@ Bsdf MetallicRoughness::bsdf(const Attributes& a) const {
   b.f0 = glm::min(specular_color_ * dielectric_f0_, Vec3(1.0f)) * (1.0f - metallic) + color * metallic;
   // Narrower lobes than 0.02 (roughness 0.14) look the same to a diffuse receiver and only add noise.
   b.alpha = std::max(0.02f, roughness * roughness);
-  b.emission = emission(a);
   return b;
 }
 
 Vec3 MetallicRoughness::emission(const Attributes& a) const {
-  return emission_texture_ ? emission_ * Vec3(emission_texture_.sample(a.uv)) : emission_;
+  return emission_texture_ ? emission_ * emission_texture_.color(a.uv) : emission_;
 }
 
 float MetallicRoughness::opacity(const Attributes& a) const {
-  return is_opaque() ? 1.0f : alpha_.opacity(base(a).w);
+  if (is_opaque()) return 1.0f;
+  const float factor = base_color_.w * a.color.w;
+  return alpha_.opacity(base_texture_ ? factor * base_texture_.alpha(a.uv) : factor);
 }
 
 }  // namespace kiln

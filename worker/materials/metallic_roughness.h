@@ -17,9 +17,12 @@ class MetallicRoughness {
   bool is_opaque() const { return alpha_.mode == AlphaMode::kOpaque; }
   bool is_emissive() const { return max_component(emission_) > 0.0f; }
   bool double_sided() const { return double_sided_; }
+  bool reads_uv(uint32_t set) const {
+    return base_texture_.reads_uv(set) || metallic_roughness_texture_.reads_uv(set) ||
+           emission_texture_.reads_uv(set);
+  }
 
  private:
-  Vec4 base(const Attributes& a) const;
   Vec4 base_color_{1.0f};
   float metallic_ = 1.0f, roughness_ = 1.0f;
   float dielectric_f0_ = 0.04f;  // times the specular factor

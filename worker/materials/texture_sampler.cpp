@@ -1,72 +1,120 @@
 #include "worker/materials/texture_sampler.h"
 
 #include <array>
+#include <bit>
 #include <cstring>
+
+#include "common/math/sequence.h"
 
 namespace kiln {
 namespace {
 
-int wrap(int i, int size, Wrap mode) {
-  switch (mode) {
-    case Wrap::kClamp: return std::clamp(i, 0, size - 1);
-    case Wrap::kMirror: {
-      const int period = 2 * size;
-      i = ((i % period) + period) % period;
-      return i < size ? i : period - 1 - i;
+struct ByteTables {
+  std::array<float, 256> srgb, linear;
+};
+const ByteTables& byte_tables() {
+  static const ByteTables tables = [] {
+    ByteTables t;
+    for (int i = 0; i < 256; ++i) {
+      t.linear[i] = static_cast<float>(i) / 255.0f;
+      t.srgb[i] = srgb_to_linear(t.linear[i]);
     }
-    case Wrap::kRepeat: break;
-  }
-  return ((i % size) + size) % size;
-}
-
-const std::array<float, 256>& srgb_table() {
-  static const std::array<float, 256> table = [] {
-    std::array<float, 256> t;
-    for (int i = 0; i < 256; ++i) t[i] = srgb_to_linear(static_cast<float>(i) / 255.0f);
     return t;
   }();
-  return table;
+  return tables;
+}
+
+// floor() without the library call that processors before SSE 4.1 would need.
+int floor_int(float x) {
+  const int i = static_cast<int>(x);
+  return i - (static_cast<float>(i) > x);
+}
+
+// A coordinate in texels, brought into [0, size] without integer division.
+float wrapped(float u, int size, Wrap mode) {
+  // Far outside [-1e4, 1e4] float has no texel left to point at, and int would overflow.
+  if (!(std::abs(u) < 1e4f)) u = 0.0f;
+  if (mode == Wrap::kRepeat) {
+    u -= static_cast<float>(floor_int(u));
+  } else if (mode == Wrap::kMirror) {
+    u -= 2.0f * static_cast<float>(floor_int(0.5f * u));
+    u = std::min(u, 2.0f - u);
+  } else {
+    u = std::clamp(u, 0.0f, 1.0f);
+  }
+  return u * static_cast<float>(size);
+}
+
+// A texel index that is at most one beyond an edge.
+int edge(int i, int size, Wrap mode) {
+  if (mode == Wrap::kRepeat) return i < 0 ? size - 1 : i >= size ? 0 : i;
+  return std::clamp(i, 0, size - 1);
 }
 
 }  // namespace
 
-Vec4 TextureSampler::fetch(int x, int y) const {
-  const Texture& t = *texture_;
-  const size_t i = (size_t{static_cast<unsigned>(wrap(y, static_cast<int>(t.height), t.wrap_t))} * t.width +
-                    static_cast<unsigned>(wrap(x, static_cast<int>(t.width), t.wrap_s))) *
-                   t.channels;
-  float c[4];
-  for (uint32_t k = 0; k < t.channels; ++k) {
-    if (t.format == TexelFormat::kFloat32) {
-      std::memcpy(&c[k], t.texels.data() + 4 * (i + k), 4);
-    } else {
-      const auto byte = static_cast<uint8_t>(t.texels[i + k]);
-      const bool alpha = (t.channels == 4 && k == 3) || (t.channels == 2 && k == 1);
-      c[k] = t.format == TexelFormat::kSrgb8 && !alpha ? srgb_table()[byte] : static_cast<float>(byte) / 255.0f;
-    }
-  }
-  switch (t.channels) {
-    case 1: return {c[0], c[0], c[0], 1.0f};
-    case 2: return {c[0], c[0], c[0], c[1]};
-    case 3: return {c[0], c[1], c[2], 1.0f};
-    default: return {c[0], c[1], c[2], c[3]};
-  }
+TextureSampler::TextureSampler(const Scene& scene, const TextureUse& use) : use_(use) {
+  if (use.texture < 0) return;
+  texture_ = &scene.textures[use.texture];
+  texels_ = texture_->texels.data();
+  width_ = static_cast<int>(texture_->width);
+  height_ = static_cast<int>(texture_->height);
+  if (texture_->format == TexelFormat::kSrgb8) decode_ = byte_tables().srgb.data();
+  if (texture_->format == TexelFormat::kUnorm8) decode_ = byte_tables().linear.data();
 }
 
-Vec4 TextureSampler::sample(const Vec2 (&uv)[2]) const {
+TextureSampler::Point TextureSampler::place(const Vec2 (&uv)[2]) const {
   const Vec2& p = uv[use_.uv_set];
-  float u = use_.m[0] * p.x + use_.m[1] * p.y + use_.m[2];
-  float v = use_.m[3] * p.x + use_.m[4] * p.y + use_.m[5];
-  // Far outside [-1e4, 1e4] float has no texel left to point at, and int would overflow.
-  if (!(std::abs(u) < 1e4f)) u = 0.0f;
-  if (!(std::abs(v) < 1e4f)) v = 0.0f;
-  const float x = u * static_cast<float>(texture_->width), y = v * static_cast<float>(texture_->height);
-  if (texture_->nearest) return fetch(static_cast<int>(std::floor(x)), static_cast<int>(std::floor(y)));
-  const float fx = std::floor(x - 0.5f), fy = std::floor(y - 0.5f);
-  const float a = x - 0.5f - fx, b = y - 0.5f - fy;
-  const int ix = static_cast<int>(fx), iy = static_cast<int>(fy);
-  const Vec4 top = fetch(ix, iy) * (1.0f - a) + fetch(ix + 1, iy) * a;
-  const Vec4 bottom = fetch(ix, iy + 1) * (1.0f - a) + fetch(ix + 1, iy + 1) * a;
+  const float u = use_.m[0] * p.x + use_.m[1] * p.y + use_.m[2];
+  const float v = use_.m[3] * p.x + use_.m[4] * p.y + use_.m[5];
+  return {wrapped(u, width_, texture_->wrap_s), wrapped(v, height_, texture_->wrap_t)};
+}
+
+Vec3 TextureSampler::color_texel(size_t index) const {
+  const uint32_t channels = texture_->channels;
+  const bool gray = channels < 3;
+  if (decode_) {
+    const auto* t = reinterpret_cast<const uint8_t*>(texels_) + index * channels;
+    return gray ? Vec3(decode_[t[0]]) : Vec3(decode_[t[0]], decode_[t[1]], decode_[t[2]]);
+  }
+  float c[3];
+  std::memcpy(c, texels_ + index * channels * sizeof(float), (gray ? 1 : 3) * sizeof(float));
+  return gray ? Vec3(c[0]) : Vec3(c[0], c[1], c[2]);
+}
+
+float TextureSampler::alpha_texel(size_t index) const {
+  const uint32_t channels = texture_->channels;
+  const size_t i = index * channels + channels - 1;
+  if (decode_) return byte_tables().linear[static_cast<uint8_t>(texels_[i])];
+  float a;
+  std::memcpy(&a, texels_ + i * sizeof(float), sizeof a);
+  return a;
+}
+
+Vec3 TextureSampler::color(const Vec2 (&uv)[2]) const {
+  Point p = place(uv);
+  if (!texture_->nearest) {
+    const uint64_t h =
+        mix_bits(uint64_t{std::bit_cast<uint32_t>(p.x)} << 32 | std::bit_cast<uint32_t>(p.y));
+    p.x += unit_float(static_cast<uint32_t>(h >> 32)) - 0.5f;
+    p.y += unit_float(static_cast<uint32_t>(h)) - 0.5f;
+  }
+  const int x = edge(floor_int(p.x), width_, texture_->wrap_s), y = edge(floor_int(p.y), height_, texture_->wrap_t);
+  return color_texel(static_cast<size_t>(y) * static_cast<size_t>(width_) + static_cast<size_t>(x));
+}
+
+float TextureSampler::alpha(const Vec2 (&uv)[2]) const {
+  if (texture_->channels == 1 || texture_->channels == 3) return 1.0f;
+  const Point p = place(uv);
+  const auto at = [this](int x, int y) {
+    return alpha_texel(static_cast<size_t>(edge(y, height_, texture_->wrap_t)) * static_cast<size_t>(width_) +
+                       static_cast<size_t>(edge(x, width_, texture_->wrap_s)));
+  };
+  if (texture_->nearest) return at(floor_int(p.x), floor_int(p.y));
+  const int x = floor_int(p.x - 0.5f), y = floor_int(p.y - 0.5f);
+  const float a = p.x - 0.5f - static_cast<float>(x), b = p.y - 0.5f - static_cast<float>(y);
+  const float top = at(x, y) * (1.0f - a) + at(x + 1, y) * a;
+  const float bottom = at(x, y + 1) * (1.0f - a) + at(x + 1, y + 1) * a;
   return top * (1.0f - b) + bottom * b;
 }
 

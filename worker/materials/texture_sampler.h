@@ -1,4 +1,4 @@
-// Bilinear texture lookup in linear light.
+// Texture lookup in linear light. Colours read one texel, opacity four (docs/maths.md, "Textures").
 #pragma once
 
 #include "common/scene/scene.h"
@@ -8,16 +8,29 @@ namespace kiln {
 class TextureSampler {
  public:
   TextureSampler() = default;
-  TextureSampler(const Scene& scene, const TextureUse& use)
-      : texture_(use.texture >= 0 ? &scene.textures[use.texture] : nullptr), use_(use) {}
+  TextureSampler(const Scene& scene, const TextureUse& use);
 
   explicit operator bool() const { return texture_ != nullptr; }
-  // RGBA; missing colour channels repeat the first, a missing alpha is 1.
-  Vec4 sample(const Vec2 (&uv)[2]) const;
+  bool reads_uv(uint32_t set) const { return texture_ && use_.uv_set == set; }
+  // Colour channels; missing ones repeat the first. One of the four texels around the point, chosen in
+  // proportion to its bilinear weight by a hash of the coordinates: a dither far below a texel's size whose
+  // mean is the bilinear filter's, for a quarter of its memory traffic.
+  Vec3 color(const Vec2 (&uv)[2]) const;
+  // The alpha channel, filtered bilinearly since a cutoff is not linear; 1 where there is none.
+  float alpha(const Vec2 (&uv)[2]) const;
 
  private:
-  Vec4 fetch(int x, int y) const;
+  struct Point {
+    float x, y;  // in texels; within [0, size], wrapped already
+  };
+  Point place(const Vec2 (&uv)[2]) const;
+  Vec3 color_texel(size_t index) const;
+  float alpha_texel(size_t index) const;
+
   const Texture* texture_ = nullptr;
+  const std::byte* texels_ = nullptr;
+  const float* decode_ = nullptr;  // by byte; null: texels are floats
+  int width_ = 0, height_ = 0;
   TextureUse use_;
 };
 

@@ -18,21 +18,22 @@ class Unlit {
     m.double_sided_ = r.number("double_sided", 0.0f) != 0.0f;
     return m;
   }
-  Bsdf bsdf(const Attributes& a) const {
-    Bsdf b;
-    b.emission = emission(a);
-    return b;
+  Bsdf bsdf(const Attributes&) const { return {}; }
+  Vec3 emission(const Attributes& a) const {
+    const Vec3 color = Vec3(base_color_) * Vec3(a.color);
+    return glm::max(texture_ ? color * texture_.color(a.uv) : color, Vec3(0.0f));
   }
-  Vec3 emission(const Attributes& a) const { return glm::max(Vec3(base(a)), Vec3(0.0f)); }
-  float opacity(const Attributes& a) const { return is_opaque() ? 1.0f : alpha_.opacity(base(a).w); }
+  float opacity(const Attributes& a) const {
+    if (is_opaque()) return 1.0f;
+    const float factor = base_color_.w * a.color.w;
+    return alpha_.opacity(texture_ ? factor * texture_.alpha(a.uv) : factor);
+  }
   bool is_opaque() const { return alpha_.mode == AlphaMode::kOpaque; }
   bool is_emissive() const { return max_component(Vec3(base_color_)) > 0.0f; }
   bool double_sided() const { return double_sided_; }
+  bool reads_uv(uint32_t set) const { return texture_.reads_uv(set); }
 
  private:
-  Vec4 base(const Attributes& a) const {
-    return texture_ ? base_color_ * a.color * texture_.sample(a.uv) : base_color_ * a.color;
-  }
   Vec4 base_color_{1.0f};
   TextureSampler texture_;
   AlphaMode alpha_;

@@ -9,46 +9,72 @@ Expected<std::unique_ptr<Surfaces>> Surfaces::create(Scene scene, std::vector<st
     KILN_TRY(Material material, parse_material(record, s->scene_, warnings));
     s->materials_.push_back(std::move(material));
   }
+  s->make_kinds();
   return s;
 }
 
-void Surfaces::corners(uint32_t instance, uint32_t triangle, Vec3 (&p)[3]) const {
-  const Instance& i = scene_.instances[instance];
-  const Mesh& m = scene_.meshes[i.mesh];
-  const UVec3& t = m.triangles[triangle];
-  for (int k = 0; k < 3; ++k) p[k] = transform_point(i.to_world, m.positions[t[k]]);
+void Surfaces::make_kinds() {
+  std::vector<uint32_t> uses(scene_.meshes.size(), 0);
+  for (const Instance& i : scene_.instances) ++uses[i.mesh];
+  std::vector<const Face*> shared(scene_.meshes.size(), nullptr);
+  for (const Instance& i : scene_.instances) {
+    const Mesh& mesh = scene_.meshes[i.mesh];
+    const Material& material = materials_[i.material];
+    const bool own = uses[i.mesh] == 1;
+    if (!shared[i.mesh]) {
+      faces_.push_back(make_faces(mesh, own ? &i.to_world : nullptr));
+      shared[i.mesh] = faces_.back().data();
+    }
+    kinds_.push_back({&material, shared[i.mesh], own ? nullptr : &i.to_world, is_double_sided(material),
+                      kiln::is_emissive(material), reads_uv(material, 0) && !mesh.uv[0].empty(),
+                      !mesh.colors.empty() || (reads_uv(material, 1) && !mesh.uv[1].empty())});
+  }
 }
 
-Attributes Surfaces::attributes(uint32_t instance, uint32_t triangle, float b1, float b2) const {
+void Surfaces::corners(uint32_t instance, uint32_t triangle, Vec3 (&p)[3]) const {
+  const SurfaceKind& kind = kinds_[instance];
+  const Face& f = kind.faces[triangle];
+  p[0] = f.p0, p[1] = f.p0 + f.e1, p[2] = f.p0 + f.e2;
+  if (kind.to_world)
+    for (Vec3& corner : p) corner = transform_point(*kind.to_world, corner);
+}
+
+void Surfaces::add_extras(uint32_t instance, uint32_t triangle, float b1, float b2, Attributes& a) const {
   const Mesh& m = scene_.meshes[scene_.instances[instance].mesh];
   const UVec3& t = m.triangles[triangle];
   const float b0 = 1.0f - b1 - b2;
-  Attributes a;
-  for (int set = 0; set < 2; ++set)
-    if (!m.uv[set].empty()) a.uv[set] = m.uv[set][t.x] * b0 + m.uv[set][t.y] * b1 + m.uv[set][t.z] * b2;
+  if (!m.uv[1].empty()) a.uv[1] = m.uv[1][t.x] * b0 + m.uv[1][t.y] * b1 + m.uv[1][t.z] * b2;
   if (!m.colors.empty()) a.color = m.colors[t.x] * b0 + m.colors[t.y] * b1 + m.colors[t.z] * b2;
+}
+
+Attributes Surfaces::attributes(uint32_t instance, uint32_t triangle, float b1, float b2) const {
+  const SurfaceKind& kind = kinds_[instance];
+  Attributes a;
+  if (kind.textured) {
+    const Face& f = kind.faces[triangle];
+    a.uv[0] = f.uv[0] * (1.0f - b1 - b2) + f.uv[1] * b1 + f.uv[2] * b2;
+  }
+  if (kind.extras) add_extras(instance, triangle, b1, b2, a);
   return a;
 }
 
 SurfacePoint Surfaces::at(uint32_t instance, uint32_t triangle, float b1, float b2) const {
-  const Instance& i = scene_.instances[instance];
-  const Mesh& m = scene_.meshes[i.mesh];
-  const UVec3& t = m.triangles[triangle];
-  const Vec3 &p0 = m.positions[t.x], &p1 = m.positions[t.y], &p2 = m.positions[t.z];
+  const SurfaceKind& kind = kinds_[instance];
+  const Face& f = kind.faces[triangle];
   SurfacePoint s;
   // Offsets from p0 keep the rounding error to that of one vertex.
-  s.position = transform_point(i.to_world, p0 + (p1 - p0) * b1 + (p2 - p0) * b2);
-  // Sums of magnitudes that enter the point's coordinates and Embree's edge vectors. Waechter & Binder
-  // (Ray Tracing Gems, ch. 6) step by 256 units in the last place of each coordinate; a plane near a
-  // coordinate's zero but long in the others then acnes, since Embree's error grows with the triangle's
-  // extent. Departure: the largest magnitude of all axes counts, and a step of 2^-17 of it.
-  const Vec3 reach = glm::max(glm::max(glm::abs(p0), glm::abs(p1)), glm::abs(p2));
-  const Vec3 sum = glm::abs(i.to_world[0]) * reach.x + glm::abs(i.to_world[1]) * reach.y +
-                   glm::abs(i.to_world[2]) * reach.z + glm::abs(i.to_world[3]);
-  s.error = 0x1p-17f * max_component(sum);
-  s.ng = normalize_or(transform_normal(i.to_world, cross(p1 - p0, p2 - p0)), Vec3(0, 1, 0));
-  const Vec3 n = m.normals[t.x] * (1.0f - b1 - b2) + m.normals[t.y] * b1 + m.normals[t.z] * b2;
-  s.ns = normalize_or(transform_normal(i.to_world, n), s.ng);
+  s.position = f.p0 + f.e1 * b1 + f.e2 * b2;
+  s.ng = s.ns = f.ng;
+  s.error = f.error;
+  if (f.smooth) s.ns = normalize_or(f.n[0] * (1.0f - b1 - b2) + f.n[1] * b1 + f.n[2] * b2, f.ng);
+  if (kind.to_world) {
+    const Mat4x3& m = *kind.to_world;
+    const Vec3 a = glm::abs(f.p0);
+    s.position = transform_point(m, s.position);
+    s.error = reach_error(m, glm::max(glm::max(a, glm::abs(f.p0 + f.e1)), glm::abs(f.p0 + f.e2)));
+    s.ng = normalize_or(transform_normal(m, s.ng), Vec3(0, 1, 0));
+    s.ns = f.smooth ? normalize_or(transform_normal(m, s.ns), s.ng) : s.ng;
+  }
   if (dot(s.ns, s.ng) <= 0.0f) s.ns = s.ng;  // a normal that contradicts its winding says nothing
   s.attributes = attributes(instance, triangle, b1, b2);
   return s;

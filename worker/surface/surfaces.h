@@ -3,6 +3,7 @@
 
 #include "worker/accel/tracer.h"
 #include "worker/materials/material.h"
+#include "worker/surface/faces.h"
 
 namespace kiln {
 
@@ -14,13 +15,24 @@ struct SurfacePoint {
   Attributes attributes;
 };
 
+// What a path asks of an instance before it asks for its layers.
+struct SurfaceKind {
+  const Material* material;
+  const Face* faces;
+  const Mat4x3* to_world;  // null: the faces are in world space
+  bool double_sided, emissive;
+  bool textured;  // reads TEXCOORD_0
+  bool extras;    // reads TEXCOORD_1 or has vertex colours
+};
+
 class Surfaces final : public Opacity {
  public:
   // Takes the scene; parses its materials. Warnings name unread properties.
   static Expected<std::unique_ptr<Surfaces>> create(Scene scene, std::vector<std::string>& warnings);
 
   const Scene& scene() const { return scene_; }
-  const Material& material(uint32_t instance) const { return materials_[scene_.instances[instance].material]; }
+  const Material& material(uint32_t instance) const { return *kinds_[instance].material; }
+  const SurfaceKind& kind(uint32_t instance) const { return kinds_[instance]; }
 
   SurfacePoint at(uint32_t instance, uint32_t triangle, float b1, float b2) const;
   Attributes attributes(uint32_t instance, uint32_t triangle, float b1, float b2) const;
@@ -35,6 +47,10 @@ class Surfaces final : public Opacity {
  private:
   Scene scene_;
   std::vector<Material> materials_;
+  void make_kinds();
+  void add_extras(uint32_t instance, uint32_t triangle, float b1, float b2, Attributes& a) const;
+  std::vector<std::vector<Face>> faces_;  // of a mesh that many instances share, or of one instance
+  std::vector<SurfaceKind> kinds_;        // by instance
 };
 
 }  // namespace kiln
