@@ -42,7 +42,7 @@ inline Vec3 transform_normal(const Mat4x3& m, const Vec3& n) {
 // Unit vector along v, or `fallback` when v has no direction.
 inline Vec3 normalize_or(const Vec3& v, const Vec3& fallback) {
   const float square = dot(v, v);
-  if (square > 1e-30f && square < 1e30f) return v * (1.0f / std::sqrt(square));
+  if (square > 1e-30f && square < 1e30f) return v / std::sqrt(square);
   // Scaled by the largest component first: no overflow or underflow of the square.
   const float largest = std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
   if (!(largest > 0.0f) || !std::isfinite(largest)) return fallback;

@@ -41,7 +41,11 @@ void declare(Parsed& p) {
         ->required(o.required);
   }
   if (!p.command->takes_settings) return;
-  p.app->add_option("--config", p.config, "JSON job file; the command line overrides it")->type_name("FILE");
+  p.app
+      ->add_option(
+          "--config", p.config,
+          "JSON job file; the command line overrides it [SCENE.kiln.json beside the scene, if it is there]")
+      ->type_name("FILE");
   p.settings.resize(settings_table().size());
   const BakeSettings defaults;
   for (size_t i = 0; i < settings_table().size(); ++i) {
@@ -71,9 +75,21 @@ Status read_config(const std::string& path, BakeSettings& settings) {
   return {};
 }
 
-Expected<BakeSettings> gather_settings(const Parsed& p) {
+// NAME.kiln.json beside NAME.gltf is the scene's own job file, unless --config names another.
+std::string job_file_of(const Parsed& p, const Arguments& arguments) {
+  if (!p.config.empty() || !p.command->takes_settings || !arguments.has("scene")) return p.config;
+  const std::filesystem::path beside =
+      std::filesystem::path(arguments.get("scene")).replace_extension(".kiln.json");
+  std::error_code code;
+  return std::filesystem::is_regular_file(beside, code) ? beside.string() : std::string();
+}
+
+Expected<BakeSettings> gather_settings(const Parsed& p, const Arguments& arguments) {
   BakeSettings settings;
-  if (!p.config.empty()) KILN_TRY_STATUS(read_config(p.config, settings));
+  if (const std::string file = job_file_of(p, arguments); !file.empty()) {
+    KILN_TRY_STATUS(read_config(file, settings));
+    std::fprintf(stderr, "settings from %s\n", file.c_str());
+  }
   for (size_t i = 0; i < p.settings.size(); ++i) {
     if (!p.settings[i].empty() && std::string(settings_table()[i].name) == "sun") settings.suns.clear();
     for (const std::string& value : p.settings[i])
@@ -89,7 +105,7 @@ int run_parsed(const Parsed& p) {
     if (!value.empty()) arguments.values.emplace_back(name, value);
   for (const auto& [name, on] : p.flags)
     if (on) arguments.values.emplace_back(name, "");
-  const auto settings = gather_settings(p);
+  const auto settings = gather_settings(p, arguments);
   if (!settings) return report_error(settings.error());
   return p.command->run(arguments, *settings);
 }

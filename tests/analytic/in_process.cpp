@@ -89,6 +89,7 @@ Bake bake(Scene scene, float texels_per_metre, uint32_t samples, TransportSettin
     }
     out.instance = instance_of(b.atlas, site);
     out.site = site;
+    out.coverage = static_cast<double>(site_points(b, site).size()) / 64;
     b.texels.push_back(out);
   }
   return b;

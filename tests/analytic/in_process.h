@@ -17,6 +17,7 @@ struct BakedTexel {
   Vec3 l0, l1[3];  // of basis sh_l1: RGB; l1[k] is the k-th axis
   bool inside;
   uint32_t instance, site;
+  double coverage;  // share of the texel that is surface
 };
 
 struct Bake {

@@ -1,3 +1,5 @@
+#include <fstream>
+
 #include "coordinator/encode/exr.h"
 
 namespace kiln {
@@ -33,6 +35,19 @@ TEST(Compare, DifferentSizesAndMissingFilesAreUsageErrors) {
   EXPECT_NE(compare(dir, "a.exr b.exr", 2).find("2x2 and 1x2"), std::string::npos);
   EXPECT_NE(compare(dir, "a.exr none.exr", 2).find("none.exr"), std::string::npos);
   compare(dir, "a.exr", 2);
+}
+
+TEST(JobFile, BesideTheSceneIsReadAndTheCommandLineOverridesIt) {
+  test::TempDir dir;
+  std::filesystem::copy_file(test::source_dir() / "tests/scenes/arcade/arcade.gltf",
+                             dir.path() / "room.gltf");
+  std::ofstream(dir.path() / "room.kiln.json") << R"({"error": -1})";
+  const std::string kiln = "cd '" + dir.path().string() + "' && '" +
+                           (test::binary_dir() / "bin/kiln").string() + "' plan room.gltf";
+  EXPECT_NE(test::run_command(kiln).output.find("room.kiln.json: --error -1"), std::string::npos);
+  std::ofstream(dir.path() / "other.json") << R"({"error": -2})";
+  EXPECT_NE(test::run_command(kiln + " --config other.json").output.find("other.json: --error -2"),
+            std::string::npos);
 }
 
 TEST(Help, EveryCommandHasAnExample) {

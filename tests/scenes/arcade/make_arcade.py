@@ -219,7 +219,7 @@ def main():
     for name in ("ashlar", "flags", "tiles", "plaster", "roof", "wood", "shutter", "leaves", "sign"):
         (folder / (name + ".png")).write_bytes(getattr(textures, name)())
     (folder / "sky.hdr").write_bytes(textures.sky(TO_SUN))
-    (folder / "arcade.json").write_text(PRESET)
+    (folder / "arcade.kiln.json").write_text(PRESET)
     print("%d triangles in %d nodes with a mesh" % (s.triangles, sum("mesh" in n for n in g.root["nodes"])))
 
 
