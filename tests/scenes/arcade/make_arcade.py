@@ -148,8 +148,9 @@ def bay(s, p, side, i, count, parent):
                        translation=[0, round(b.SPRING + b.R_VAULT - 0.001, 5), -b.THICK - b.CLEAR / 2])
         for m in p["lantern"]:
             s.put(m, hang)
+        # Below the lantern: a point light centimetres from a pane would make that pane a spark for stray paths.
         s.g.light("lantern %s %d" % (side, i), hang, {"type": "point", "color": [1, 0.62, 0.28], "intensity": 5},
-                  translation=[0, -0.93, 0])
+                  translation=[0, -1.25, 0])
     if (side, i) in VINES:
         s.put(things.vine("vine %d" % VINES[side, i], VINES[side, i]), parent, translation=[b.BAY / 2, 0, -b.THICK / 2])
 
