@@ -1,8 +1,4 @@
-#include <bit>
-
 #include "common/atlas/atlas.h"
-#include "common/atlas/site_points.h"
-#include "common/atlas/triangle2.h"
 #include "common/base/check.h"
 #include "common/base/format.h"
 
@@ -13,11 +9,6 @@ constexpr uint32_t kAtlasMagic = 0x41544c31;
 
 uint64_t mask64(uint32_t lo, uint32_t hi) {
   return lo | uint64_t{hi} << 32;
-}
-
-uint32_t nth_set_bit(uint64_t mask, uint32_t n) {
-  while (n--) mask &= mask - 1;
-  return static_cast<uint32_t>(std::countr_zero(mask));
 }
 
 // Checks one record; true if every pair is in range and every valid point is covered exactly once.
@@ -40,45 +31,6 @@ bool finite(const Vec2& v) {
 }
 
 }  // namespace
-
-Vec2 site_point(uint32_t j) {
-  return Vec2(DVec2(kSitePoints.x[j & 63], kSitePoints.y[j & 63]));
-}
-
-SitePick pick_site(const Atlas& atlas, const Scene& scene, uint32_t site, float u) {
-  const TexelSites& s = atlas.sites;
-  const uint32_t* record = s.words.data() + s.first_word[site];
-  const uint64_t valid = mask64(record[0], record[1]);
-  const uint32_t n = static_cast<uint32_t>(std::popcount(valid));
-  const uint32_t j = nth_set_bit(valid, std::min(static_cast<uint32_t>(n * u), n - 1));
-  const uint32_t* pair = record + 2;
-  while (!(mask64(pair[0], pair[1]) >> j & 1)) pair += 4;
-  SitePick pick{pair[2], pair[3], 0, 0};
-
-  const uint32_t mesh = scene.instances[pick.instance].mesh;
-  const MeshCharts& charts = atlas.meshes[mesh];
-  const ChartPlacement& place =
-      atlas.placements[atlas.instance_first_chart[pick.instance] + charts.chart_of_triangle[pick.triangle]];
-  const uint32_t texel = s.texel[site] % (atlas.width * atlas.height);
-  const Vec2 point = site_point(j);
-  const DVec2 p(double(texel % atlas.width) + point.x, double(texel / atlas.width) + point.y);
-  const Triangle2 t = texel_triangle(charts, place, pick.triangle);
-  const double whole = area2(t);
-  if (whole == 0) {
-    pick.b1 = pick.b2 = 1.0f / 3.0f;
-    return pick;
-  }
-  double b1 = std::clamp(area2(t.c[2], t.c[0], p) / whole, 0.0, 1.0);
-  double b2 = std::clamp(area2(t.c[0], t.c[1], p) / whole, 0.0, 1.0);
-  if (b1 + b2 > 1) {
-    const double sum = b1 + b2;
-    b1 /= sum;
-    b2 /= sum;
-  }
-  pick.b1 = static_cast<float>(b1);
-  pick.b2 = static_cast<float>(b2);
-  return pick;
-}
 
 Bytes write_atlas(const Atlas& atlas) {
   ByteWriter w;

@@ -80,6 +80,7 @@ constexpr uint64_t reverse_halves(uint64_t x) {
 // strategy renumbers nothing else: see docs/maths.md for the allotment. Numbers nobody asks for cost nothing.
 class SampleStream {
  public:
+  SampleStream() : SampleStream(0, 0, 0) {}
   SampleStream(uint64_t job_seed, uint32_t texel, uint32_t sample)
       : key_(mix_bits(mix_bits(job_seed) ^ texel)), sample_(sample), reversed_(reverse_bits(sample)) {}
 

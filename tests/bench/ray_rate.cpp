@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "common/atlas/atlas.h"
+#include "common/atlas/site_picker.h"
 #include "common/base/clock.h"
 #include "common/base/format.h"
 #include "coordinator/import/import.h"
@@ -51,16 +52,23 @@ double run_integrator(const Workload& w, const Tracer& tracer) {
   const PathIntegrator integrator(w.surfaces, tracer, w.lights, w.settings);
   constexpr size_t kTexels = 4096, kRun = 64;
   const size_t runs = kTexels / kRun, stride = std::max<size_t>(kRun, w.atlas.sites.size() / runs);
+  PathIntegrator::Task tasks[PathIntegrator::kBatch];
   double sum = 0;
   for (size_t begin = 0; begin < w.atlas.sites.size(); begin += stride)
-    for (size_t site = begin; site < std::min(begin + kRun, w.atlas.sites.size()); ++site)
-      for (uint32_t i = 0; i < w.samples; ++i) {
-        const SampleStream stream(0, w.atlas.sites.texel[site], i);
-        const SitePick p = pick_site(w.atlas, w.surfaces.scene(), static_cast<uint32_t>(site), stream.single(0));
-        Splats splats;
-        integrator.sample(w.surfaces.at(p.instance, p.triangle, p.b1, p.b2), stream, splats);
-        for (int k = 0; k < splats.count; ++k) sum += splats.items[k].contribution.x;
+    for (size_t site = begin; site < std::min(begin + kRun, w.atlas.sites.size()); ++site) {
+      SitePicker picker(w.atlas, w.surfaces.scene(), static_cast<uint32_t>(site));
+      for (uint32_t i = 0; i < w.samples; i += PathIntegrator::kBatch) {
+        const size_t count = std::min<size_t>(PathIntegrator::kBatch, w.samples - i);
+        for (uint32_t k = 0; k < count; ++k) {
+          const SampleStream stream(0, w.atlas.sites.texel[site], i + k);
+          const SitePick p = picker.pick(stream.single(0));
+          tasks[k] = {w.surfaces.at(p.instance, p.triangle, p.b1, p.b2), stream, {}};
+        }
+        integrator.sample(std::span(tasks, count));
+        for (size_t t = 0; t < count; ++t)
+          for (int k = 0; k < tasks[t].splats.count; ++k) sum += tasks[t].splats.items[k].contribution.x;
       }
+    }
   return sum;
 }
 

@@ -1,5 +1,6 @@
 #include "worker/bake/baker.h"
 
+#include "common/atlas/site_picker.h"
 #include "common/base/clock.h"
 #include "common/base/format.h"
 #include "common/base/hash.h"
@@ -36,8 +37,10 @@ class PathBaker final : public Baker {
                                                    atlas_.sites.size()));
       film.clear();
       const uint32_t texel = atlas_.sites.texel[site];
-      for (uint32_t i = unit.first_sample; i != unit.first_sample + unit.sample_count; ++i)
-        sample(integrator, site, texel, i, film, result);
+      SitePicker picker(atlas_, surfaces_->scene(), site);
+      for (uint32_t done = 0; done < unit.sample_count; done += kBatch)
+        sample(integrator, picker, texel, unit.first_sample + done, std::min(kBatch, unit.sample_count - done), film,
+               result);
       result.moments.insert(result.moments.end(), film.sums().begin(), film.sums().begin() + film.planes());
     }
     result.seconds = watch.seconds();
@@ -45,17 +48,24 @@ class PathBaker final : public Baker {
   }
 
  private:
-  void sample(const PathIntegrator& integrator, uint32_t site, uint32_t texel, uint32_t index, Film& film,
-              UnitResult& result) const {
-    const SampleStream stream(settings_.seed, texel, index);
-    const SitePick pick = pick_site(atlas_, surfaces_->scene(), site, stream.single(0));
-    const SurfacePoint receiver = surfaces_->at(pick.instance, pick.triangle, pick.b1, pick.b2);
-    Splats splats;
-    integrator.sample(receiver, stream, splats);
-    result.rays += splats.rays;
-    if (!film.add(splats, receiver.ns) && result.nonfinite++ == 0) {
-      result.nonfinite_texel = texel;
-      result.nonfinite_sample = index;
+  static constexpr uint32_t kBatch = PathIntegrator::kBatch;
+
+  // Samples [first, first + count) of one texel, added in their order.
+  void sample(const PathIntegrator& integrator, SitePicker& picker, uint32_t texel, uint32_t first, uint32_t count,
+              Film& film, UnitResult& result) const {
+    PathIntegrator::Task tasks[kBatch];
+    for (uint32_t i = 0; i < count; ++i) {
+      const SampleStream stream(settings_.seed, texel, first + i);
+      const SitePick pick = picker.pick(stream.single(0));
+      tasks[i] = {surfaces_->at(pick.instance, pick.triangle, pick.b1, pick.b2), stream, {}};
+    }
+    integrator.sample(std::span(tasks, count));
+    for (uint32_t i = 0; i < count; ++i) {
+      result.rays += tasks[i].splats.rays;
+      if (!film.add(tasks[i].splats, tasks[i].receiver.ns) && result.nonfinite++ == 0) {
+        result.nonfinite_texel = texel;
+        result.nonfinite_sample = first + i;
+      }
     }
   }
 

@@ -55,9 +55,9 @@ Expected<std::string> numeric_class(const std::string& isa) {
   const PathIntegrator integrator(*surfaces, *tracer, lights, settings);
   Sha256 hash;
   for (uint32_t i = 0; i < 64; ++i) {
-    const SurfacePoint at = surfaces->at(0, 4 * i, 0.25f, 0.5f);
-    Splats splats;
-    integrator.sample(at, SampleStream(1, i, i), splats);
+    PathIntegrator::Task task{surfaces->at(0, 4 * i, 0.25f, 0.5f), SampleStream(1, i, i), {}};
+    integrator.sample(std::span(&task, 1));
+    const Splats& splats = task.splats;
     for (int k = 0; k < splats.count; ++k)
       hash.add(std::as_bytes(std::span(&splats.items[k], 1)));
   }

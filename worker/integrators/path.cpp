@@ -89,66 +89,123 @@ Vec3 PathIntegrator::missed(const Vec3& direction, float pdf, uint32_t bounces) 
   return environment.radiance(direction) * (pdf / (pdf + environment.pdf(direction)));
 }
 
-Vec3 PathIntegrator::incoming(const SurfacePoint& receiver, Vec3 direction, float pdf,
-                              const SampleStream& stream, Splats& out) const {
-  Vec3 sum(0.0f), throughput(1.0f);
-  Vec3 from = receiver.position;
-  Vec3 origin = offset_origin(receiver.position, receiver.ng, receiver.error);
-  for (uint32_t bounces = 0;; ++bounces) {
-    ++out.rays;
-    const Hit hit = tracer_.intersect({origin, direction}, stream.bits(dimension(bounces, kDirection)));
-    if (!hit.valid()) return sum + throughput * missed(direction, pdf, bounces);
-    SurfacePoint at = surfaces_.at(hit.instance, hit.triangle, hit.b1, hit.b2);
-    const SurfaceKind& kind = surfaces_.kind(hit.instance);
-    if (dot(direction, at.ng) > 0.0f) {  // a back face
-      if (!kind.double_sided) {
-        if (bounces == 0) out.inside = true;
-        return sum;
-      }
-      at.ng = -at.ng;
-      at.ns = -at.ns;
-    }
-    if (kind.emissive && counts(bounces))
-      sum += throughput * emitted(from, hit, at, *kind.material, direction, pdf);
-    if (bounces >= settings_.max_bounces || !settings_.indirect) return sum;
+// A path on its way from a texel, of which `throughput` has not been gathered yet.
+struct PathIntegrator::Path {
+  Task* task;
+  Vec3 from, origin, direction;  // the last vertex; `origin` is offset
+  Vec3 throughput, sum;
+  float pdf;  // of direction
+  Vec3 first_direction;
+  float first_pdf;
+  uint32_t bounces;
+  Hit hit;
+  SurfacePoint at;
+};
 
-    if (dot(direction, at.ns) >= 0.0f) at.ns = at.ng;  // seen from below the shading horizon
-    const Frame frame(at.ns);
-    const SeenBsdf bsdf(bsdf_at(*kind.material, at.attributes), frame.to_local(-direction));
-    const Vertex vertex{at, &bsdf, frame};
-    Vec3 reflected(0.0f);
-    direct(vertex, stream, bounces + 1, out, &reflected);
-    sum += throughput * reflected;
-
-    const bool roulette = bounces + 1 >= kRouletteAfter;
-    const Vec2 layer =
-        roulette || bsdf.wants_layer() ? stream.pair(dimension(bounces + 1, kLayer)) : Vec2(0.0f);
-    const BsdfSample s = bsdf.sample(layer.x, stream.pair(dimension(bounces + 1, kDirection)));
-    if (!(max_component(s.weight) > 0.0f)) return sum;
-    direction = frame.to_world(s.direction);
-    if (dot(direction, at.ng) <= 0.0f) return sum;  // nothing leaks through the surface itself
-    throughput *= s.weight;
-    if (roulette) {
-      const float survival = std::min(1.0f, max_component(throughput));
-      if (layer.y >= survival) return sum;
-      throughput /= survival;
-    }
-    pdf = s.pdf;
-    from = at.position;
-    origin = vertex.origin();
-  }
+bool PathIntegrator::start(Path& path, Task& task) const {
+  const SurfacePoint& receiver = task.receiver;
+  const Vertex texel{receiver, nullptr, Frame(receiver.ns)};
+  if (settings_.direct) direct(texel, task.stream, 0, task.splats, nullptr);
+  const Vec3 local = mixed_hemisphere(task.stream.pair(dimension(0, kDirection)));
+  path.direction = texel.frame.to_world(local);
+  if (dot(path.direction, receiver.ng) <= 0.0f) return false;  // below the surface: no light arrives from there
+  path.task = &task;
+  path.from = receiver.position;
+  path.origin = texel.origin();
+  path.throughput = Vec3(1.0f);
+  path.sum = Vec3(0.0f);
+  path.bounces = 0;
+  path.first_direction = path.direction;
+  path.first_pdf = path.pdf = mixed_hemisphere_pdf(local.z);
+  return true;
 }
 
-void PathIntegrator::sample(const SurfacePoint& receiver, const SampleStream& stream, Splats& out) const {
-  const Vertex texel{receiver, nullptr, Frame(receiver.ns)};
-  if (settings_.direct) direct(texel, stream, 0, out, nullptr);
-  const Vec3 local = mixed_hemisphere(stream.pair(dimension(0, kDirection)));
-  const Vec3 direction = texel.frame.to_world(local);
-  if (dot(direction, receiver.ng) <= 0.0f) return;  // below the surface: no light arrives from there
-  const float density = mixed_hemisphere_pdf(local.z);
-  const Vec3 radiance = incoming(receiver, direction, density, stream, out);
-  // Written so that NaN passes: the film counts it.
-  if (!(max_component(radiance) <= 0.0f)) out.add(direction, radiance / density);
+void PathIntegrator::trace(Path& p) const {
+  ++p.task->splats.rays;
+  p.hit = tracer_.intersect({p.origin, p.direction}, p.task->stream.bits(dimension(p.bounces, kDirection)));
+  if (p.hit.valid()) surfaces_.prefetch(p.hit.instance, p.hit.triangle);
+}
+
+// The point that was hit; false if the path ends there or has missed.
+bool PathIntegrator::arrive(Path& p) const {
+  const Hit& hit = p.hit;
+  if (!hit.valid()) {
+    p.sum += p.throughput * missed(p.direction, p.pdf, p.bounces);
+    return false;
+  }
+  p.at = surfaces_.at(hit.instance, hit.triangle, hit.b1, hit.b2);
+  const SurfaceKind& kind = surfaces_.kind(hit.instance);
+  if (dot(p.direction, p.at.ng) > 0.0f) {  // a back face
+    if (!kind.double_sided) {
+      if (p.bounces == 0) p.task->splats.inside = true;
+      return false;
+    }
+    p.at.ng = -p.at.ng;
+    p.at.ns = -p.at.ns;
+  }
+  if (kind.emissive && counts(p.bounces))
+    p.sum += p.throughput * emitted(p.from, hit, p.at, *kind.material, p.direction, p.pdf);
+  if (p.bounces >= settings_.max_bounces || !settings_.indirect) return false;
+  if (kind.textured) prefetch_textures(*kind.material, p.at.attributes);
+  return true;
+}
+
+// Gathers light at the point and chooses where the path goes on, if it does.
+bool PathIntegrator::continues(Path& p) const {
+  SurfacePoint& at = p.at;
+  const SampleStream& stream = p.task->stream;
+  const uint32_t bounces = p.bounces + 1;
+  if (dot(p.direction, at.ns) >= 0.0f) at.ns = at.ng;  // seen from below the shading horizon
+  const Frame frame(at.ns);
+  const SeenBsdf bsdf(bsdf_at(*surfaces_.kind(p.hit.instance).material, at.attributes),
+                      frame.to_local(-p.direction));
+  const Vertex vertex{at, &bsdf, frame};
+  Vec3 reflected(0.0f);
+  direct(vertex, stream, bounces, p.task->splats, &reflected);
+  p.sum += p.throughput * reflected;
+
+  const bool roulette = bounces >= kRouletteAfter;
+  const Vec2 layer = roulette || bsdf.wants_layer() ? stream.pair(dimension(bounces, kLayer)) : Vec2(0.0f);
+  const BsdfSample s = bsdf.sample(layer.x, stream.pair(dimension(bounces, kDirection)));
+  if (!(max_component(s.weight) > 0.0f)) return false;
+  p.direction = frame.to_world(s.direction);
+  if (dot(p.direction, at.ng) <= 0.0f) return false;  // nothing leaks through the surface itself
+  p.throughput *= s.weight;
+  if (roulette) {
+    const float survival = std::min(1.0f, max_component(p.throughput));
+    if (layer.y >= survival) return false;
+    p.throughput /= survival;
+  }
+  p.pdf = s.pdf;
+  p.from = at.position;
+  p.origin = vertex.origin();
+  p.bounces = bounces;
+  return true;
+}
+
+void PathIntegrator::sample(std::span<Task> tasks) const {
+  Path paths[kBatch];
+  size_t live[kBatch];
+  size_t count = 0;
+  for (size_t i = 0; i < tasks.size(); ++i)
+    if (start(paths[i], tasks[i])) live[count++] = i;
+  const auto keep = [&](const auto& step) {
+    size_t kept = 0;
+    for (size_t k = 0; k < count; ++k) {
+      Path& path = paths[live[k]];
+      if (step(path)) {
+        live[kept++] = live[k];
+      } else if (!(max_component(path.sum) <= 0.0f)) {  // so that NaN passes: the film counts it
+        path.task->splats.add(path.first_direction, path.sum / path.first_pdf);
+      }
+    }
+    count = kept;
+  };
+  while (count) {
+    for (size_t k = 0; k < count; ++k) trace(paths[live[k]]);
+    keep([this](Path& p) { return arrive(p); });
+    keep([this](Path& p) { return continues(p); });
+  }
 }
 
 }  // namespace kiln

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 
 #include "common/job/unit.h"
 #include "common/math/sequence.h"
@@ -34,15 +35,26 @@ class PathIntegrator {
                  const TransportSettings& settings)
       : surfaces_(surfaces), tracer_(tracer), lights_(lights), settings_(settings) {}
 
-  // One sample of the light that arrives at `receiver`.
-  void sample(const SurfacePoint& receiver, const SampleStream& stream, Splats& out) const;
+  // One sample of the light that arrives at a surface point.
+  struct Task {
+    SurfacePoint receiver;
+    SampleStream stream;
+    Splats splats;
+  };
+  // Samples that go through the scene side by side: while one waits for memory the others are worked on.
+  // What a sample gives does not depend on which others share its batch.
+  static constexpr size_t kBatch = 16;
+  void sample(std::span<Task> tasks) const;  // at most kBatch
 
  private:
   struct Vertex;
+  struct Path;
   void direct(const Vertex& v, const SampleStream& stream, uint32_t bounces, Splats& out, Vec3* reflected) const;
   void light(const Vertex& v, const LightSample& s, uint32_t bounces, Splats& out, Vec3* reflected) const;
-  Vec3 incoming(const SurfacePoint& receiver, Vec3 direction, float pdf, const SampleStream& stream,
-                Splats& out) const;
+  bool start(Path& path, Task& task) const;
+  void trace(Path& path) const;
+  bool arrive(Path& path) const;
+  bool continues(Path& path) const;
   // Radiance of an emissive surface or the environment, met along `direction` that was sampled with `pdf`;
   // weighted against light sampling.
   Vec3 emitted(const Vec3& from, const Hit& hit, const SurfacePoint& at, const Material& material,

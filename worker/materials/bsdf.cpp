@@ -1,7 +1,7 @@
 // Lambert + GGX as glTF 2.0 appendix B mixes them: f = (1 - F) diffuse/pi + F D G2 / (4 cos cos), with
 // Schlick's F at the half vector, so that the sum is reciprocal and reflects no more than it receives.
-// Heitz 2014, Understanding the Masking-Shadowing Function (height-correlated Smith), and Heitz 2018,
-// Sampling the GGX Distribution of Visible Normals, JCGT 7(4), listing 1. Departure: isotropic only.
+// Heitz 2014, Understanding the Masking-Shadowing Function (height-correlated Smith), and Dupuy & Benyoub
+// 2023, Sampling Visible GGX Normals with Spherical Caps, CGF 42(8), listing 3. Departure: isotropic only.
 #include "worker/materials/bsdf.h"
 
 namespace kiln {
@@ -25,17 +25,11 @@ float smith(float cos, float alpha) {
   return std::sqrt(a2 + (1.0f - a2) * cos * cos);
 }
 
+// Dupuy & Benyoub 2023: in the stretched space where the surface is a hemisphere, the reflections of wo off
+// its visible normals fill a cap uniformly.
 Vec3 sample_visible_normal(const Vec3& wo, float alpha, const Vec2& u) {
   const Vec3 v = normalize_or(Vec3(alpha * wo.x, alpha * wo.y, wo.z), Vec3(0, 0, 1));
-  const float side = v.x * v.x + v.y * v.y;
-  const Vec3 t1 = side > 0 ? Vec3(-v.y, v.x, 0) / std::sqrt(side) : Vec3(1, 0, 0);
-  const Vec3 t2 = cross(v, t1);
-  const float r = std::sqrt(u.x);
-  const SinCos a = sincos_turns(u.y);
-  const float p1 = r * a.cos;
-  const float s = 0.5f * (1.0f + v.z);
-  const float p2 = (1.0f - s) * std::sqrt(std::max(0.0f, 1.0f - p1 * p1)) + s * (r * a.sin);
-  const Vec3 n = t1 * p1 + t2 * p2 + v * std::sqrt(std::max(0.0f, 1.0f - p1 * p1 - p2 * p2));
+  const Vec3 n = v + spherical(1.0f - u.x * (1.0f + v.z), u.y);
   return normalize_or(Vec3(alpha * n.x, alpha * n.y, std::max(1e-6f, n.z)), Vec3(0, 0, 1));
 }
 

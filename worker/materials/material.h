@@ -27,6 +27,7 @@ concept IsMaterial = requires(const M m, const Attributes& a, RecordReader& r, c
   { m.is_opaque() } -> std::same_as<bool>;
   { m.is_emissive() } -> std::same_as<bool>;
   { m.double_sided() } -> std::same_as<bool>;
+  { m.prefetch(a) };  // says that bsdf(a) comes soon
   { m.reads_uv(0u) } -> std::same_as<bool>;  // of a TEXCOORD set
 };
 static_assert(IsMaterial<MetallicRoughness> && IsMaterial<Unlit>);
@@ -54,6 +55,9 @@ inline bool is_double_sided(const Material& m) {
 }
 inline bool reads_uv(const Material& m, uint32_t set) {
   return std::visit([&](const auto& x) { return x.reads_uv(set); }, m);
+}
+inline void prefetch_textures(const Material& m, const Attributes& a) {
+  std::visit([&](const auto& x) { x.prefetch(a); }, m);
 }
 
 }  // namespace kiln

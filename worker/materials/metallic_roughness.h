@@ -17,6 +17,10 @@ class MetallicRoughness {
   bool is_opaque() const { return alpha_.mode == AlphaMode::kOpaque; }
   bool is_emissive() const { return max_component(emission_) > 0.0f; }
   bool double_sided() const { return double_sided_; }
+  void prefetch(const Attributes& a) const {
+    if (base_texture_) base_texture_.prefetch(a.uv);
+    if (metallic_roughness_texture_) metallic_roughness_texture_.prefetch(a.uv);
+  }
   bool reads_uv(uint32_t set) const {
     return base_texture_.reads_uv(set) || metallic_roughness_texture_.reads_uv(set) ||
            emission_texture_.reads_uv(set);

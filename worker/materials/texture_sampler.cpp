@@ -57,6 +57,7 @@ TextureSampler::TextureSampler(const Scene& scene, const TextureUse& use) : use_
   if (use.texture < 0) return;
   texture_ = &scene.textures[use.texture];
   texels_ = texture_->texels.data();
+  texel_bytes_ = texture_->texel_bytes();
   width_ = static_cast<int>(texture_->width);
   height_ = static_cast<int>(texture_->height);
   if (texture_->format == TexelFormat::kSrgb8) decode_ = byte_tables().srgb.data();
@@ -70,18 +71,6 @@ TextureSampler::Point TextureSampler::place(const Vec2 (&uv)[2]) const {
   return {wrapped(u, width_, texture_->wrap_s), wrapped(v, height_, texture_->wrap_t)};
 }
 
-Vec3 TextureSampler::color_texel(size_t index) const {
-  const uint32_t channels = texture_->channels;
-  const bool gray = channels < 3;
-  if (decode_) {
-    const auto* t = reinterpret_cast<const uint8_t*>(texels_) + index * channels;
-    return gray ? Vec3(decode_[t[0]]) : Vec3(decode_[t[0]], decode_[t[1]], decode_[t[2]]);
-  }
-  float c[3];
-  std::memcpy(c, texels_ + index * channels * sizeof(float), (gray ? 1 : 3) * sizeof(float));
-  return gray ? Vec3(c[0]) : Vec3(c[0], c[1], c[2]);
-}
-
 float TextureSampler::alpha_texel(size_t index) const {
   const uint32_t channels = texture_->channels;
   const size_t i = index * channels + channels - 1;
@@ -91,7 +80,7 @@ float TextureSampler::alpha_texel(size_t index) const {
   return a;
 }
 
-Vec3 TextureSampler::color(const Vec2 (&uv)[2]) const {
+size_t TextureSampler::color_index(const Vec2 (&uv)[2]) const {
   Point p = place(uv);
   if (!texture_->nearest) {
     const uint64_t h =
@@ -100,7 +89,19 @@ Vec3 TextureSampler::color(const Vec2 (&uv)[2]) const {
     p.y += unit_float(static_cast<uint32_t>(h)) - 0.5f;
   }
   const int x = edge(floor_int(p.x), width_, texture_->wrap_s), y = edge(floor_int(p.y), height_, texture_->wrap_t);
-  return color_texel(static_cast<size_t>(y) * static_cast<size_t>(width_) + static_cast<size_t>(x));
+  return static_cast<size_t>(y) * static_cast<size_t>(width_) + static_cast<size_t>(x);
+}
+
+Vec3 TextureSampler::color(const Vec2 (&uv)[2]) const {
+  const std::byte* texel = texels_ + color_index(uv) * texel_bytes_;
+  const bool gray = texture_->channels < 3;
+  if (decode_) {
+    const auto* t = reinterpret_cast<const uint8_t*>(texel);
+    return gray ? Vec3(decode_[t[0]]) : Vec3(decode_[t[0]], decode_[t[1]], decode_[t[2]]);
+  }
+  float c[3];
+  std::memcpy(c, texel, (gray ? 1 : 3) * sizeof(float));
+  return gray ? Vec3(c[0]) : Vec3(c[0], c[1], c[2]);
 }
 
 float TextureSampler::alpha(const Vec2 (&uv)[2]) const {

@@ -16,6 +16,8 @@ class TextureSampler {
   // proportion to its bilinear weight by a hash of the coordinates: a dither far below a texel's size whose
   // mean is the bilinear filter's, for a quarter of its memory traffic.
   Vec3 color(const Vec2 (&uv)[2]) const;
+  // Asks memory for the texel that color() will read.
+  void prefetch(const Vec2 (&uv)[2]) const { __builtin_prefetch(texels_ + color_index(uv) * texel_bytes_); }
   // The alpha channel, filtered bilinearly since a cutoff is not linear; 1 where there is none.
   float alpha(const Vec2 (&uv)[2]) const;
 
@@ -24,12 +26,13 @@ class TextureSampler {
     float x, y;  // in texels; within [0, size], wrapped already
   };
   Point place(const Vec2 (&uv)[2]) const;
-  Vec3 color_texel(size_t index) const;
+  size_t color_index(const Vec2 (&uv)[2]) const;
   float alpha_texel(size_t index) const;
 
   const Texture* texture_ = nullptr;
   const std::byte* texels_ = nullptr;
   const float* decode_ = nullptr;  // by byte; null: texels are floats
+  size_t texel_bytes_ = 0;
   int width_ = 0, height_ = 0;
   TextureUse use_;
 };

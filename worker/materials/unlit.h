@@ -31,6 +31,7 @@ class Unlit {
   bool is_opaque() const { return alpha_.mode == AlphaMode::kOpaque; }
   bool is_emissive() const { return max_component(Vec3(base_color_)) > 0.0f; }
   bool double_sided() const { return double_sided_; }
+  void prefetch(const Attributes&) const {}  // bsdf() reads no texture
   bool reads_uv(uint32_t set) const { return texture_.reads_uv(set); }
 
  private:

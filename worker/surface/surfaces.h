@@ -34,6 +34,12 @@ class Surfaces final : public Opacity {
   const Material& material(uint32_t instance) const { return *kinds_[instance].material; }
   const SurfaceKind& kind(uint32_t instance) const { return kinds_[instance]; }
 
+  // Says that at() will be asked for this triangle soon.
+  void prefetch(uint32_t instance, uint32_t triangle) const {
+    const Face* face = kinds_[instance].faces + triangle;
+    __builtin_prefetch(face);
+    __builtin_prefetch(&face->n);
+  }
   SurfacePoint at(uint32_t instance, uint32_t triangle, float b1, float b2) const;
   Attributes attributes(uint32_t instance, uint32_t triangle, float b1, float b2) const;
   // World-space corners.

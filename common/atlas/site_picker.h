@@ -1,0 +1,30 @@
+// Surface points of one texel, for many samples of it: what all of them share is found once.
+#pragma once
+
+#include "common/atlas/atlas.h"
+#include "common/atlas/triangle2.h"
+
+namespace kiln {
+
+class SitePicker {
+ public:
+  // `atlas` and `scene` outlive the picker.
+  SitePicker(const Atlas& atlas, const Scene& scene, uint32_t site);
+  // As pick_site(atlas, scene, site, u), bit for bit.
+  SitePick pick(float u);
+
+ private:
+  void enter(const uint32_t* pair);
+
+  const Atlas& atlas_;
+  const Scene& scene_;
+  const uint32_t* pairs_;           // of the site's record
+  const uint32_t* entered_ = nullptr;  // the pair whose triangle the members below are of
+  Triangle2 corners_;
+  double whole_ = 0;
+  double x_, y_;  // of the texel
+  uint32_t count_ = 0;
+  uint8_t points_[64];  // the valid ones
+};
+
+}  // namespace kiln
