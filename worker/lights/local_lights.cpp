@@ -39,7 +39,8 @@ void LocalLights::add_emitters(const Surfaces& s, uint32_t instance) {
     const Vec3 centre = (p[0] + p[1] + p[2]) / 3.0f;
     float radius2 = 0;
     for (const Vec3& corner : p) radius2 = std::max(radius2, dot(corner - centre, corner - centre));
-    triangles_.push_back({instance, t, centre, radius2, area, mean * area * kPi * (both_sides ? 2.0f : 1.0f)});
+    const float power = mean * area * kPi * (both_sides ? 2.0f : 1.0f);
+    triangles_.push_back({instance, t, centre, radius2, area, power, power * (0.25f * kInvPi)});
   }
 }
 
@@ -58,10 +59,11 @@ float LocalLights::importance(size_t light, const Vec3& p) const {
     return luminance(std::visit([&](const auto& x) { return x.irradiance(p); }, punctual_[light]));
   const Emitter& e = triangles_[light - punctual_.size()];
   const Vec3 d = e.centre - p;
-  return e.power * (0.25f * kInvPi) / (dot(d, d) + e.radius2);
+  return e.strength / (dot(d, d) + e.radius2);
 }
 
 std::pair<uint32_t, float> LocalLights::choose(const Vec3& p, float u) const {
+  if (size() == 1 && punctual_.empty()) return {0, 1.0f};
   if (size() > kFew) {
     const auto draw = by_power_.sample(u);
     return {draw.index, by_power_.probability(draw.index)};
@@ -82,6 +84,7 @@ std::pair<uint32_t, float> LocalLights::choose(const Vec3& p, float u) const {
 }
 
 float LocalLights::probability(size_t light, const Vec3& p) const {
+  if (size() == 1 && punctual_.empty()) return 1.0f;
   if (size() > kFew) return by_power_.probability(static_cast<uint32_t>(light));
   float total = 0;
   for (size_t i = 0; i < size(); ++i) total += importance(i, p);

@@ -35,6 +35,7 @@ class LocalLights {
     uint32_t instance, triangle;
     Vec3 centre;
     float radius2, area, power;
+    float strength;  // power / 4 pi
   };
   void add_emitters(const Surfaces& surfaces, uint32_t instance);
   float importance(size_t light, const Vec3& p) const;
