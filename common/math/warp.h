@@ -13,7 +13,9 @@ inline Vec3 spherical(float z, float turns) {
 }
 
 // Cosine-weighted hemisphere around +z; pdf = z / pi per steradian.
-inline Vec3 cosine_hemisphere(const Vec2& u) { return spherical(std::sqrt(1.0f - u.x), u.y); }
+inline Vec3 cosine_hemisphere(const Vec2& u) {
+  return spherical(std::sqrt(1.0f - u.x), u.y);
+}
 
 // The primary density of a texel: half uniform, half cosine over the hemisphere around +z, in one smooth
 // warp. pdf = (1 + 2 z) / (4 pi). Reason: the L0 and L1 moments want uniform directions, E wants the
@@ -23,7 +25,9 @@ inline Vec3 mixed_hemisphere(const Vec2& u) {
   const float z = 4.0f * u.x / (1.0f + std::sqrt(1.0f + 8.0f * u.x));
   return spherical(std::min(z, 1.0f), u.y);
 }
-inline float mixed_hemisphere_pdf(float z) { return z > 0.0f ? (1.0f + 2.0f * z) * (0.25f * kInvPi) : 0.0f; }
+inline float mixed_hemisphere_pdf(float z) {
+  return z > 0.0f ? (1.0f + 2.0f * z) * (0.25f * kInvPi) : 0.0f;
+}
 
 // Uniform in a cone around +z with 1 - cos(half angle) = h; pdf = 1 / (2 pi h).
 inline Vec3 uniform_cone(const Vec2& u, float h) {

@@ -1,6 +1,4 @@
 // A closed room of albedo 0.5 whose walls emit 1: E = pi (1 + 1/2 + 1/4 + ...).
-#include <bit>
-
 #include "tests/analytic/in_process.h"
 #include "tests/analytic/scene_maker.h"
 

@@ -11,7 +11,9 @@ namespace kiln::embree {
 
 #if RTC_VERSION_MAJOR >= 4
 using Context = RTCRayQueryContext;
-inline void init(Context& context) { rtcInitRayQueryContext(&context); }
+inline void init(Context& context) {
+  rtcInitRayQueryContext(&context);
+}
 inline void intersect(RTCScene scene, Context& context, RTCRayHit& rayhit) {
   RTCIntersectArguments args;
   rtcInitIntersectArguments(&args);
@@ -26,11 +28,15 @@ inline void occluded(RTCScene scene, Context& context, RTCRay& ray) {
 }
 #else
 using Context = RTCIntersectContext;
-inline void init(Context& context) { rtcInitIntersectContext(&context); }
+inline void init(Context& context) {
+  rtcInitIntersectContext(&context);
+}
 inline void intersect(RTCScene scene, Context& context, RTCRayHit& rayhit) {
   rtcIntersect1(scene, &context, &rayhit);
 }
-inline void occluded(RTCScene scene, Context& context, RTCRay& ray) { rtcOccluded1(scene, &context, &ray); }
+inline void occluded(RTCScene scene, Context& context, RTCRay& ray) {
+  rtcOccluded1(scene, &context, &ray);
+}
 #endif
 
 }  // namespace kiln::embree

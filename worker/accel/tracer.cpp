@@ -43,7 +43,8 @@ void filter_intersect(const RTCFilterFunctionNArguments* args) {
   const auto& context = *reinterpret_cast<const QueryContext*>(args->context);
   const float alpha = opacity_of(args);
   if (alpha >= 1.0f) return;
-  const uint32_t hash = hash_combine(hash_combine(context.key, instance_of(args)), RTCHitN_primID(args->hit, 1, 0));
+  const uint32_t hash =
+      hash_combine(hash_combine(context.key, instance_of(args)), RTCHitN_primID(args->hit, 1, 0));
   if (alpha <= 0.0f || unit_float(hash) >= alpha) args->valid[0] = 0;
 }
 
@@ -139,9 +140,10 @@ RTCScene EmbreeTracer::child(const Mesh& mesh, const Opacity* filter) {
 Status EmbreeTracer::build(const Scene& scene, const Opacity& opacity, const std::string& isa,
                            unsigned threads) {
   if (!processor_has(isa))
-    return fail(ErrorKind::kInvalidInput,
-                text("this processor has no {}: bake with another numeric class (--isa), or on another machine",
-                     isa));
+    return fail(
+        ErrorKind::kInvalidInput,
+        text("this processor has no {}: bake with another numeric class (--isa), or on another machine",
+             isa));
   device_ = rtcNewDevice(text("isa={},threads={},set_affinity=0", isa, threads).c_str());
   if (!device_) return fail(ErrorKind::kInternal, "Embree could not be started");
   rtcSetDeviceMemoryMonitorFunction(
@@ -177,8 +179,8 @@ Status EmbreeTracer::build(const Scene& scene, const Opacity& opacity, const std
   rtcCommitScene(root_);
   if (const RTCError error = rtcGetDeviceError(device_); error != RTC_ERROR_NONE)
     return fail(error == RTC_ERROR_OUT_OF_MEMORY ? ErrorKind::kNoSpace : ErrorKind::kInternal,
-                text("Embree could not build the scene (error {}); {} MiB were in use", static_cast<int>(error),
-                     memory_ >> 20));
+                text("Embree could not build the scene (error {}); {} MiB were in use",
+                     static_cast<int>(error), memory_ >> 20));
   return {};
 }
 

@@ -13,7 +13,7 @@
 namespace kiln {
 
 struct Ray {
-  Vec3 origin, direction;    // direction need not be unit
+  Vec3 origin, direction;  // direction need not be unit
   float far = 0x1.fffffep127f;
 };
 
@@ -50,6 +50,8 @@ class Tracer {
 
 // Origin of a ray that leaves a surface point on the side of n: moved by `error`, a bound on how far
 // rounding can put the point or the intersection off the surface. No scene-scale epsilon.
-inline Vec3 offset_origin(const Vec3& p, const Vec3& n, float error) { return p + n * error; }
+inline Vec3 offset_origin(const Vec3& p, const Vec3& n, float error) {
+  return p + n * error;
+}
 
 }  // namespace kiln

@@ -70,7 +70,7 @@ class Agent {
   std::string class_;               // of the job, once known
   std::unique_ptr<BakePool> pool_;  // present when the job is ready
   bool preparing_ = false;
-  std::optional<Job> waiting_job_;  // another job, until the threads are free
+  std::optional<Job> waiting_job_;   // another job, until the threads are free
   size_t running_ = 0;               // units taken and not yet done
   std::map<uint64_t, Result> kept_;  // by unit, until acknowledged
   std::jthread classifier_, preparer_;

@@ -34,7 +34,8 @@ Expected<Environment> Environment::create(const Record* record, const Scene& sce
     std::memcpy(&e.texels_[i], t.texels.data() + i * t.texel_bytes(), sizeof(Vec3));
     e.texels_[i] *= e.constant_;
     if (!is_finite(e.texels_[i]) || e.texels_[i].x < 0 || e.texels_[i].y < 0 || e.texels_[i].z < 0)
-      return fail(ErrorKind::kInvalidInput, text("environment image '{}' has a texel that is no radiance", t.name));
+      return fail(ErrorKind::kInvalidInput,
+                  text("environment image '{}' has a texel that is no radiance", t.name));
   }
   for (uint32_t y = 0; y <= t.height; ++y)
     e.row_cos_.push_back(sincos_turns(0.5f * static_cast<float>(y) / static_cast<float>(t.height)).cos);
@@ -59,7 +60,9 @@ size_t Environment::texel_of(const Vec3& d) const {
   return size_t{y} * width_ + x;
 }
 
-Vec3 Environment::radiance(const Vec3& d) const { return width_ ? texels_[texel_of(d)] : constant_; }
+Vec3 Environment::radiance(const Vec3& d) const {
+  return width_ ? texels_[texel_of(d)] : constant_;
+}
 
 float Environment::pdf(const Vec3& d) const {
   if (!wants_sampling()) return 0.0f;
@@ -78,8 +81,8 @@ LightSample Environment::sample(const Vec2& u) const {
   LightSample s;
   s.direction = Vec3(local.x, local.z, local.y);
   s.far = true;
-  const float solid_angle = 2.0f * kPi / static_cast<float>(width_) *
-                            (row_cos_[row.index] - row_cos_[row.index + 1]);
+  const float solid_angle =
+      2.0f * kPi / static_cast<float>(width_) * (row_cos_[row.index] - row_cos_[row.index + 1]);
   s.pdf = rows_.probability(row.index) * columns_[row.index].probability(column.index) / solid_angle;
   if (s.pdf > 0.0f) s.weight = texels_[size_t{row.index} * width_ + column.index] / s.pdf;
   s.indirect_only = indirect_only();

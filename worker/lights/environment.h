@@ -32,7 +32,7 @@ class Environment {
   std::vector<float> row_cos_;  // cosine to +y at the upper edge of each row, height + 1 of them
   DiscreteDistribution rows_;
   std::vector<DiscreteDistribution> columns_;  // by row
-  float turn_ = 0.0f;  // rotation about +Y in turns
+  float turn_ = 0.0f;                          // rotation about +Y in turns
   bool black_ = true;
   BakeMode bake_ = BakeMode::kFull;
 };

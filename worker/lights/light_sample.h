@@ -9,11 +9,11 @@ enum class BakeMode { kFull, kIndirect, kNone };
 
 // One choice of a light and a direction to it.
 struct LightSample {
-  Vec3 direction;         // unit, from the receiver to the light
-  Vec3 segment{0.0f};     // receiver + segment is just before the light, unless
-  bool far = false;       // the light is at infinity
-  Vec3 weight{0.0f};      // radiance / pdf; for delta lights irradiance on a facing surface / probability
-  float pdf = 0.0f;       // per steradian, with the choice of light; 0: delta, no other way to find it
+  Vec3 direction;      // unit, from the receiver to the light
+  Vec3 segment{0.0f};  // receiver + segment is just before the light, unless
+  bool far = false;    // the light is at infinity
+  Vec3 weight{0.0f};   // radiance / pdf; for delta lights irradiance on a facing surface / probability
+  float pdf = 0.0f;    // per steradian, with the choice of light; 0: delta, no other way to find it
   bool indirect_only = false;
 };
 

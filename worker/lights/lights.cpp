@@ -17,12 +17,14 @@ Expected<Lights> Lights::create(const Surfaces& surfaces, std::vector<std::strin
       lights.directional.add(r, record.to_world);
     } else if (record.type == Environment::kType) {
       if (environment)
-        return fail(ErrorKind::kInvalidInput, text("'{}' is a second environment; there can be one", record.name));
+        return fail(ErrorKind::kInvalidInput,
+                    text("'{}' is a second environment; there can be one", record.name));
       environment = &record;
       continue;  // reads and reports its own properties
     } else {
-      return fail(ErrorKind::kInvalidInput, text("light '{}' is of type '{}', which this worker does not know",
-                                                 record.name, record.type));
+      return fail(
+          ErrorKind::kInvalidInput,
+          text("light '{}' is of type '{}', which this worker does not know", record.name, record.type));
     }
     for (std::string& sentence : r.unread()) warnings.push_back(std::move(sentence));
   }

@@ -28,7 +28,9 @@ Vec3 PointLight::irradiance(const Vec3& p) const {
   return intensity_ * (window / d2);
 }
 
-float PointLight::power() const { return 4.0f * kPi * luminance(intensity_); }
+float PointLight::power() const {
+  return 4.0f * kPi * luminance(intensity_);
+}
 
 SpotLight SpotLight::parse(RecordReader& r, const Mat4x3& to_world) {
   SpotLight l;
@@ -51,8 +53,12 @@ float SpotLight::cone(const Vec3& p) const {
   return t * t;
 }
 
-Vec3 SpotLight::irradiance(const Vec3& p) const { return point_.irradiance(p) * cone(p); }
+Vec3 SpotLight::irradiance(const Vec3& p) const {
+  return point_.irradiance(p) * cone(p);
+}
 
-float SpotLight::power() const { return point_.power() * 0.5f * (1.0f - cos_outer_); }
+float SpotLight::power() const {
+  return point_.power() * 0.5f * (1.0f - cos_outer_);
+}
 
 }  // namespace kiln

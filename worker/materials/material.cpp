@@ -24,12 +24,14 @@ void try_roster(std::variant<M...>*, const Record& record, const Scene& scene, s
 
 }  // namespace
 
-Expected<Material> parse_material(const Record& record, const Scene& scene, std::vector<std::string>& warnings) {
+Expected<Material> parse_material(const Record& record, const Scene& scene,
+                                  std::vector<std::string>& warnings) {
   std::optional<Material> material;
   try_roster(static_cast<Material*>(nullptr), record, scene, material, warnings);
   if (!material)
-    return fail(ErrorKind::kInvalidInput,
-                text("material '{}' is of type '{}', which this worker does not know", record.name, record.type));
+    return fail(
+        ErrorKind::kInvalidInput,
+        text("material '{}' is of type '{}', which this worker does not know", record.name, record.type));
   return *material;
 }
 
