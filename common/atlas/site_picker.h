@@ -18,7 +18,7 @@ class SitePicker {
 
   const Atlas& atlas_;
   const Scene& scene_;
-  const uint32_t* pairs_;           // of the site's record
+  const uint32_t* pairs_;              // of the site's record
   const uint32_t* entered_ = nullptr;  // the pair whose triangle the members below are of
   Triangle2 corners_;
   double whole_ = 0;

@@ -58,7 +58,9 @@ constexpr uint32_t pascal_mod2(uint32_t x) {
 
 // 32 bits to (0, 1) in float: the middle of one of 2^23 equal cells. Neither 0 nor 1 ever comes out: at
 // 10^7 samples a second either would, and a warp may divide by it.
-constexpr float unit_float(uint32_t bits) { return (static_cast<float>(bits >> 9) + 0.5f) * 0x1p-23f; }
+constexpr float unit_float(uint32_t bits) {
+  return (static_cast<float>(bits >> 9) + 0.5f) * 0x1p-23f;
+}
 
 // A bijection of 64 bits: the finaliser of SplitMix64 (Steele, Lea & Flood 2014, variant 13 of Stafford).
 constexpr uint64_t mix_bits(uint64_t x) {
@@ -106,12 +108,16 @@ class SampleStream {
  private:
   // One mixed word a dimension: its halves scramble the order of points and the first number, the high half
   // of an odd multiple the second.
-  uint64_t seed_of(uint32_t dimension) const { return mix_bits(key_ + (dimension + 1) * 0x9e3779b97f4a7c15u); }
+  uint64_t seed_of(uint32_t dimension) const {
+    return mix_bits(key_ + (dimension + 1) * 0x9e3779b97f4a7c15u);
+  }
   uint32_t shuffled(uint64_t seed) const {
     return reverse_bits(laine_karras(reversed_, static_cast<uint32_t>(seed)));
   }
   static uint32_t first_scramble(uint64_t seed) { return static_cast<uint32_t>(seed >> 32); }
-  static uint32_t second_scramble(uint64_t seed) { return static_cast<uint32_t>(seed * 0xd1342543de82ef95u >> 32); }
+  static uint32_t second_scramble(uint64_t seed) {
+    return static_cast<uint32_t>(seed * 0xd1342543de82ef95u >> 32);
+  }
 
   uint64_t key_;
   uint32_t sample_, reversed_;

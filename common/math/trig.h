@@ -40,7 +40,8 @@ inline float atan2_turns(float y, float x) {
   const double q = 0.41421356237309504880;
   const double u = (r - q) / (1 + r * q), u2 = u * u;
   const double p =
-      u * (1 + u2 * (-1.0 / 3 + u2 * (1.0 / 5 + u2 * (-1.0 / 7 + u2 * (1.0 / 9 + u2 * (-1.0 / 11 + u2 / 13))))));
+      u *
+      (1 + u2 * (-1.0 / 3 + u2 * (1.0 / 5 + u2 * (-1.0 / 7 + u2 * (1.0 / 9 + u2 * (-1.0 / 11 + u2 / 13))))));
   double turns = 0.0625 + p * 0.15915494309189533577;
   if (ay > ax) turns = 0.25 - turns;
   if (x < 0) turns = 0.5 - turns;

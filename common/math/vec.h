@@ -1,6 +1,8 @@
 // The only GLM include. Scalar code, no SIMD types: the layout is the stored layout.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
@@ -8,9 +10,6 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
-
-#include <algorithm>
-#include <cmath>
 
 namespace kiln {
 
@@ -32,7 +31,9 @@ inline Vec3 transform_point(const Mat4x3& m, const Vec3& p) {
 inline Vec3 transform_vector(const Mat4x3& m, const Vec3& v) {
   return m[0] * v.x + m[1] * v.y + m[2] * v.z;
 }
-inline float determinant(const Mat4x3& m) { return dot(m[0], cross(m[1], m[2])); }
+inline float determinant(const Mat4x3& m) {
+  return dot(m[0], cross(m[1], m[2]));
+}
 // Cofactor matrix times n: the direction of a transformed normal (not unit). Times the sign of the
 // determinant it stays on the outer side under mirroring.
 inline Vec3 transform_normal(const Mat4x3& m, const Vec3& n) {
@@ -52,9 +53,13 @@ inline Vec3 normalize_or(const Vec3& v, const Vec3& fallback) {
 inline bool is_finite(const Vec3& v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
-inline float max_component(const Vec3& v) { return std::max({v.x, v.y, v.z}); }
+inline float max_component(const Vec3& v) {
+  return std::max({v.x, v.y, v.z});
+}
 // Rec. 709 luminance of linear RGB, in the unit of the argument.
-inline float luminance(const Vec3& rgb) { return 0.2126f * rgb.x + 0.7152f * rgb.y + 0.0722f * rgb.z; }
+inline float luminance(const Vec3& rgb) {
+  return 0.2126f * rgb.x + 0.7152f * rgb.y + 0.0722f * rgb.z;
+}
 
 constexpr float kPi = 3.14159265358979323846f;
 constexpr float kInvPi = 0.31830988618379067154f;

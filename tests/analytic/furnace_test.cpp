@@ -21,18 +21,31 @@ void expect_e(uint32_t max_bounces, bool direct, bool indirect, double truth) {
   s.indirect = indirect;
   const auto b = test::bake(furnace(0.5f), 8, 512, s);
   for (uint32_t wall = 0; wall < 6; ++wall) {
-    const auto c = test::compare(b, [&](uint32_t) { return truth; }, wall);
+    const auto c = test::compare(
+        b, [&](uint32_t) { return truth; }, wall);
     EXPECT_NEAR(c.mean, truth, 0.005 * truth) << "wall " << wall;
     EXPECT_GE(c.share_within_3, 0.95) << "wall " << wall;
   }
 }
 
-TEST(Furnace, NoBounceIsPi) { expect_e(0, true, true, M_PI); }
-TEST(Furnace, OneBounce) { expect_e(1, true, true, 1.5 * M_PI); }
-TEST(Furnace, TwoBounces) { expect_e(2, true, true, 1.75 * M_PI); }
-TEST(Furnace, AllBounces) { expect_e(64, true, true, 2 * M_PI); }
-TEST(Furnace, DirectAlone) { expect_e(64, true, false, M_PI); }
-TEST(Furnace, IndirectAlone) { expect_e(64, false, true, M_PI); }
+TEST(Furnace, NoBounceIsPi) {
+  expect_e(0, true, true, M_PI);
+}
+TEST(Furnace, OneBounce) {
+  expect_e(1, true, true, 1.5 * M_PI);
+}
+TEST(Furnace, TwoBounces) {
+  expect_e(2, true, true, 1.75 * M_PI);
+}
+TEST(Furnace, AllBounces) {
+  expect_e(64, true, true, 2 * M_PI);
+}
+TEST(Furnace, DirectAlone) {
+  expect_e(64, true, false, M_PI);
+}
+TEST(Furnace, IndirectAlone) {
+  expect_e(64, false, true, M_PI);
+}
 
 TEST(Furnace, RouletteIsUnbiasedAtHighAlbedo) {
   // Albedo 0.9: E = 10 pi. A roulette that lost a percent a bounce would show here.
@@ -47,7 +60,9 @@ TEST(Furnace, RouletteIsUnbiasedAtHighAlbedo) {
 // Mean albedo of a GGX layer with F = 1 (single scattering), by plain quadrature over both directions:
 // 1/pi int int D G2 / (4 cos cos) cos_i cos_o. An independent transcription of Heitz 2014.
 double mean_albedo(double alpha) {
-  const auto lambda = [&](double z) { return 0.5 * (std::sqrt(1 + alpha * alpha * (1 - z * z) / (z * z)) - 1); };
+  const auto lambda = [&](double z) {
+    return 0.5 * (std::sqrt(1 + alpha * alpha * (1 - z * z) / (z * z)) - 1);
+  };
   double sum = 0;
   const int n = 64, turns = 128;
   for (int o = 0; o < n; ++o)

@@ -74,7 +74,8 @@ double run_integrator(const Workload& w, const Tracer& tracer) {
 
 double replay(const std::vector<Recorded>& rays, const Tracer& tracer) {
   double sum = 0;
-  for (const Recorded& r : rays) sum += r.shadow ? tracer.transmittance(r.ray) : tracer.intersect(r.ray, r.key).t;
+  for (const Recorded& r : rays)
+    sum += r.shadow ? tracer.transmittance(r.ray) : tracer.intersect(r.ray, r.key).t;
   return sum;
 }
 
@@ -127,8 +128,9 @@ Status bench(const std::string& path, const BakeSettings& settings, uint32_t sam
       measure([&] { return replay(rays, *tracer); }, [&] { return run_integrator(workload, *tracer); });
   const auto shadow = std::count_if(rays.begin(), rays.end(), [](const Recorded& r) { return r.shadow; });
   const double n = static_cast<double>(rays.size());
-  std::printf("| %s | %zu | %.2f M | %.0f %% | %.2f | %.2f | %.2f |\n", path.substr(path.rfind('/') + 1).c_str(),
-              surfaces->scene().triangle_count(), n / 1e6, 100.0 * static_cast<double>(shadow) / n, n / rates.worker_seconds / 1e6,
+  std::printf("| %s | %zu | %.2f M | %.0f %% | %.2f | %.2f | %.2f |\n",
+              path.substr(path.rfind('/') + 1).c_str(), surfaces->scene().triangle_count(), n / 1e6,
+              100.0 * static_cast<double>(shadow) / n, n / rates.worker_seconds / 1e6,
               n / rates.plain_seconds / 1e6, rates.ratio);
   return {};
 }
@@ -154,7 +156,9 @@ int main(int argc, char** argv) {
       return 2;
     }
   }
-  std::printf("| scene | triangles | rays | shadow | worker M/s | plain Embree M/s | ratio |\n|---|---|---|---|---|---|---|\n");
+  std::printf(
+      "| scene | triangles | rays | shadow | worker M/s | plain Embree M/s | ratio "
+      "|\n|---|---|---|---|---|---|---|\n");
   if (Status s = bench(scene, settings, samples); !s) {
     std::fprintf(stderr, "%s\n", s.error().message.c_str());
     return exit_status(s.error());

@@ -33,14 +33,14 @@ class PathBaker final : public Baker {
     result.moments.reserve(unit.sites.size() * film.planes());
     for (uint32_t site : unit.sites) {
       if (site >= atlas_.sites.size())
-        return fail(ErrorKind::kInvalidInput, text("unit {} names texel site {}, and there are {}", unit.id, site,
-                                                   atlas_.sites.size()));
+        return fail(ErrorKind::kInvalidInput, text("unit {} names texel site {}, and there are {}", unit.id,
+                                                   site, atlas_.sites.size()));
       film.clear();
       const uint32_t texel = atlas_.sites.texel[site];
       SitePicker picker(atlas_, surfaces_->scene(), site);
       for (uint32_t done = 0; done < unit.sample_count; done += kBatch)
-        sample(integrator, picker, texel, unit.first_sample + done, std::min(kBatch, unit.sample_count - done), film,
-               result);
+        sample(integrator, picker, texel, unit.first_sample + done,
+               std::min(kBatch, unit.sample_count - done), film, result);
       result.moments.insert(result.moments.end(), film.sums().begin(), film.sums().begin() + film.planes());
     }
     result.seconds = watch.seconds();
@@ -51,8 +51,8 @@ class PathBaker final : public Baker {
   static constexpr uint32_t kBatch = PathIntegrator::kBatch;
 
   // Samples [first, first + count) of one texel, added in their order.
-  void sample(const PathIntegrator& integrator, SitePicker& picker, uint32_t texel, uint32_t first, uint32_t count,
-              Film& film, UnitResult& result) const {
+  void sample(const PathIntegrator& integrator, SitePicker& picker, uint32_t texel, uint32_t first,
+              uint32_t count, Film& film, UnitResult& result) const {
     PathIntegrator::Task tasks[kBatch];
     for (uint32_t i = 0; i < count; ++i) {
       const SampleStream stream(settings_.seed, texel, first + i);

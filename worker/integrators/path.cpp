@@ -7,8 +7,19 @@ namespace kiln {
 namespace {
 
 // Pairs of dimensions of the vertex after `bounces` reflections. Dimension 0 picks the texel's site.
-enum Dimension : uint32_t { kDirection, kLayer, kLocalLight, kLocalPoint, kSun, kSunPoint, kEnvironment, kPerVertex };
-uint32_t dimension(uint32_t bounces, Dimension d) { return 1 + bounces * kPerVertex + d; }
+enum Dimension : uint32_t {
+  kDirection,
+  kLayer,
+  kLocalLight,
+  kLocalPoint,
+  kSun,
+  kSunPoint,
+  kEnvironment,
+  kPerVertex
+};
+uint32_t dimension(uint32_t bounces, Dimension d) {
+  return 1 + bounces * kPerVertex + d;
+}
 
 constexpr uint32_t kRouletteAfter = 3;  // reflections that every path may make
 
@@ -69,11 +80,12 @@ void PathIntegrator::direct(const Vertex& v, const SampleStream& stream, uint32_
     light(v, suns.sample(choice, point), bounces, out, reflected);
   }
   if (lights_.environment.wants_sampling())
-    light(v, lights_.environment.sample(stream.pair(dimension(bounces, kEnvironment))), bounces, out, reflected);
+    light(v, lights_.environment.sample(stream.pair(dimension(bounces, kEnvironment))), bounces, out,
+          reflected);
 }
 
-Vec3 PathIntegrator::emitted(const Vec3& from, const Hit& hit, const SurfacePoint& at, const Material& material,
-                             const Vec3& direction, float pdf) const {
+Vec3 PathIntegrator::emitted(const Vec3& from, const Hit& hit, const SurfacePoint& at,
+                             const Material& material, const Vec3& direction, float pdf) const {
   const Vec3 emission = emission_at(material, at.attributes);
   if (!(max_component(emission) > 0.0f)) return Vec3(0.0f);
   const float other =
@@ -108,7 +120,8 @@ bool PathIntegrator::start(Path& path, Task& task) const {
   if (settings_.direct) direct(texel, task.stream, 0, task.splats, nullptr);
   const Vec3 local = mixed_hemisphere(task.stream.pair(dimension(0, kDirection)));
   path.direction = texel.frame.to_world(local);
-  if (dot(path.direction, receiver.ng) <= 0.0f) return false;  // below the surface: no light arrives from there
+  if (dot(path.direction, receiver.ng) <= 0.0f)
+    return false;  // below the surface: no light arrives from there
   path.task = &task;
   path.from = receiver.position;
   path.origin = texel.origin();

@@ -49,7 +49,8 @@ class PathIntegrator {
  private:
   struct Vertex;
   struct Path;
-  void direct(const Vertex& v, const SampleStream& stream, uint32_t bounces, Splats& out, Vec3* reflected) const;
+  void direct(const Vertex& v, const SampleStream& stream, uint32_t bounces, Splats& out,
+              Vec3* reflected) const;
   void light(const Vertex& v, const LightSample& s, uint32_t bounces, Splats& out, Vec3* reflected) const;
   bool start(Path& path, Task& task) const;
   void trace(Path& path) const;

@@ -33,7 +33,8 @@ class DirectionalLights {
   DiscreteDistribution choice_;
   bool any_disc_ = false;
   Vec3 only_direction_{0.0f};
-  float least_cos_ = 0.0f;  // of the angle between n and the first light at which its disc is below n's horizon
+  float least_cos_ =
+      0.0f;  // of the angle between n and the first light at which its disc is below n's horizon
 };
 
 }  // namespace kiln

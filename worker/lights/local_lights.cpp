@@ -10,8 +10,8 @@ float mean_emission(const Surfaces& s, uint32_t instance, uint32_t triangle) {
   const Material& material = s.material(instance);
   float sum = 0;
   for (int i = 0; i < 16; ++i) {
-    const Vec2 b = uniform_triangle(Vec2((static_cast<float>(i % 4) + 0.5f) / 4.0f,
-                                         (static_cast<float>(i / 4) + 0.5f) / 4.0f));
+    const Vec2 b = uniform_triangle(
+        Vec2((static_cast<float>(i % 4) + 0.5f) / 4.0f, (static_cast<float>(i / 4) + 0.5f) / 4.0f));
     sum += luminance(emission_at(material, s.attributes(instance, triangle, b.x, b.y)));
   }
   return sum / 16.0f;
@@ -49,7 +49,8 @@ void LocalLights::finish(const Surfaces& s) {
   for (uint32_t i = 0; i < s.scene().instances.size(); ++i)
     if (is_emissive(s.material(i))) add_emitters(s, i);
   std::vector<double> weights;
-  for (const Punctual& l : punctual_) weights.push_back(std::visit([](const auto& x) { return x.power(); }, l));
+  for (const Punctual& l : punctual_)
+    weights.push_back(std::visit([](const auto& x) { return x.power(); }, l));
   for (const Emitter& e : triangles_) weights.push_back(e.power);
   by_power_ = DiscreteDistribution(weights);
 }
@@ -91,7 +92,8 @@ float LocalLights::probability(size_t light, const Vec3& p) const {
   return total > 0.0f && std::isfinite(total) ? importance(light, p) / total : 0.0f;
 }
 
-LightSample LocalLights::sample_triangle(const Surfaces& s, const Emitter& e, const Vec3& p, const Vec2& u) const {
+LightSample LocalLights::sample_triangle(const Surfaces& s, const Emitter& e, const Vec3& p,
+                                         const Vec2& u) const {
   LightSample out;
   const Vec2 b = uniform_triangle(u);
   const SurfacePoint q = s.at(e.instance, e.triangle, b.x, b.y);

@@ -21,7 +21,8 @@ class LocalLights {
   bool empty() const { return punctual_.empty() && triangles_.empty(); }
   size_t size() const { return punctual_.size() + triangles_.size(); }
 
-  // Which of its numbers sample() reads: none to choose one light of one, none for a point on a punctual light.
+  // Which of its numbers sample() reads: none to choose one light of one, none for a point on a punctual
+  // light.
   bool wants_choice() const { return size() > 1; }
   bool wants_point() const { return !triangles_.empty(); }
   LightSample sample(const Surfaces& surfaces, const Vec3& p, float u_light, const Vec2& u) const;

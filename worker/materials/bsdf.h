@@ -7,18 +7,18 @@
 namespace kiln {
 
 struct Bsdf {
-  Vec3 diffuse{0.0f};   // albedo of the Lambert layer
-  Vec3 f0{0.0f};        // reflectance of the GGX layer at normal incidence; 0: no such layer
-  float alpha = 1.0f;   // GGX width, roughness squared
+  Vec3 diffuse{0.0f};  // albedo of the Lambert layer
+  Vec3 f0{0.0f};       // reflectance of the GGX layer at normal incidence; 0: no such layer
+  float alpha = 1.0f;  // GGX width, roughness squared
 
   bool has_specular() const { return max_component(f0) > 0.0f; }
   bool has_diffuse() const { return max_component(diffuse) > 0.0f; }
 };
 
 struct BsdfSample {
-  Vec3 direction;      // local; z along the shading normal
-  Vec3 weight{0.0f};   // f cos / pdf; zero: the path ends
-  float pdf = 0.0f;    // per steradian, of all layers together
+  Vec3 direction;     // local; z along the shading normal
+  Vec3 weight{0.0f};  // f cos / pdf; zero: the path ends
+  float pdf = 0.0f;   // per steradian, of all layers together
 };
 
 struct BsdfValue {

@@ -27,13 +27,14 @@ concept IsMaterial = requires(const M m, const Attributes& a, RecordReader& r, c
   { m.is_opaque() } -> std::same_as<bool>;
   { m.is_emissive() } -> std::same_as<bool>;
   { m.double_sided() } -> std::same_as<bool>;
-  { m.prefetch(a) };  // says that bsdf(a) comes soon
+  {m.prefetch(a)};                           // says that bsdf(a) comes soon
   { m.reads_uv(0u) } -> std::same_as<bool>;  // of a TEXCOORD set
 };
 static_assert(IsMaterial<MetallicRoughness> && IsMaterial<Unlit>);
 
 // Appends to `warnings` what the record held that nothing read. Unknown types fail.
-Expected<Material> parse_material(const Record& record, const Scene& scene, std::vector<std::string>& warnings);
+Expected<Material> parse_material(const Record& record, const Scene& scene,
+                                  std::vector<std::string>& warnings);
 
 inline Bsdf bsdf_at(const Material& m, const Attributes& a) {
   return std::visit([&](const auto& x) { return x.bsdf(a); }, m);

@@ -83,12 +83,12 @@ float TextureSampler::alpha_texel(size_t index) const {
 size_t TextureSampler::color_index(const Vec2 (&uv)[2]) const {
   Point p = place(uv);
   if (!texture_->nearest) {
-    const uint64_t h =
-        mix_bits(uint64_t{std::bit_cast<uint32_t>(p.x)} << 32 | std::bit_cast<uint32_t>(p.y));
+    const uint64_t h = mix_bits(uint64_t{std::bit_cast<uint32_t>(p.x)} << 32 | std::bit_cast<uint32_t>(p.y));
     p.x += unit_float(static_cast<uint32_t>(h >> 32)) - 0.5f;
     p.y += unit_float(static_cast<uint32_t>(h)) - 0.5f;
   }
-  const int x = edge(floor_int(p.x), width_, texture_->wrap_s), y = edge(floor_int(p.y), height_, texture_->wrap_t);
+  const int x = edge(floor_int(p.x), width_, texture_->wrap_s),
+            y = edge(floor_int(p.y), height_, texture_->wrap_t);
   return static_cast<size_t>(y) * static_cast<size_t>(width_) + static_cast<size_t>(x);
 }
 

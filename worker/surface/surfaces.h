@@ -9,8 +9,8 @@ namespace kiln {
 
 struct SurfacePoint {
   Vec3 position;
-  Vec3 ng;  // unit, outer side by winding (mirrored instances stay right)
-  Vec3 ns;  // unit, interpolated; on the side of ng
+  Vec3 ng;      // unit, outer side by winding (mirrored instances stay right)
+  Vec3 ns;      // unit, interpolated; on the side of ng
   float error;  // how far rounding may have put rays and point off the surface, in metres
   Attributes attributes;
 };
