@@ -1,4 +1,7 @@
-#pragma once
+// A guard by macro, not #pragma once: this header is in the precompiled one, whose copy from a compiler cache
+// may name another checkout's file.
+#ifndef KILN_TESTS_SUPPORT_PATHS_H_
+#define KILN_TESTS_SUPPORT_PATHS_H_
 
 #include <filesystem>
 #include <optional>
@@ -32,3 +35,5 @@ struct CommandResult {
 CommandResult run_command(const std::string& command);
 
 }  // namespace kiln::test
+
+#endif  // KILN_TESTS_SUPPORT_PATHS_H_
