@@ -3,8 +3,8 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
-#include "common/base/files.h"
 #include "common/base/format.h"
+#include "coordinator/document/uri.h"
 
 namespace kiln {
 namespace {
@@ -33,19 +33,6 @@ size_t components_of(const std::string& type) {
   for (const auto& [name, count] : kTypes)
     if (type == name) return count;
   return 0;
-}
-
-std::string decode_percent(const std::string& uri) {
-  std::string out;
-  for (size_t i = 0; i < uri.size(); ++i) {
-    if (uri[i] == '%' && i + 2 < uri.size()) {
-      out += static_cast<char>(std::strtol(uri.substr(i + 1, 2).c_str(), nullptr, 16));
-      i += 2;
-    } else {
-      out += uri[i];
-    }
-  }
-  return out;
 }
 
 tl::unexpected<Error> lost(std::string what) {
@@ -78,8 +65,8 @@ Status GltfBuffer::embed_images(Json& doc, const std::filesystem::path& folder) 
     if (!image.contains("uri") || !image["uri"].is_string()) continue;
     const std::string uri = image["uri"];
     if (uri.rfind("data:", 0) == 0) continue;
-    const auto bytes = read_file(folder / decode_percent(uri), uint64_t{1} << 30);
-    if (!bytes) continue;  // import has already warned of it
+    const auto bytes = read_uri(folder, uri);  // refuses what would leave the scene's folder
+    if (!bytes) continue;                      // import has already warned of it
     const bool png = bytes->size() > 4 && std::memcmp(bytes->data() + 1, "PNG", 3) == 0;
     image.erase("uri");
     image["bufferView"] = add_view(doc, *bytes, 0);

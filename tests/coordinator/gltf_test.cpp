@@ -68,5 +68,24 @@ TEST(GltfOutput, TheWrittenCoordinatesAreAValidAtlas) {
   EXPECT_EQ(atlas->sites.size(), w.atlas.sites.size());
 }
 
+TEST(GltfOutput, ImagesOutsideTheScenesFolderAreNotEmbedded) {
+  test::TempDir dir;
+  std::filesystem::create_directories(dir.path() / "scene");
+  ASSERT_TRUE(write_file_atomic(dir.path() / "secret.png", "SECRET-OUTSIDE"));
+  ASSERT_TRUE(write_file_atomic(dir.path() / "scene/wall.png", "PICTURE-BESIDE"));
+  GltfDocument document;
+  document.path = dir.path() / "scene/x.gltf";
+  document.json = R"({"asset":{"version":"2.0"},"images":[{"uri":"../secret.png"},{"uri":")" +
+                  (dir.path() / "secret.png").string() + R"("},{"uri":"wall.png"}]})";
+  const Scene scene;
+  Atlas atlas;
+  atlas.width = atlas.height = 1;
+  ASSERT_TRUE(write_gltf({BakeSettings{}, scene, atlas, document, Lightmap{}, dir.path()}));
+  const Bytes glb = *read_file(dir.path() / "scene.glb");
+  const std::string text(reinterpret_cast<const char*>(glb.data()), glb.size());
+  EXPECT_EQ(text.find("SECRET-OUTSIDE"), std::string::npos);
+  EXPECT_NE(text.find("PICTURE-BESIDE"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace kiln
