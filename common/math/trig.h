@@ -48,4 +48,17 @@ inline float atan2_turns(float y, float x) {
   return static_cast<float>(y < 0 ? -turns : turns);
 }
 
+// e^x, rounded to float; relative error below 1e-7. Below -87 it is 0, above 88 the largest float.
+inline float exponential(float x) {
+  if (!(x > -87.0f)) return 0.0f;
+  if (x > 88.0f) return 0x1.fffffep127f;
+  const double n =
+      static_cast<double>(static_cast<int>(static_cast<double>(x) * 1.4426950408889634 + 1000.5) - 1000);
+  const double r = static_cast<double>(x) - n * 0.69314718055994530942;  // |r| <= ln 2 / 2
+  double p = 1.0 / 40320;
+  for (const double k : {5040.0, 720.0, 120.0, 24.0, 6.0, 2.0, 1.0, 1.0}) p = p * r + 1.0 / k;
+  return static_cast<float>(
+      p * std::bit_cast<double>(static_cast<uint64_t>(static_cast<int64_t>(n) + 1023) << 52));
+}
+
 }  // namespace kiln

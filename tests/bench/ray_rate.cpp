@@ -28,7 +28,7 @@ class RecordingTracer final : public Tracer {
     out_.push_back({ray, key, false});
     return inner_.intersect(ray, key);
   }
-  float transmittance(const Ray& ray) const override {
+  Vec3 transmittance(const Ray& ray) const override {
     out_.push_back({ray, 0, true});
     return inner_.transmittance(ray);
   }
@@ -75,7 +75,7 @@ double run_integrator(const Workload& w, const Tracer& tracer) {
 double replay(const std::vector<Recorded>& rays, const Tracer& tracer) {
   double sum = 0;
   for (const Recorded& r : rays)
-    sum += r.shadow ? tracer.transmittance(r.ray) : tracer.intersect(r.ray, r.key).t;
+    sum += r.shadow ? tracer.transmittance(r.ray).x : tracer.intersect(r.ray, r.key).t;
   return sum;
 }
 

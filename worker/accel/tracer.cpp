@@ -4,6 +4,7 @@
 
 #include "common/base/format.h"
 #include "common/math/sequence.h"
+#include "common/math/trig.h"
 #include "worker/accel/embree_api.h"
 
 namespace kiln {
@@ -24,7 +25,12 @@ bool processor_has(const std::string& isa) {
 struct QueryContext {
   embree::Context head;
   uint32_t key = 0;
-  float transmittance = 1.0f;
+  Vec3 direction;       // unit; for glass
+  float length = 1.0f;  // of the ray's own direction
+  Vec3 transmittance{1.0f};
+  // Of media: the sum of absorption x distance, entries counted negative, and absorption that was entered and
+  // not left. No order of the surfaces is assumed: Embree meets them in any.
+  Vec3 optical{0.0f}, inside{0.0f};
 };
 
 // Root geometry i is instance i: the id is the hit's own, or that of the instance it was met through.
@@ -34,7 +40,7 @@ uint32_t instance_of(const RTCFilterFunctionNArguments* args) {
 }
 
 float opacity_of(const RTCFilterFunctionNArguments* args) {
-  return static_cast<const Opacity*>(args->geometryUserPtr)
+  return static_cast<const Transparency*>(args->geometryUserPtr)
       ->opacity(instance_of(args), RTCHitN_primID(args->hit, 1, 0), RTCHitN_u(args->hit, 1, 0),
                 RTCHitN_v(args->hit, 1, 0));
 }
@@ -56,6 +62,28 @@ void filter_occluded(const RTCFilterFunctionNArguments* args) {
   args->valid[0] = 0;
 }
 
+void filter_glass(const RTCFilterFunctionNArguments* args) {
+  auto& context = *reinterpret_cast<QueryContext*>(args->context);
+  const auto& surface = *static_cast<const Transparency*>(args->geometryUserPtr);
+  const uint32_t instance = instance_of(args), triangle = RTCHitN_primID(args->hit, 1, 0);
+  const float b1 = RTCHitN_u(args->hit, 1, 0), b2 = RTCHitN_v(args->hit, 1, 0);
+  const float alpha = surface.has_alpha(instance)
+                          ? std::clamp(surface.opacity(instance, triangle, b1, b2), 0.0f, 1.0f)
+                          : 1.0f;
+  if (alpha > 0.0f) {
+    const Transparency::Pass pass = surface.pass(instance, triangle, b1, b2, context.direction);
+    const Vec3 share = Vec3(1.0f - alpha) + pass.factor * alpha;
+    if (!(max_component(share) > 0.0f)) return;
+    context.transmittance *= share;
+    if (max_component(pass.absorption) > 0.0f) {
+      const Vec3 depth = pass.absorption * (RTCRayN_tfar(args->ray, 1, 0) * context.length);
+      context.optical += pass.enters ? -depth : depth;
+      context.inside += pass.enters ? pass.absorption : -pass.absorption;
+    }
+  }
+  args->valid[0] = 0;
+}
+
 class EmbreeTracer final : public Tracer {
  public:
   ~EmbreeTracer() override {
@@ -64,7 +92,7 @@ class EmbreeTracer final : public Tracer {
     if (device_) rtcReleaseDevice(device_);
   }
 
-  Status build(const Scene& scene, const Opacity& opacity, const std::string& isa, unsigned threads);
+  Status build(const Scene& scene, const Transparency& surface, const std::string& isa, unsigned threads);
 
   Hit intersect(const Ray& ray, uint32_t key) const override {
     QueryContext context;
@@ -80,13 +108,18 @@ class EmbreeTracer final : public Tracer {
     return {id, q.hit.primID, q.hit.u, q.hit.v, q.ray.tfar};
   }
 
-  float transmittance(const Ray& ray) const override {
+  Vec3 transmittance(const Ray& ray) const override {
     QueryContext context;
     embree::init(context.head);
+    if (glass_) {
+      context.length = length(ray.direction);
+      context.direction = ray.direction / context.length;
+    }
     RTCRay q;
     fill(q, ray);
     embree::occluded(root_, context.head, q);
-    return q.tfar < 0.0f ? 0.0f : context.transmittance;
+    if (q.tfar < 0.0f) return Vec3(0.0f);
+    return glass_ ? through_media(context, ray.far * context.length) : context.transmittance;
   }
 
   size_t memory_bytes() const override { return static_cast<size_t>(memory_); }
@@ -98,16 +131,32 @@ class EmbreeTracer final : public Tracer {
     q.tnear = 0.0f, q.tfar = ray.far, q.time = 0.0f;
     q.mask = ~0u, q.id = 0, q.flags = 0;
   }
-  RTCGeometry triangles(const Mesh& mesh, const Mat4x3* to_world, const Opacity* filter);
-  RTCScene child(const Mesh& mesh, const Opacity* filter);
+  // What passes media, of which those that were not left reach to the ray's end.
+  static Vec3 through_media(const QueryContext& c, float end) {
+    Vec3 passed = c.transmittance;
+    for (int k = 0; k < 3; ++k) {
+      const float left_open = c.inside[k] > 0.0f ? c.inside[k] * end : 0.0f;
+      passed[k] *= exponential(-std::max(0.0f, c.optical[k] + left_open));
+    }
+    return passed;
+  }
+  // Which filters a geometry has.
+  struct Filters {
+    const Transparency* surface = nullptr;
+    bool alpha = false, glass = false;
+    auto operator<=>(const Filters&) const = default;
+  };
+  RTCGeometry triangles(const Mesh& mesh, const Mat4x3* to_world, const Filters& filters);
+  RTCScene child(const Mesh& mesh, const Filters& filters);
 
   RTCDevice device_ = nullptr;
   RTCScene root_ = nullptr;
   std::vector<RTCScene> children_;
+  bool glass_ = false;
   ssize_t memory_ = 0;
 };
 
-RTCGeometry EmbreeTracer::triangles(const Mesh& mesh, const Mat4x3* to_world, const Opacity* filter) {
+RTCGeometry EmbreeTracer::triangles(const Mesh& mesh, const Mat4x3* to_world, const Filters& filters) {
   RTCGeometry g = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
   auto* p = static_cast<Vec3*>(rtcSetNewGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
                                                        sizeof(Vec3), mesh.positions.size()));
@@ -118,18 +167,17 @@ RTCGeometry EmbreeTracer::triangles(const Mesh& mesh, const Mat4x3* to_world, co
       p[i] = to_world ? transform_point(*to_world, mesh.positions[i]) : mesh.positions[i];
     std::copy(mesh.triangles.begin(), mesh.triangles.end(), t);
   }
-  if (filter) {
-    rtcSetGeometryUserData(g, const_cast<Opacity*>(filter));
-    rtcSetGeometryIntersectFilterFunction(g, filter_intersect);
-    rtcSetGeometryOccludedFilterFunction(g, filter_occluded);
-  }
+  rtcSetGeometryUserData(g, const_cast<Transparency*>(filters.surface));
+  if (filters.alpha) rtcSetGeometryIntersectFilterFunction(g, filter_intersect);
+  if (filters.alpha || filters.glass)
+    rtcSetGeometryOccludedFilterFunction(g, filters.glass ? filter_glass : filter_occluded);
   rtcCommitGeometry(g);
   return g;
 }
 
-RTCScene EmbreeTracer::child(const Mesh& mesh, const Opacity* filter) {
+RTCScene EmbreeTracer::child(const Mesh& mesh, const Filters& filters) {
   RTCScene scene = rtcNewScene(device_);
-  RTCGeometry g = triangles(mesh, nullptr, filter);
+  RTCGeometry g = triangles(mesh, nullptr, filters);
   rtcAttachGeometry(scene, g);
   rtcReleaseGeometry(g);
   rtcCommitScene(scene);
@@ -137,7 +185,7 @@ RTCScene EmbreeTracer::child(const Mesh& mesh, const Opacity* filter) {
   return scene;
 }
 
-Status EmbreeTracer::build(const Scene& scene, const Opacity& opacity, const std::string& isa,
+Status EmbreeTracer::build(const Scene& scene, const Transparency& surface, const std::string& isa,
                            unsigned threads) {
   if (!processor_has(isa))
     return fail(
@@ -157,17 +205,18 @@ Status EmbreeTracer::build(const Scene& scene, const Opacity& opacity, const std
   for (const Instance& i : scene.instances) ++uses[i.mesh];
 
   root_ = rtcNewScene(device_);
-  std::map<std::pair<uint32_t, bool>, RTCScene> shared;  // by mesh and whether it is filtered
+  std::map<std::pair<uint32_t, Filters>, RTCScene> shared;  // by mesh and how it is filtered
   for (uint32_t i = 0; i < scene.instances.size(); ++i) {
     const Instance& instance = scene.instances[i];
     const Mesh& mesh = scene.meshes[instance.mesh];
-    const Opacity* filter = opacity.is_opaque(i) ? nullptr : &opacity;
+    const Filters filters{&surface, surface.has_alpha(i), surface.is_glass(i)};
+    glass_ = glass_ || filters.glass;
     RTCGeometry g;
     if (uses[instance.mesh] == 1) {
-      g = triangles(mesh, &instance.to_world, filter);
+      g = triangles(mesh, &instance.to_world, filters);
     } else {
-      RTCScene& target = shared[{instance.mesh, filter != nullptr}];
-      if (!target) target = child(mesh, filter);
+      RTCScene& target = shared[{instance.mesh, filters}];
+      if (!target) target = child(mesh, filters);
       g = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_INSTANCE);
       rtcSetGeometryInstancedScene(g, target);
       rtcSetGeometryTransform(g, 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, &instance.to_world[0][0]);
@@ -186,10 +235,10 @@ Status EmbreeTracer::build(const Scene& scene, const Opacity& opacity, const std
 
 }  // namespace
 
-Expected<std::unique_ptr<Tracer>> Tracer::create(const Scene& scene, const Opacity& opacity,
+Expected<std::unique_ptr<Tracer>> Tracer::create(const Scene& scene, const Transparency& transparency,
                                                  const std::string& isa, unsigned threads) {
   auto tracer = std::make_unique<EmbreeTracer>();
-  KILN_TRY_STATUS(tracer->build(scene, opacity, isa, threads));
+  KILN_TRY_STATUS(tracer->build(scene, transparency, isa, threads));
   return std::unique_ptr<Tracer>(std::move(tracer));
 }
 

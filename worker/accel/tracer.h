@@ -24,27 +24,39 @@ struct Hit {
   bool valid() const { return instance != ~0u; }
 };
 
-// Opacity in [0, 1] of a point of an instance whose material is not opaque.
-class Opacity {
+// What surfaces let through. Coverage (alpha) is looked at by all rays. Glass is a surface that paths meet
+// and pass by a decision of their own; only shadow rays look through it here.
+class Transparency {
  public:
-  virtual ~Opacity() = default;
-  virtual bool is_opaque(uint32_t instance) const = 0;
+  virtual ~Transparency() = default;
+  virtual bool has_alpha(uint32_t instance) const = 0;  // may opacity() be below 1?
+  virtual bool is_glass(uint32_t instance) const = 0;   // may pass() change anything?
+  // Coverage in [0, 1].
   virtual float opacity(uint32_t instance, uint32_t triangle, float b1, float b2) const = 0;
+  // Light that goes straight on: `factor` of it where the surface covers, and `absorption` (1/m) of the
+  // medium that a ray along `direction` (unit) enters or leaves.
+  struct Pass {
+    Vec3 factor{0.0f}, absorption{0.0f};
+    bool enters = false;
+  };
+  virtual Pass pass(uint32_t instance, uint32_t triangle, float b1, float b2,
+                    const Vec3& direction) const = 0;
 };
 
 class Tracer {
  public:
-  // `scene` and `opacity` outlive the tracer. Fails (kInvalidInput) when this processor lacks `isa`, and
+  // `scene` and `transparency` outlive the tracer. Fails (kInvalidInput) when this processor lacks `isa`, and
   // (kInternal) on any Embree error.
-  static Expected<std::unique_ptr<Tracer>> create(const Scene& scene, const Opacity& opacity,
+  static Expected<std::unique_ptr<Tracer>> create(const Scene& scene, const Transparency& transparency,
                                                   const std::string& isa, unsigned threads);
   virtual ~Tracer() = default;
 
   // Nearest surface. A partly opaque point is met with the probability of its opacity, decided by a hash
   // of `key` and the triangle: independent of the order of traversal.
   virtual Hit intersect(const Ray& ray, uint32_t key) const = 0;
-  // Share of light that passes along the ray: product of (1 - opacity), 0 behind an opaque surface.
-  virtual float transmittance(const Ray& ray) const = 0;
+  // Share of light that passes along the ray: what is not covered, what glass lets straight through, what its
+  // inside does not absorb; 0 behind an opaque surface.
+  virtual Vec3 transmittance(const Ray& ray) const = 0;
   virtual size_t memory_bytes() const = 0;
 };
 

@@ -1,6 +1,7 @@
 #include "worker/integrators/path.h"
 
 #include "common/math/frame.h"
+#include "common/math/trig.h"
 #include "common/math/warp.h"
 
 namespace kiln {
@@ -21,6 +22,7 @@ uint32_t dimension(uint32_t bounces, Dimension d) {
   return 1 + bounces * kPerVertex + d;
 }
 
+constexpr uint32_t kMostPasses = 64;    // surfaces of glass between two vertices; what goes further is lost
 constexpr uint32_t kRouletteAfter = 3;  // reflections that every path may make
 
 }  // namespace
@@ -57,8 +59,8 @@ void PathIntegrator::light(const Vertex& v, const LightSample& s, uint32_t bounc
     ray.far = 1.0f;
   }
   ++out.rays;
-  const float passed = tracer_.transmittance(ray);
-  if (!(passed > 0.0f)) return;
+  const Vec3 passed = tracer_.transmittance(ray);
+  if (!(max_component(passed) > 0.0f)) return;
   if (reflected)
     *reflected += contribution * passed;
   else
@@ -72,7 +74,7 @@ void PathIntegrator::direct(const Vertex& v, const SampleStream& stream, uint32_
   if (!local.empty()) {
     const float choice = local.wants_choice() ? stream.single(dimension(bounces, kLocalLight)) : 0.0f;
     const Vec2 point = local.wants_point() ? stream.pair(dimension(bounces, kLocalPoint)) : Vec2(0.0f);
-    light(v, local.sample(surfaces_, v.point.position, choice, point), bounces, out, reflected);
+    light(v, local.sample(surfaces_, v.point.position, v.point.ns, choice, point), bounces, out, reflected);
   }
   if (!suns.empty() && suns.may_light(v.point.ns)) {
     const float choice = suns.wants_choice() ? stream.single(dimension(bounces, kSun)) : 0.0f;
@@ -82,15 +84,6 @@ void PathIntegrator::direct(const Vertex& v, const SampleStream& stream, uint32_
   if (lights_.environment.wants_sampling())
     light(v, lights_.environment.sample(stream.pair(dimension(bounces, kEnvironment))), bounces, out,
           reflected);
-}
-
-Vec3 PathIntegrator::emitted(const Vec3& from, const Hit& hit, const SurfacePoint& at,
-                             const Material& material, const Vec3& direction, float pdf) const {
-  const Vec3 emission = emission_at(material, at.attributes);
-  if (!(max_component(emission) > 0.0f)) return Vec3(0.0f);
-  const float other =
-      lights_.local.pdf(from, hit.instance, hit.triangle, std::abs(dot(direction, at.ng)), hit.t);
-  return emission * (pdf / (pdf + other));
 }
 
 Vec3 PathIntegrator::missed(const Vec3& direction, float pdf, uint32_t bounces) const {
@@ -104,15 +97,27 @@ Vec3 PathIntegrator::missed(const Vec3& direction, float pdf, uint32_t bounces) 
 // A path on its way from a texel, of which `throughput` has not been gathered yet.
 struct PathIntegrator::Path {
   Task* task;
-  Vec3 from, origin, direction;  // the last vertex; `origin` is offset
+  Vec3 from, from_normal;  // the last vertex that reflected, or the texel
+  Vec3 origin, direction;  // of the ray: offset, and behind the glass that was passed since
+  float distance;          // travelled since `from`
+  Vec3 absorption;         // of the medium that the ray is in
   Vec3 throughput, sum;
   float pdf;  // of direction
   Vec3 first_direction;
   float first_pdf;
-  uint32_t bounces;
+  uint32_t bounces, passes;  // reflections; surfaces of glass passed since the last
   Hit hit;
   SurfacePoint at;
+  bool leaves;  // met a back face
 };
+
+Vec3 PathIntegrator::emitted(const Path& p) const {
+  const Vec3 emission = emission_at(*surfaces_.kind(p.hit.instance).material, p.at.attributes);
+  if (!(max_component(emission) > 0.0f)) return Vec3(0.0f);
+  const float other = lights_.local.pdf(p.from, p.from_normal, p.hit.instance, p.hit.triangle,
+                                        std::abs(dot(p.direction, p.at.ng)), p.distance);
+  return emission * (p.pdf / (p.pdf + other));
+}
 
 bool PathIntegrator::start(Path& path, Task& task) const {
   const SurfacePoint& receiver = task.receiver;
@@ -124,10 +129,13 @@ bool PathIntegrator::start(Path& path, Task& task) const {
     return false;  // below the surface: no light arrives from there
   path.task = &task;
   path.from = receiver.position;
+  path.from_normal = receiver.ns;
   path.origin = texel.origin();
+  path.distance = 0.0f;
+  path.absorption = Vec3(0.0f);
   path.throughput = Vec3(1.0f);
   path.sum = Vec3(0.0f);
-  path.bounces = 0;
+  path.bounces = path.passes = 0;
   path.first_direction = path.direction;
   path.first_pdf = path.pdf = mixed_hemisphere_pdf(local.z);
   return true;
@@ -135,7 +143,8 @@ bool PathIntegrator::start(Path& path, Task& task) const {
 
 void PathIntegrator::trace(Path& p) const {
   ++p.task->splats.rays;
-  p.hit = tracer_.intersect({p.origin, p.direction}, p.task->stream.bits(dimension(p.bounces, kDirection)));
+  p.hit = tracer_.intersect({p.origin, p.direction},
+                            p.task->stream.bits(dimension(p.bounces, kDirection) + (p.passes << 24)));
   if (p.hit.valid()) surfaces_.prefetch(p.hit.instance, p.hit.triangle);
 }
 
@@ -148,19 +157,43 @@ bool PathIntegrator::arrive(Path& p) const {
   }
   p.at = surfaces_.at(hit.instance, hit.triangle, hit.b1, hit.b2);
   const SurfaceKind& kind = surfaces_.kind(hit.instance);
-  if (dot(p.direction, p.at.ng) > 0.0f) {  // a back face
-    if (!kind.double_sided) {
+  p.distance += hit.t;
+  if (max_component(p.absorption) > 0.0f)
+    for (int k = 0; k < 3; ++k) p.throughput[k] *= exponential(-p.absorption[k] * hit.t);
+  p.leaves = dot(p.direction, p.at.ng) > 0.0f;
+  if (p.leaves) {  // a back face
+    if (!kind.double_sided && !kind.glass) {
       if (p.bounces == 0) p.task->splats.inside = true;
       return false;
     }
     p.at.ng = -p.at.ng;
     p.at.ns = -p.at.ns;
   }
-  if (kind.emissive && counts(p.bounces))
-    p.sum += p.throughput * emitted(p.from, hit, p.at, *kind.material, p.direction, p.pdf);
-  if (p.bounces >= settings_.max_bounces || !settings_.indirect) return false;
+  if (kind.emissive && counts(p.bounces) && (!p.leaves || kind.double_sided))
+    p.sum += p.throughput * emitted(p);
+  if (!kind.glass && !may_reflect(p.bounces)) return false;
   if (kind.textured) prefetch_textures(*kind.material, p.at.attributes);
   return true;
+}
+
+// Does the path go straight on through glass? If not, its throughput makes up for those that do. To light
+// sampling the glass is not there, so the vertex, and the density of the direction, stay.
+bool PathIntegrator::passes_glass(Path& p, const Bsdf& layers) const {
+  const float cos = std::abs(dot(p.direction, p.at.ng));
+  const Vec3 through = straight_through(layers, cos);
+  const float passed = luminance(through);
+  if (!(passed > 0.0f)) return false;
+  const float chance = passed / (passed + luminance(layers.diffuse) + luminance(fresnel(layers, cos)));
+  const float u = unit_float(p.task->stream.bits(dimension(p.bounces, kLayer) + (p.passes << 24)));
+  if (u >= chance) {
+    p.throughput /= 1.0f - chance;
+    return false;
+  }
+  p.throughput *= p.passes < kMostPasses ? through / chance : Vec3(0.0f);
+  p.absorption = p.leaves ? Vec3(0.0f) : layers.absorption;
+  p.origin = offset_origin(p.at.position, -p.at.ng, p.at.error);
+  ++p.passes;
+  return max_component(p.throughput) > 0.0f;
 }
 
 // Gathers light at the point and chooses where the path goes on, if it does.
@@ -170,8 +203,13 @@ bool PathIntegrator::continues(Path& p) const {
   const uint32_t bounces = p.bounces + 1;
   if (dot(p.direction, at.ns) >= 0.0f) at.ns = at.ng;  // seen from below the shading horizon
   const Frame frame(at.ns);
-  const SeenBsdf bsdf(bsdf_at(*surfaces_.kind(p.hit.instance).material, at.attributes),
-                      frame.to_local(-p.direction));
+  const SurfaceKind& kind = surfaces_.kind(p.hit.instance);
+  const Bsdf layers = bsdf_at(*kind.material, at.attributes);
+  if (kind.glass) {
+    if (passes_glass(p, layers)) return true;
+    if (!may_reflect(p.bounces)) return false;
+  }
+  const SeenBsdf bsdf(layers, frame.to_local(-p.direction));
   const Vertex vertex{at, &bsdf, frame};
   Vec3 reflected(0.0f);
   direct(vertex, stream, bounces, p.task->splats, &reflected);
@@ -191,8 +229,11 @@ bool PathIntegrator::continues(Path& p) const {
   }
   p.pdf = s.pdf;
   p.from = at.position;
+  p.from_normal = at.ns;
   p.origin = vertex.origin();
+  p.distance = 0.0f;
   p.bounces = bounces;
+  p.passes = 0;
   return true;
 }
 

@@ -56,11 +56,11 @@ class PathIntegrator {
   void trace(Path& path) const;
   bool arrive(Path& path) const;
   bool continues(Path& path) const;
-  // Radiance of an emissive surface or the environment, met along `direction` that was sampled with `pdf`;
-  // weighted against light sampling.
-  Vec3 emitted(const Vec3& from, const Hit& hit, const SurfacePoint& at, const Material& material,
-               const Vec3& direction, float pdf) const;
+  bool passes_glass(Path& path, const Bsdf& layers) const;
+  // Radiance of the emissive surface that was hit or of the environment, weighted against light sampling.
+  Vec3 emitted(const Path& path) const;
   Vec3 missed(const Vec3& direction, float pdf, uint32_t bounces) const;
+  bool may_reflect(uint32_t bounces) const { return settings_.indirect && bounces < settings_.max_bounces; }
   // Does light count that was reflected this often?
   bool counts(uint32_t bounces) const { return bounces == 0 ? settings_.direct : settings_.indirect; }
 

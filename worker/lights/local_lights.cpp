@@ -115,7 +115,8 @@ LightSample LocalLights::sample_triangle(const Surfaces& s, const Emitter& e, co
   return out;
 }
 
-LightSample LocalLights::sample(const Surfaces& s, const Vec3& p, float u_light, const Vec2& u) const {
+LightSample LocalLights::sample(const Surfaces& s, const Vec3& p, const Vec3& /*n*/, float u_light,
+                                const Vec2& u) const {
   const auto [light, chance] = choose(p, u_light);
   LightSample out;
   if (!(chance > 0.0f)) return out;
@@ -136,7 +137,8 @@ LightSample LocalLights::sample(const Surfaces& s, const Vec3& p, float u_light,
   return out;
 }
 
-float LocalLights::pdf(const Vec3& p, uint32_t instance, uint32_t triangle, float cos_light, float t) const {
+float LocalLights::pdf(const Vec3& p, const Vec3& /*n*/, uint32_t instance, uint32_t triangle,
+                       float cos_light, float t) const {
   if (first_emitter_[instance] == ~0u || !(cos_light > 0.0f)) return 0.0f;
   const uint32_t emitter = emitter_of_[first_emitter_[instance] + triangle];
   if (emitter == ~0u) return 0.0f;

@@ -25,10 +25,13 @@ class LocalLights {
   // light.
   bool wants_choice() const { return size() > 1; }
   bool wants_point() const { return !triangles_.empty(); }
-  LightSample sample(const Surfaces& surfaces, const Vec3& p, float u_light, const Vec2& u) const;
-  // Density with which sample() at p finds the point of an emissive triangle that a unit ray met at distance
-  // `t` under an angle of cosine `cos_light`; 0 if it is none.
-  float pdf(const Vec3& p, uint32_t instance, uint32_t triangle, float cos_light, float t) const;
+  // `n` is the receiver's unit normal; light that arrives from below it is of no use.
+  LightSample sample(const Surfaces& surfaces, const Vec3& p, const Vec3& n, float u_light,
+                     const Vec2& u) const;
+  // Density with which sample() at (p, n) finds the point of an emissive triangle that a unit ray met at
+  // distance `t` under an angle of cosine `cos_light`; 0 if it is none.
+  float pdf(const Vec3& p, const Vec3& n, uint32_t instance, uint32_t triangle, float cos_light,
+            float t) const;
 
  private:
   using Punctual = std::variant<PointLight, SpotLight>;  // the roster

@@ -43,6 +43,14 @@ float specular_probability(const Bsdf& b, const Vec3& wo) {
 
 }  // namespace
 
+Vec3 fresnel(const Bsdf& bsdf, float cos) {
+  return schlick(bsdf.f0, cos);
+}
+
+Vec3 straight_through(const Bsdf& bsdf, float cos) {
+  return bsdf.transmission * (Vec3(1.0f) - schlick(bsdf.f0, cos));
+}
+
 SeenBsdf::SeenBsdf(const Bsdf& bsdf, const Vec3& wo) : bsdf_(bsdf), wo_(wo), glossy_(bsdf.has_specular()) {
   if (!glossy_) return;
   p_specular_ = specular_probability(bsdf, wo);

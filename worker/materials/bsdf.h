@@ -10,6 +10,9 @@ struct Bsdf {
   Vec3 diffuse{0.0f};  // albedo of the Lambert layer
   Vec3 f0{0.0f};       // reflectance of the GGX layer at normal incidence; 0: no such layer
   float alpha = 1.0f;  // GGX width, roughness squared
+  // Glass: colour of what enters and goes straight on (refraction bends nothing here), times 1 - F at the
+  // surface; and what the inside absorbs on the way, per metre.
+  Vec3 transmission{0.0f}, absorption{0.0f};
 
   bool has_specular() const { return max_component(f0) > 0.0f; }
   bool has_diffuse() const { return max_component(diffuse) > 0.0f; }
@@ -25,6 +28,11 @@ struct BsdfValue {
   Vec3 f{0.0f};      // without the cosine
   float pdf = 0.0f;  // of sample(), per steradian
 };
+
+// Reflectance of the GGX layer where the half vector makes a cosine (0, 1] with the light (Schlick 1994).
+Vec3 fresnel(const Bsdf& bsdf, float cos);
+// Share of light that goes straight through the surface, met under a cosine (0, 1] to its normal.
+Vec3 straight_through(const Bsdf& bsdf, float cos);
 
 // A Bsdf seen from one direction: what evaluating and sampling share is found once. Directions are local,
 // unit and leave the surface; wo is towards where the light goes.

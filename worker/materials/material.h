@@ -25,6 +25,7 @@ concept IsMaterial = requires(const M m, const Attributes& a, RecordReader& r, c
   { m.emission(a) } -> std::same_as<Vec3>;  // radiance alone, for sampling emitters
   { m.opacity(a) } -> std::same_as<float>;
   { m.is_opaque() } -> std::same_as<bool>;
+  { m.is_glass() } -> std::same_as<bool>;  // may a Bsdf of it transmit?
   { m.is_emissive() } -> std::same_as<bool>;
   { m.double_sided() } -> std::same_as<bool>;
   {m.prefetch(a)};                           // says that bsdf(a) comes soon
@@ -47,6 +48,9 @@ inline float opacity_at(const Material& m, const Attributes& a) {
 }
 inline bool is_opaque(const Material& m) {
   return std::visit([](const auto& x) { return x.is_opaque(); }, m);
+}
+inline bool is_glass(const Material& m) {
+  return std::visit([](const auto& x) { return x.is_glass(); }, m);
 }
 inline bool is_emissive(const Material& m) {
   return std::visit([](const auto& x) { return x.is_emissive(); }, m);

@@ -26,7 +26,8 @@ void Surfaces::make_kinds() {
       shared[i.mesh] = faces_.back().data();
     }
     kinds_.push_back({&material, shared[i.mesh], own ? nullptr : &i.to_world, is_double_sided(material),
-                      kiln::is_emissive(material), reads_uv(material, 0) && !mesh.uv[0].empty(),
+                      kiln::is_emissive(material), kiln::is_glass(material),
+                      reads_uv(material, 0) && !mesh.uv[0].empty(),
                       !mesh.colors.empty() || (reads_uv(material, 1) && !mesh.uv[1].empty())});
   }
 }
@@ -56,6 +57,14 @@ Attributes Surfaces::attributes(uint32_t instance, uint32_t triangle, float b1, 
   }
   if (kind.extras) add_extras(instance, triangle, b1, b2, a);
   return a;
+}
+
+Transparency::Pass Surfaces::pass(uint32_t instance, uint32_t triangle, float b1, float b2,
+                                  const Vec3& direction) const {
+  const SurfacePoint at = this->at(instance, triangle, b1, b2);
+  const Bsdf bsdf = bsdf_at(material(instance), at.attributes);
+  const float cos = dot(direction, at.ng);
+  return {straight_through(bsdf, std::abs(cos)), bsdf.absorption, cos < 0.0f};
 }
 
 SurfacePoint Surfaces::at(uint32_t instance, uint32_t triangle, float b1, float b2) const {

@@ -21,11 +21,12 @@ struct SurfaceKind {
   const Face* faces;
   const Mat4x3* to_world;  // null: the faces are in world space
   bool double_sided, emissive;
+  bool glass;     // lets light straight through: its back faces are met from inside
   bool textured;  // reads TEXCOORD_0
   bool extras;    // reads TEXCOORD_1 or has vertex colours
 };
 
-class Surfaces final : public Opacity {
+class Surfaces final : public Transparency {
  public:
   // Takes the scene; parses its materials. Warnings name unread properties.
   static Expected<std::unique_ptr<Surfaces>> create(Scene scene, std::vector<std::string>& warnings);
@@ -45,7 +46,9 @@ class Surfaces final : public Opacity {
   // World-space corners.
   void corners(uint32_t instance, uint32_t triangle, Vec3 (&p)[3]) const;
 
-  bool is_opaque(uint32_t instance) const override { return kiln::is_opaque(material(instance)); }
+  bool has_alpha(uint32_t instance) const override { return !is_opaque(material(instance)); }
+  bool is_glass(uint32_t instance) const override { return kinds_[instance].glass; }
+  Pass pass(uint32_t instance, uint32_t triangle, float b1, float b2, const Vec3& direction) const override;
   float opacity(uint32_t instance, uint32_t triangle, float b1, float b2) const override {
     return opacity_at(material(instance), attributes(instance, triangle, b1, b2));
   }
