@@ -50,7 +50,7 @@ void PathIntegrator::light(const Vertex& v, const LightSample& s, uint32_t bounc
     if (!(max_component(contribution) > 0.0f)) return;
     direction_pdf = value.pdf;
   } else {
-    direction_pdf = mixed_hemisphere_pdf(local.z);
+    direction_pdf = primary_pdf(settings_.primary, local.z);
   }
   if (s.pdf > 0.0f) contribution *= s.pdf / (s.pdf + direction_pdf);
   Ray ray{v.origin(), s.direction};
@@ -123,7 +123,7 @@ bool PathIntegrator::start(Path& path, Task& task) const {
   const SurfacePoint& receiver = task.receiver;
   const Vertex texel{receiver, nullptr, Frame(receiver.ns)};
   if (settings_.direct) direct(texel, task.stream, 0, task.splats, nullptr);
-  const Vec3 local = mixed_hemisphere(task.stream.pair(dimension(0, kDirection)));
+  const Vec3 local = primary_direction(settings_.primary, task.stream.pair(dimension(0, kDirection)));
   path.direction = texel.frame.to_world(local);
   if (dot(path.direction, receiver.ng) <= 0.0f)
     return false;  // below the surface: no light arrives from there
@@ -137,7 +137,7 @@ bool PathIntegrator::start(Path& path, Task& task) const {
   path.sum = Vec3(0.0f);
   path.bounces = path.passes = 0;
   path.first_direction = path.direction;
-  path.first_pdf = path.pdf = mixed_hemisphere_pdf(local.z);
+  path.first_pdf = path.pdf = primary_pdf(settings_.primary, local.z);
   return true;
 }
 
