@@ -56,7 +56,7 @@ class PathBaker final : public Baker {
               UnitResult& result) const {
     Integrator::Task tasks[kBatch];
     for (uint32_t i = 0; i < count; ++i) {
-      const SampleStream stream(settings_.seed, texel, first + i);
+      const SampleStream stream(settings_.seed, texel, first + i, settings_.sampler);
       const SitePick pick = picker.pick(stream.single(0));
       tasks[i] = {surfaces_->at(pick.instance, pick.triangle, pick.b1, pick.b2), stream, {}};
     }

@@ -143,7 +143,7 @@ void PathIntegrator<kFeatures>::consider(Wave& w, uint32_t i, const LightSample&
   Vec3 contribution = s.weight;
   float direction_pdf = 0.0f;
   if constexpr (kTexel) {
-    direction_pdf = mixed_hemisphere_pdf(local.z);
+    direction_pdf = primary_pdf(settings_.primary, local.z);
   } else {
     const BsdfValue value = p.bsdf.value(local);
     contribution *= value.f * local.z;
@@ -222,9 +222,9 @@ void PathIntegrator<kFeatures>::leave_texel(Wave& w) const {
   size_t kept = 0;
   for (size_t k = 0; k < w.count; ++k) {
     Path& p = w.paths[w.live[k]];
-    const Vec3 local = mixed_hemisphere(w.u[k]);
+    const Vec3 local = primary_direction(settings_.primary, w.u[k]);
     p.direction = p.first_direction = p.frame.to_world(local);
-    p.pdf = p.first_pdf = mixed_hemisphere_pdf(local.z);
+    p.pdf = p.first_pdf = primary_pdf(settings_.primary, local.z);
     // Below the surface no light arrives from.
     if (dot(p.direction, p.vertex.ng) > 0.0f) w.live[kept++] = w.live[k];
   }
