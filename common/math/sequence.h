@@ -131,6 +131,7 @@ class SampleStream {
     return static_cast<uint32_t>(seed * 0xd1342543de82ef95u >> 32);
   }
 
+  friend class SampleBatch;
   Vec2 other_pair(uint32_t dimension) const;  // of the samplers that are not the default
 
   uint64_t key_;

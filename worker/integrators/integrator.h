@@ -51,7 +51,7 @@ class Integrator {
                                             uint32_t features);
   virtual ~Integrator() = default;
 
-  // One sample of the light that arrives at a surface point.
+  // One sample of the light that arrives at a surface point. Those of a batch are samples of one texel.
   struct Task {
     SurfacePoint receiver;
     SampleStream stream;

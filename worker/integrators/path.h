@@ -4,6 +4,7 @@
 #pragma once
 
 #include "common/math/frame.h"
+#include "common/math/sequence_batch.h"
 #include "common/math/trig.h"
 #include "common/math/warp.h"
 #include "worker/integrators/integrator.h"
@@ -75,7 +76,8 @@ class PathIntegrator final : public Integrator {
     Path paths[kBatch];
     uint32_t live[kBatch];
     size_t count = 0;
-    Vec2 u[kBatch], v[kBatch];  // random numbers of the live paths, by their place in the list
+    SampleBatch samples;
+    float u[2][kBatch], v[2][kBatch];  // random numbers of the live paths, by their place in the list
     Ray rays[kBatch * std::max(1, kStrategies)];
     Shadow shadows[kBatch * std::max(1, kStrategies)];
     Vec3 passed[kBatch * std::max(1, kStrategies)];
@@ -101,12 +103,13 @@ class PathIntegrator final : public Integrator {
   Vec3 emitted(const Path& p, const SurfacePoint& at) const;
   Vec3 missed(const Path& p, uint32_t bounces) const;
 
-  void draw(const Wave& w, uint32_t dimension, Vec2* out) const {
-    for (size_t k = 0; k < w.count; ++k) out[k] = w.tasks[w.live[k]].stream.pair(dimension);
+  static void draw(const Wave& w, uint32_t dimension, float (&out)[2][kBatch]) {
+    w.samples.pairs(dimension, w.live, w.count, out[0], out[1]);
   }
-  void draw_singles(const Wave& w, uint32_t dimension, Vec2* out) const {
-    for (size_t k = 0; k < w.count; ++k) out[k].x = w.tasks[w.live[k]].stream.single(dimension);
+  static void draw_singles(const Wave& w, uint32_t dimension, float (&out)[2][kBatch]) {
+    w.samples.singles(dimension, w.live, w.count, out[0]);
   }
+  static Vec2 pair(const float (&numbers)[2][kBatch], size_t k) { return {numbers[0][k], numbers[1][k]}; }
   bool may_reflect(uint32_t bounces) const { return settings_.indirect && bounces < settings_.max_bounces; }
   // Does light count that was reflected this often?
   bool counts(uint32_t bounces) const { return bounces == 0 ? settings_.direct : settings_.indirect; }
@@ -127,6 +130,7 @@ void PathIntegrator<kFeatures>::start(Wave& w) const {
     p.throughput = Vec3(1.0f);
     p.sum = Vec3(0.0f);
     if constexpr (has(kGlass)) p.glass = {0.0f, Vec3(0.0f), 0};
+    w.samples.add(w.tasks[i].stream);
     w.live[i] = i;
   }
   w.count = w.tasks.size();
@@ -173,7 +177,8 @@ void PathIntegrator<kFeatures>::gather(Wave& w, uint32_t bounces) const {
         if (local.wants_point()) draw(w, dimension(bounces, kLocalPoint), w.v);
         for (size_t k = 0; k < w.count; ++k) {
           const SurfacePoint& at = w.paths[w.live[k]].vertex;
-          consider<kTexel>(w, w.live[k], local.sample(surfaces_, at.position, at.ns, w.u[k].x, w.v[k]));
+          consider<kTexel>(w, w.live[k],
+                           local.sample(surfaces_, at.position, at.ns, w.u[0][k], pair(w.v, k)));
         }
       }
     }
@@ -184,14 +189,14 @@ void PathIntegrator<kFeatures>::gather(Wave& w, uint32_t bounces) const {
         if (suns.wants_point()) draw(w, dimension(bounces, kSunPoint), w.v);
         for (size_t k = 0; k < w.count; ++k)
           if (suns.may_light(w.paths[w.live[k]].vertex.ns))
-            consider<kTexel>(w, w.live[k], suns.sample(w.u[k].x, w.v[k]));
+            consider<kTexel>(w, w.live[k], suns.sample(w.u[0][k], pair(w.v, k)));
       }
     }
     if constexpr (has(kSkyImage)) {
       if (lights_.environment.wants_sampling()) {
         draw(w, dimension(bounces, kEnvironment), w.u);
         for (size_t k = 0; k < w.count; ++k)
-          consider<kTexel>(w, w.live[k], lights_.environment.sample(w.u[k]));
+          consider<kTexel>(w, w.live[k], lights_.environment.sample(pair(w.u, k)));
       }
     }
     trace_shadows<kTexel>(w);
@@ -222,7 +227,7 @@ void PathIntegrator<kFeatures>::leave_texel(Wave& w) const {
   size_t kept = 0;
   for (size_t k = 0; k < w.count; ++k) {
     Path& p = w.paths[w.live[k]];
-    const Vec3 local = primary_direction(settings_.primary, w.u[k]);
+    const Vec3 local = primary_direction(settings_.primary, pair(w.u, k));
     p.direction = p.first_direction = p.frame.to_world(local);
     p.pdf = p.first_pdf = primary_pdf(settings_.primary, local.z);
     // Below the surface no light arrives from.
@@ -368,7 +373,7 @@ void PathIntegrator<kFeatures>::reflect(Wave& w, uint32_t bounces) const {
   for (size_t k = 0; k < w.count; ++k) {
     const uint32_t i = w.live[k];
     Path& p = w.paths[i];
-    const BsdfSample s = p.bsdf.sample(w.u[k].x, w.v[k]);
+    const BsdfSample s = p.bsdf.sample(w.u[0][k], pair(w.v, k));
     p.direction = p.frame.to_world(s.direction);
     p.pdf = s.pdf;
     p.throughput *= s.weight;
@@ -376,7 +381,7 @@ void PathIntegrator<kFeatures>::reflect(Wave& w, uint32_t bounces) const {
     bool goes_on = max_component(p.throughput) > 0.0f && dot(p.direction, p.vertex.ng) > 0.0f;
     if (roulette && goes_on) {
       const float survival = std::min(1.0f, max_component(p.throughput));
-      goes_on = w.u[k].y < survival;
+      goes_on = w.u[1][k] < survival;
       p.throughput /= survival;
     }
     if (goes_on)
@@ -398,6 +403,7 @@ template <uint32_t kFeatures>
 void PathIntegrator<kFeatures>::sample(std::span<Task> tasks) const {
   Wave w;
   w.tasks = tasks;
+  w.samples.clear();
   start(w);
   if (settings_.direct) gather<true>(w, 0);
   leave_texel(w);
