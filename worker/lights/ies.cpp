@@ -6,6 +6,8 @@
 namespace kiln {
 namespace {
 
+constexpr float kAngleError = 2e-7f;  // of atan2_turns, and of the table's angles in floats
+
 std::vector<float> turns(const std::vector<double>& degrees) {
   std::vector<float> out;
   for (const double d : degrees) out.push_back(static_cast<float>(d / 360.0));
@@ -64,7 +66,7 @@ Expected<IesLight> IesLight::parse(RecordReader& r, const Record& record, const 
 float IesLight::candela(const Vec3& d) const {
   const float x = dot(d, x_), y = dot(d, y_), z = dot(d, z_);
   const float theta = atan2_turns(std::sqrt(x * x + y * y), -z);
-  if (theta < vertical_.front() || theta > vertical_.back()) return 0.0f;
+  if (theta < vertical_.front() - kAngleError || theta > vertical_.back() + kAngleError) return 0.0f;
   const Place v = find(vertical_, theta);
   const auto along = [&](size_t h) {
     return at(h, v.index) * (1.0f - v.along) + at(h, v.index + 1) * v.along;

@@ -25,14 +25,11 @@ Lanes root(const Lanes& a) {
   return out;
 }
 
-// The 23 bits of u and 30 more that depend on the point.
-double refined(float u, const Vec3& p) {
-  const uint64_t key = uint64_t{std::bit_cast<uint32_t>(u)} << 32 ^
-                       uint64_t { std::bit_cast<uint32_t>(p.x) } * 0x9e3779b97f4a7c15u ^
-                       uint64_t { std::bit_cast<uint32_t>(p.y) } * 0xd1342543de82ef95u ^
-                       std::rotl(uint64_t{std::bit_cast<uint32_t>(p.z)}, 17);
-  const double fraction = static_cast<double>(mix_bits(key) >> 34) * 0x1p-30;
-  return std::clamp(static_cast<double>(u) + (fraction - 0.5) * 0x1p-23, 0.0, 0x1.fffffffffffffp-1);
+uint64_t key_of(float u, const Vec3& p) {
+  return mix_bits(uint64_t{std::bit_cast<uint32_t>(u)} << 32 ^
+                  uint64_t{std::bit_cast<uint32_t>(p.x)} * 0x9e3779b97f4a7c15u ^
+                  uint64_t{std::bit_cast<uint32_t>(p.y)} * 0xd1342543de82ef95u ^
+                  std::rotl(uint64_t{std::bit_cast<uint32_t>(p.z)}, 17));
 }
 
 }  // namespace
@@ -69,7 +66,7 @@ LightTree::Lanes LightTree::importance(const Node& a, const Vec3& p, const Vec3&
 
 LightTree::Choice LightTree::choose(const Vec3& p, const Vec3& n, float u) const {
   if (nodes_.empty()) return {};
-  double left = refined(u, p), chance = 1;
+  double left = refined(u, key_of(u, p)), chance = 1;
   for (int32_t at = 0;;) {
     const Node& node = nodes_[static_cast<size_t>(at)];
     const Lanes weight = importance(node, p, n);

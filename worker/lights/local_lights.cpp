@@ -59,7 +59,7 @@ LightTree::Choice LocalLights::choose(const Vec3& p, const Vec3& n, float u) con
   return {draw.index, fixed_.probability(draw.index)};
 }
 
-float LocalLights::probability(uint32_t light, const Vec3& p, const Vec3& n) const {
+float LocalLights::probability_of(uint32_t light, const Vec3& p, const Vec3& n) const {
   if (size() == 1) return 1.0f;
   return choice_ == LightChoice::kTree ? tree_.probability(light, p, n) : fixed_.probability(light);
 }
@@ -118,7 +118,7 @@ float LocalLights::pdf(const Vec3& p, const Vec3& n, uint32_t instance, uint32_t
   if (emitter == ~0u) return 0.0f;
   const float density = t * t / (cos_light * triangles_[emitter].area);
   return std::isfinite(density)
-             ? probability(static_cast<uint32_t>(punctual_.size()) + emitter, p, n) * density
+             ? probability_of(static_cast<uint32_t>(punctual_.size()) + emitter, p, n) * density
              : 0.0f;
 }
 

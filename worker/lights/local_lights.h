@@ -38,6 +38,8 @@ class LocalLights {
   // distance `t` under an angle of cosine `cos_light`; 0 if it is none.
   float pdf(const Vec3& p, const Vec3& n, uint32_t instance, uint32_t triangle, float cos_light,
             float t) const;
+  // With which sample() at (p, n) chooses a light: punctual ones in the order of add(), then triangles.
+  float probability_of(uint32_t light, const Vec3& p, const Vec3& n) const;
 
  private:
   using Punctual = std::variant<PointLight, SpotLight, IesLight>;  // the roster
@@ -47,7 +49,6 @@ class LocalLights {
   };
   void add_emitters(const Surfaces& surfaces, uint32_t instance, std::vector<LightBounds>& bounds);
   LightTree::Choice choose(const Vec3& p, const Vec3& n, float u) const;
-  float probability(uint32_t light, const Vec3& p, const Vec3& n) const;
   LightSample sample_triangle(const Surfaces& surfaces, const Emitter& e, const Vec3& p, const Vec2& u) const;
 
   std::vector<Punctual> punctual_;
