@@ -23,6 +23,7 @@ concept IsMaterial = requires(const M m, const Attributes& a, RecordReader& r, c
   { M::parse(r, s) } -> std::same_as<M>;
   { m.bsdf(a) } -> std::same_as<Bsdf>;
   { m.emission(a) } -> std::same_as<Vec3>;  // radiance alone, for sampling emitters
+  { m.emission_parts() } -> std::same_as<EmissionParts>;
   { m.opacity(a) } -> std::same_as<float>;
   { m.is_opaque() } -> std::same_as<bool>;
   { m.has_layers() } -> std::same_as<bool>;  // is a Bsdf of it ever more than a Lambert layer?
@@ -43,6 +44,9 @@ inline Bsdf bsdf_at(const Material& m, const Attributes& a) {
 }
 inline Vec3 emission_at(const Material& m, const Attributes& a) {
   return std::visit([&](const auto& x) { return x.emission(a); }, m);
+}
+inline EmissionParts emission_parts(const Material& m) {
+  return std::visit([](const auto& x) { return x.emission_parts(); }, m);
 }
 inline float opacity_at(const Material& m, const Attributes& a) {
   return std::visit([&](const auto& x) { return x.opacity(a); }, m);

@@ -13,6 +13,9 @@ class MetallicRoughness {
   static MetallicRoughness parse(RecordReader& r, const Scene& scene);
   Bsdf bsdf(const Attributes& a) const;
   Vec3 emission(const Attributes& a) const;
+  EmissionParts emission_parts() const {
+    return {emission_, emission_texture_ ? &emission_texture_ : nullptr, false};
+  }
   float opacity(const Attributes& a) const;
   bool is_opaque() const { return alpha_.mode == AlphaMode::kOpaque; }
   bool has_layers() const {

@@ -23,6 +23,7 @@ class Unlit {
     const Vec3 color = Vec3(base_color_) * Vec3(a.color);
     return glm::max(texture_ ? color * texture_.color(a.uv) : color, Vec3(0.0f));
   }
+  EmissionParts emission_parts() const { return {Vec3(base_color_), texture_ ? &texture_ : nullptr, true}; }
   float opacity(const Attributes& a) const {
     if (is_opaque()) return 1.0f;
     const float factor = base_color_.w * a.color.w;
