@@ -69,6 +69,7 @@ struct Workload {
 double run_integrator(const Workload& w, const Tracer& tracer) {
   const auto integrator =
       Integrator::create(w.surfaces, tracer, w.lights, w.settings, find_features(w.surfaces, w.lights));
+  const auto workspace = integrator->make_workspace();
   constexpr size_t kTexels = 4096, kRun = 64;
   const size_t runs = kTexels / kRun, stride = std::max<size_t>(kRun, w.atlas.sites.size() / runs);
   Integrator::Task tasks[Integrator::kBatch];
@@ -83,7 +84,7 @@ double run_integrator(const Workload& w, const Tracer& tracer) {
           const SitePick p = picker.pick(stream.single(0));
           tasks[k] = {w.surfaces.at(p.instance, p.triangle, p.b1, p.b2), stream, {}};
         }
-        integrator->sample(std::span(tasks, count));
+        integrator->sample(std::span(tasks, count), *workspace);
         for (size_t t = 0; t < count; ++t)
           for (int k = 0; k < tasks[t].splats.count; ++k) sum += tasks[t].splats.items[k].contribution.x;
       }

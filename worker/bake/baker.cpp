@@ -29,8 +29,9 @@ class PathBaker final : public Baker {
 
   Expected<UnitResult> bake(const WorkUnit& unit) const override {
     const Stopwatch watch;
-    Film film(settings_.basis);
-    UnitResult result;
+    Run run{Film(settings_.basis), integrator_->make_workspace(), {}};
+    Film& film = run.film;
+    UnitResult& result = run.result;
     result.unit = unit.id;
     result.site_count = static_cast<uint32_t>(unit.sites.size());
     result.plane_count = static_cast<uint32_t>(film.planes());
@@ -43,16 +44,22 @@ class PathBaker final : public Baker {
       const uint32_t texel = atlas_.sites.texel[site];
       Texel of{texel, SitePicker(atlas_, surfaces_->scene(), site), SitePlaces(*surfaces_, *tracer_)};
       for (uint32_t done = 0; done < unit.sample_count; done += kBatch)
-        sample(of, unit.first_sample + done, std::min(kBatch, unit.sample_count - done), film, result);
+        sample(of, unit.first_sample + done, std::min(kBatch, unit.sample_count - done), run);
       result.moments.insert(result.moments.end(), film.sums().begin(), film.sums().begin() + film.planes());
     }
     result.seconds = watch.seconds();
-    return result;
+    return std::move(result);
   }
 
  private:
   static constexpr uint32_t kBatch = Integrator::kBatch;
 
+  // A unit in work.
+  struct Run {
+    Film film;
+    std::unique_ptr<Integrator::Workspace> workspace;
+    UnitResult result;
+  };
   struct Texel {
     uint32_t index;
     SitePicker picker;
@@ -61,38 +68,39 @@ class PathBaker final : public Baker {
 
   // Samples that met a back face, from a site inside geometry, are taken again from outside. That is decided
   // for each sample by itself, so that no cut of a texel's samples into ranges changes any of them.
-  void take_again(Texel& texel, std::span<Integrator::Task> tasks, Film& film, UnitResult& result) const {
+  void take_again(Texel& texel, std::span<Integrator::Task> tasks, Run& run) const {
     Integrator::Task again[kBatch];
     size_t from[kBatch], count = 0;
     for (size_t i = 0; i < tasks.size(); ++i) {
       if (!tasks[i].splats.inside) continue;
-      const std::optional<SurfacePoint> place =
-          texel.places.instead_of(texel.picker, texel.picker.index(tasks[i].stream.single(0)), result.rays);
+      const std::optional<SurfacePoint> place = texel.places.instead_of(
+          texel.picker, texel.picker.index(tasks[i].stream.single(0)), run.result.rays);
       if (!place) continue;
       again[count] = {*place, tasks[i].stream, {}};
       again[count].splats.rays = tasks[i].splats.rays;
       from[count++] = i;
-      film.count_pushed();
+      run.film.count_pushed();
     }
     if (count == 0) return;
-    integrator_->sample(std::span(again, count));
+    integrator_->sample(std::span(again, count), *run.workspace);
     for (size_t k = 0; k < count; ++k) tasks[from[k]] = again[k];
   }
 
   // Samples [first, first + count) of one texel, added in their order.
-  void sample(Texel& texel, uint32_t first, uint32_t count, Film& film, UnitResult& result) const {
+  void sample(Texel& texel, uint32_t first, uint32_t count, Run& run) const {
+    UnitResult& result = run.result;
     Integrator::Task tasks[kBatch];
     for (uint32_t i = 0; i < count; ++i) {
       const SampleStream stream(settings_.seed, texel.index, first + i, settings_.sampler);
       const SitePick pick = texel.picker.pick(stream.single(0));
       tasks[i] = {surfaces_->at(pick.instance, pick.triangle, pick.b1, pick.b2), stream, {}};
     }
-    integrator_->sample(std::span(tasks, count));
+    integrator_->sample(std::span(tasks, count), *run.workspace);
     if (std::any_of(tasks, tasks + count, [](const auto& t) { return t.splats.inside; }))
-      take_again(texel, std::span(tasks, count), film, result);
+      take_again(texel, std::span(tasks, count), run);
     for (uint32_t i = 0; i < count; ++i) {
       result.rays += tasks[i].splats.rays;
-      if (!film.add(tasks[i].splats, tasks[i].receiver.ns) && result.nonfinite++ == 0) {
+      if (!run.film.add(tasks[i].splats, tasks[i].receiver.ns) && result.nonfinite++ == 0) {
         result.nonfinite_texel = texel.index;
         result.nonfinite_sample = first + i;
       }

@@ -54,10 +54,11 @@ Expected<std::string> numeric_class(const std::string& isa) {
   settings.max_bounces = 4;
   const auto integrator =
       Integrator::create(*surfaces, *tracer, lights, settings, find_features(*surfaces, lights));
+  const auto workspace = integrator->make_workspace();
   Sha256 hash;
   for (uint32_t i = 0; i < 64; ++i) {
     Integrator::Task task{surfaces->at(0, 4 * i, 0.25f, 0.5f), SampleStream(1, i, i), {}};
-    integrator->sample(std::span(&task, 1));
+    integrator->sample(std::span(&task, 1), *workspace);
     const Splats& splats = task.splats;
     for (int k = 0; k < splats.count; ++k) hash.add(std::as_bytes(std::span(&splats.items[k], 1)));
   }

@@ -61,7 +61,13 @@ class Integrator {
   // sample waits for memory while the others are worked on, and shadow rays are traced together. What a
   // sample gives does not depend on which others share its batch.
   static constexpr size_t kBatch = 32;
-  virtual void sample(std::span<Task> tasks) const = 0;  // at most kBatch
+  // What sample() works in; one for each thread that calls it.
+  class Workspace {
+   public:
+    virtual ~Workspace() = default;
+  };
+  virtual std::unique_ptr<Workspace> make_workspace() const = 0;
+  virtual void sample(std::span<Task> tasks, Workspace& workspace) const = 0;  // at most kBatch
 };
 
 }  // namespace kiln

@@ -35,7 +35,8 @@ class PathIntegrator final : public Integrator {
   PathIntegrator(const Surfaces& surfaces, const Tracer& tracer, const Lights& lights,
                  const TransportSettings& settings)
       : surfaces_(surfaces), tracer_(tracer), lights_(lights), settings_(settings) {}
-  void sample(std::span<Task> tasks) const override;
+  std::unique_ptr<Workspace> make_workspace() const override { return std::make_unique<Wave>(); }
+  void sample(std::span<Task> tasks, Workspace& workspace) const override;
 
  private:
   static constexpr bool has(Feature f) { return kFeatures & f; }
@@ -71,7 +72,7 @@ class PathIntegrator final : public Integrator {
   };
 
   // The batch. `live` lists the paths that are on their way.
-  struct Wave {
+  struct Wave final : Workspace {
     std::span<Task> tasks;
     Path paths[kBatch];
     uint32_t live[kBatch];
@@ -82,6 +83,7 @@ class PathIntegrator final : public Integrator {
     Shadow shadows[kBatch * std::max(1, kStrategies)];
     Vec3 passed[kBatch * std::max(1, kStrategies)];
     size_t shadow_count = 0;
+    LightSample sky[has(kSkyImage) ? kBatch : 1];
   };
   enum class Arrival { kEnds, kReflects, kPasses };
 
@@ -195,8 +197,8 @@ void PathIntegrator<kFeatures>::gather(Wave& w, uint32_t bounces) const {
     if constexpr (has(kSkyImage)) {
       if (lights_.environment.wants_sampling()) {
         draw(w, dimension(bounces, kEnvironment), w.u);
-        for (size_t k = 0; k < w.count; ++k)
-          consider<kTexel>(w, w.live[k], lights_.environment.sample(pair(w.u, k)));
+        lights_.environment.sample(w.u[0], w.u[1], w.count, w.sky);
+        for (size_t k = 0; k < w.count; ++k) consider<kTexel>(w, w.live[k], w.sky[k]);
       }
     }
     trace_shadows<kTexel>(w);
@@ -252,9 +254,11 @@ Vec3 PathIntegrator<kFeatures>::missed(const Path& p, uint32_t bounces) const {
   const Environment& environment = lights_.environment;
   if (!counts(bounces) || environment.is_black() || (bounces == 0 && environment.indirect_only()))
     return Vec3(0.0f);
-  const Vec3 radiance = environment.radiance(p.direction);
-  if constexpr (!has(kSkyImage)) return radiance;
-  return radiance * (p.pdf / (p.pdf + environment.pdf(p.direction)));
+  if constexpr (has(kSkyImage)) {
+    const uint32_t texel = p.hit.triangle;  // put there by trace()
+    return environment.radiance(texel) * (p.pdf / (p.pdf + environment.pdf(texel)));
+  }
+  return environment.radiance(p.direction);
 }
 
 // Sends every live path to the next surface that reflects; `live` keeps those that may reflect there.
@@ -272,7 +276,12 @@ void PathIntegrator<kFeatures>::trace(Wave& w, uint32_t bounces) const {
       if constexpr (has(kGlass)) key += p.glass.passes << 24;
       ++task.splats.rays;
       p.hit = tracer_.intersect({p.origin, p.direction}, task.stream.bits(key));
-      if (p.hit.valid()) surfaces_.prefetch(p.hit.instance, p.hit.triangle);
+      if (p.hit.valid()) {
+        surfaces_.prefetch(p.hit.instance, p.hit.triangle);
+      } else if (has(kSkyImage) && lights_.environment.wants_sampling()) {
+        p.hit.triangle = lights_.environment.texel_of(p.direction);
+        lights_.environment.prefetch(p.hit.triangle);
+      }
     }
     size_t again = 0;
     for (size_t k = 0; k < left; ++k) {
@@ -400,8 +409,8 @@ void PathIntegrator<kFeatures>::finish(Wave& w, uint32_t i) const {
 }
 
 template <uint32_t kFeatures>
-void PathIntegrator<kFeatures>::sample(std::span<Task> tasks) const {
-  Wave w;
+void PathIntegrator<kFeatures>::sample(std::span<Task> tasks, Workspace& workspace) const {
+  auto& w = static_cast<Wave&>(workspace);
   w.tasks = tasks;
   w.samples.clear();
   start(w);

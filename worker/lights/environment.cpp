@@ -62,41 +62,42 @@ Expected<Environment> Environment::create(const Record* record, const Scene& sce
   return e;
 }
 
-size_t Environment::texel_of(const Vec3& d) const {
+uint32_t Environment::texel_of(const Vec3& d) const {
+  if (!width_) return 0;
   // The image's middle column is +x and u grows towards +z (as Blender and three.js have it).
   float u = atan2_turns(d.z, d.x) + 0.5f + turn_;
   u -= std::floor(u);
   const float v = 2.0f * atan2_turns(std::sqrt(d.x * d.x + d.z * d.z), d.y);
   const uint32_t x = std::min(static_cast<uint32_t>(u * static_cast<float>(width_)), width_ - 1);
   const uint32_t y = std::min(static_cast<uint32_t>(v * static_cast<float>(height_)), height_ - 1);
-  return size_t{y} * width_ + x;
+  return y * width_ + x;
 }
 
-Vec3 Environment::radiance(const Vec3& d) const {
-  return width_ ? texels_[texel_of(d)] : constant_;
-}
-
-float Environment::pdf(const Vec3& d) const {
+float Environment::pdf(uint32_t texel) const {
   if (!wants_sampling()) return 0.0f;
-  const size_t i = texel_of(d);
-  const uint32_t x = static_cast<uint32_t>(i % width_), y = static_cast<uint32_t>(i / width_);
+  const uint32_t x = texel % width_, y = texel / width_;
   return distribution_.probability(x, y) / rows_[y].solid_angle;
 }
 
-LightSample Environment::sample(const Vec2& u) const {
-  const ImageDistribution::Draw at = distribution_.sample(u);
-  const Row& row = rows_[at.y];
-  const float h = row.first + (row.second - row.first) * at.within.y;
-  const float sine = std::sqrt(std::max(0.0f, h * (2.0f - h)));
-  const float turns = (static_cast<float>(at.x) + at.within.x) / static_cast<float>(width_);
-  const SinCos a = sincos_turns(turns - 0.5f - turn_);
-  LightSample s;
-  s.direction = Vec3(sine * a.cos, 2 * at.y < height_ ? 1.0f - h : h - 1.0f, sine * a.sin);
-  s.far = true;
-  s.pdf = at.probability / row.solid_angle;
-  if (s.pdf > 0.0f) s.weight = texels_[size_t{at.y} * width_ + at.x] / s.pdf;
-  s.indirect_only = indirect_only();
-  return s;
+void Environment::sample(const float* u, const float* v, size_t count, LightSample* samples) const {
+  ImageDistribution::Draw draws[kMost];
+  distribution_.sample(u, v, count, draws);
+  for (size_t k = 0; k < count; ++k) __builtin_prefetch(&texels_[size_t{draws[k].y} * width_ + draws[k].x]);
+  for (size_t k = 0; k < count; ++k) {
+    const ImageDistribution::Draw& at = draws[k];
+    const Row& row = rows_[at.y];
+    const float h = row.first + (row.second - row.first) * at.within.y;
+    const float sine = std::sqrt(std::max(0.0f, h * (2.0f - h)));
+    const float turns = (static_cast<float>(at.x) + at.within.x) / static_cast<float>(width_);
+    const SinCos a = sincos_turns(turns - 0.5f - turn_);
+    LightSample& s = samples[k];
+    s = {};
+    s.direction = Vec3(sine * a.cos, 2 * at.y < height_ ? 1.0f - h : h - 1.0f, sine * a.sin);
+    s.far = true;
+    s.pdf = at.probability / row.solid_angle;
+    if (s.pdf > 0.0f) s.weight = texels_[size_t{at.y} * width_ + at.x] / s.pdf;
+    s.indirect_only = indirect_only();
+  }
 }
 
 }  // namespace kiln

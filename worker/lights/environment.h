@@ -20,12 +20,27 @@ class Environment {
   // A constant environment is found by the surface's own sampling as well as by any other.
   bool wants_sampling() const { return !black_ && width_ > 0; }
   bool indirect_only() const { return bake_ == BakeMode::kIndirect; }
-  Vec3 radiance(const Vec3& direction) const;  // direction is unit
-  float pdf(const Vec3& direction) const;      // of sample(), per steradian
-  LightSample sample(const Vec2& u) const;
+  // samples[k] for the numbers (u[k], v[k]); at most kMost at once.
+  static constexpr size_t kMost = ImageDistribution::kMost;
+  void sample(const float* u, const float* v, size_t count, LightSample* samples) const;
+  LightSample sample(const Vec2& u) const {
+    LightSample s;
+    sample(&u.x, &u.y, 1, &s);
+    return s;
+  }
+  // Place in the image of a unit direction; 0 without one.
+  uint32_t texel_of(const Vec3& direction) const;
+  // Says that radiance() and pdf() will be asked there.
+  void prefetch(uint32_t texel) const {
+    __builtin_prefetch(&texels_[texel]);
+    distribution_.prefetch(texel % width_, texel / width_);
+  }
+  Vec3 radiance(uint32_t texel) const { return width_ ? texels_[texel] : constant_; }
+  float pdf(uint32_t texel) const;  // of sample(), per steradian
+  Vec3 radiance(const Vec3& direction) const { return radiance(texel_of(direction)); }
+  float pdf(const Vec3& direction) const { return pdf(texel_of(direction)); }
 
  private:
-  size_t texel_of(const Vec3& direction) const;
   Vec3 constant_{0.0f};
   uint32_t width_ = 0, height_ = 0;
   std::vector<Vec3> texels_;

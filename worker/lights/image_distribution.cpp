@@ -56,24 +56,38 @@ ImageDistribution::Part ImageDistribution::add_part(const std::vector<double>& w
   return part;
 }
 
-ImageDistribution::Pick ImageDistribution::pick(const Part& part, double u) const {
-  const double scaled = u * kOne;
+ImageDistribution::Pick ImageDistribution::pick(const Part& part, double scaled, uint32_t i) const {
   const auto x = static_cast<uint32_t>(scaled);
   const uint32_t* upper = upper_.data() + part.first;
-  uint32_t i = guide_[part.guide + (x >> part.shift)];
   while (upper[i] <= x) ++i;
   const uint32_t low = i ? upper[i - 1] : 0, n = upper[i] - low;
   const auto within = static_cast<float>((scaled - low) / n);
   return {i, n, std::min(within, 0x1.fffffep-1f)};
 }
 
-ImageDistribution::Draw ImageDistribution::sample(const Vec2& u) const {
-  const uint64_t key = uint64_t{std::bit_cast<uint32_t>(u.x)} << 32 | std::bit_cast<uint32_t>(u.y);
-  const uint64_t more = mix_bits(key);
-  const Pick row = pick(choice_, refined(u.x, more)),
-             column = pick(rows_[row.index], refined(u.y, more >> 32));
-  return {column.index, row.index, Vec2(column.within, row.within),
-          static_cast<float>(row.count) * 0x1p-31f * (static_cast<float>(column.count) * 0x1p-31f)};
+void ImageDistribution::sample(const float* u, const float* v, size_t count, Draw* draws) const {
+  KILN_CHECK(count <= kMost);
+  Pick rows[kMost];
+  double columns[kMost];
+  uint32_t starts[kMost];
+  for (size_t k = 0; k < count; ++k) {
+    const uint64_t more =
+        mix_bits(uint64_t{std::bit_cast<uint32_t>(u[k])} << 32 | std::bit_cast<uint32_t>(v[k]));
+    const double row = refined(u[k], more) * kOne;
+    rows[k] = pick(choice_, row, guide(choice_, row));
+    columns[k] = refined(v[k], more >> 32) * kOne;
+    __builtin_prefetch(&guide(rows_[rows[k].index], columns[k]));
+  }
+  for (size_t k = 0; k < count; ++k) {
+    const Part& part = rows_[rows[k].index];
+    starts[k] = guide(part, columns[k]);
+    __builtin_prefetch(&upper_[part.first + starts[k]]);
+  }
+  for (size_t k = 0; k < count; ++k) {
+    const Pick column = pick(rows_[rows[k].index], columns[k], starts[k]);
+    draws[k] = {column.index, rows[k].index, Vec2(column.within, rows[k].within),
+                static_cast<float>(rows[k].count) * 0x1p-31f * (static_cast<float>(column.count) * 0x1p-31f)};
+  }
 }
 
 float ImageDistribution::probability(uint32_t x, uint32_t y) const {

@@ -26,7 +26,11 @@ class ImageDistribution {
     Vec2 within;        // uniform in [0, 1)^2, left over from u
     float probability;  // of the texel
   };
-  Draw sample(const Vec2& u) const;
+  // draws[k] for the numbers (u[k], v[k]); at most kMost at once. One by one each would wait for memory three
+  // times; together they wait for each other's.
+  static constexpr size_t kMost = 64;
+  void sample(const float* u, const float* v, size_t count, Draw* draws) const;
+  void prefetch(uint32_t x, uint32_t y) const { __builtin_prefetch(&upper_[rows_[y].first + x]); }
   float probability(uint32_t x, uint32_t y) const;
 
  private:
@@ -45,7 +49,11 @@ class ImageDistribution {
     uint32_t index, count;
     float within;
   };
-  Pick pick(const Part& part, double u) const;
+  // The entry that `scaled`, a number below kOne, belongs to, sought from entry i on.
+  Pick pick(const Part& part, double scaled, uint32_t i) const;
+  const uint16_t& guide(const Part& part, double scaled) const {
+    return guide_[part.guide + (static_cast<uint32_t>(scaled) >> part.shift)];
+  }
 
   uint32_t width_ = 0;
   std::vector<uint32_t> upper_;  // probability of all entries up to this one, times kOne
