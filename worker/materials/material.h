@@ -26,7 +26,8 @@ concept IsMaterial = requires(const M m, const Attributes& a, RecordReader& r, c
   { m.emission_parts() } -> std::same_as<EmissionParts>;
   { m.opacity(a) } -> std::same_as<float>;
   { m.is_opaque() } -> std::same_as<bool>;
-  { m.is_glass() } -> std::same_as<bool>;  // may a Bsdf of it transmit?
+  { m.has_layers() } -> std::same_as<bool>;  // is a Bsdf of it ever more than a Lambert layer?
+  { m.is_glass() } -> std::same_as<bool>;    // may a Bsdf of it transmit?
   { m.is_emissive() } -> std::same_as<bool>;
   { m.double_sided() } -> std::same_as<bool>;
   {m.prefetch(a)};                           // says that bsdf(a) comes soon
@@ -52,6 +53,9 @@ inline float opacity_at(const Material& m, const Attributes& a) {
 }
 inline bool is_opaque(const Material& m) {
   return std::visit([](const auto& x) { return x.is_opaque(); }, m);
+}
+inline bool has_layers(const Material& m) {
+  return std::visit([](const auto& x) { return x.has_layers(); }, m);
 }
 inline bool is_glass(const Material& m) {
   return std::visit([](const auto& x) { return x.is_glass(); }, m);

@@ -30,6 +30,7 @@ class Unlit {
     return alpha_.opacity(texture_ ? factor * texture_.alpha(a.uv) : factor);
   }
   bool is_opaque() const { return alpha_.mode == AlphaMode::kOpaque; }
+  bool has_layers() const { return false; }
   bool is_glass() const { return false; }
   bool is_emissive() const { return max_component(Vec3(base_color_)) > 0.0f; }
   bool double_sided() const { return double_sided_; }
