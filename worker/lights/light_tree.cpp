@@ -1,6 +1,7 @@
 #include "worker/lights/light_tree.h"
 
 #include <bit>
+#include <cstring>
 
 #include "common/math/sequence.h"
 
@@ -32,11 +33,19 @@ uint64_t key_of(float u, const Vec3& p) {
                   std::rotl(uint64_t{std::bit_cast<uint32_t>(p.z)}, 17));
 }
 
+// Mean of max(0, x) for x spread evenly over `half` on both sides of c.
+template <class Lanes>
+Lanes mean_cosine(const Lanes& c, const Lanes& half) {
+  const Lanes above = at_least(c + half, 0.0f);
+  return c > half ? c : above * above / (4.0f * half);
+}
+
 }  // namespace
 
 // Bounds of section 4 and the importance of section 5.1: strength cos(theta') cos(theta_i') / d^2, where the
-// angles are the least ones that the bounds leave open.
-LightTree::Lanes LightTree::importance(const Node& a, const Vec3& p, const Vec3& n) {
+// angles are the least ones that the bounds leave open. Departure: d^2 is the mean over the lights, which is
+// that of their centroid plus their variance, instead of the centre's, clamped.
+LightTree::Lanes LightTree::importance(const Group& a, const Vec3& p, const Vec3& n) {
   const Lanes zero = {}, one = zero + 1.0f;
   const Lanes dx = p.x - a.x, dy = p.y - a.y, dz = p.z - a.z;
   const Lanes d2 = dx * dx + dy * dy + dz * dz, r2 = a.radius * a.radius;
@@ -57,34 +66,40 @@ LightTree::Lanes LightTree::importance(const Node& a, const Vec3& p, const Vec3&
   const Lanes sin_x = in_cone ? zero : at_least(sin_w * a.cos_normals - cos_w * a.sin_normals, 0.0f);
   const Lanes cos_m = (inside | (cos_x > cos_b)) ? one : cos_x * cos_b + sin_x * sin_b;
   const Lanes cos_r = (inside | (cos_i > cos_b)) ? one : cos_i * cos_b + sin_i * sin_b;
-  const Lanes nearest = d2 > r2 ? d2 : r2;
-  const Lanes value = a.strength * at_least(cos_m, kLeastCosine) *
-                      (kGrazing + (1.0f - kGrazing) * at_least(cos_r, 0.0f)) / at_least(nearest, 1e-36f);
+  const Lanes half = sin_b > 1.0f ? one : at_least(sin_b, 1e-6f);
+  const Lanes value = a.strength * at_least(mean_cosine(cos_x, half), kLeastCosine) *
+                      (kGrazing + (1.0f - kGrazing) * mean_cosine(cos_i, half)) /
+                      at_least(d2 + a.spread2, 1e-36f);
   const auto excluded = (cos_m < a.cos_emission) | (cos_r < -kSlack) | (d2 > a.reach2);
   return excluded ? zero : value;
 }
 
+void LightTree::weigh(int32_t node, const Vec3& p, const Vec3& n, Weights& out) const {
+  out.width = node == 0 ? root_width_ : kWidth;
+  const Group* group = groups_.data() + node;
+  for (int i = 0; i < out.width; i += kLanes) {
+    const Lanes lanes = importance(*group++, p, n);
+    std::memcpy(out.of + i, &lanes, sizeof lanes);
+  }
+  double sum = 0;
+  for (int i = 0; i < out.width; ++i) out.upto[i] = sum += static_cast<double>(out.of[i]);
+}
+
 LightTree::Choice LightTree::choose(const Vec3& p, const Vec3& n, float u) const {
-  if (nodes_.empty()) return {};
+  if (groups_.empty()) return {};
   double left = refined(u, key_of(u, p)), chance = 1;
+  Weights w;
   for (int32_t at = 0;;) {
-    const Node& node = nodes_[static_cast<size_t>(at)];
-    const Lanes weight = importance(node, p, n);
-    double total = 0;
-    for (int i = 0; i < kWidth; ++i) total += static_cast<double>(weight[i]);
-    if (!(total > 0)) return {};
-    left *= total;
-    int chosen = -1;
-    for (int i = 0; i < kWidth; ++i) {
-      if (!(weight[i] > 0.0f)) continue;
-      if (chosen >= 0) left -= static_cast<double>(weight[chosen]);
-      chosen = i;
-      if (left < static_cast<double>(weight[i])) break;
-    }
-    const double w = static_cast<double>(weight[chosen]);
-    chance *= w / total;
-    left = std::clamp(left / w, 0.0, 0x1.fffffffffffffp-1);
-    at = node.child[chosen];
+    weigh(at, p, n, w);
+    if (!(w.total() > 0)) return {};
+    left *= w.total();
+    int chosen = 0;  // the first whose sum is above `left`; no branch, since nothing can predict it
+    for (int i = 0; i + 1 < w.width; ++i) chosen += left >= w.upto[i];
+    while (!(w.of[chosen] > 0.0f)) --chosen;  // `left` was rounded up to the total
+    const double weight = w.of[chosen];
+    chance *= weight / w.total();
+    left = std::clamp((left - (chosen ? w.upto[chosen - 1] : 0)) / weight, 0.0, 0x1.fffffffffffffp-1);
+    at = groups_[static_cast<size_t>(at + chosen / kLanes)].child[chosen % kLanes];
     if (at < 0) return {static_cast<uint32_t>(~at), static_cast<float>(chance)};
   }
 }
@@ -92,15 +107,15 @@ LightTree::Choice LightTree::choose(const Vec3& p, const Vec3& n, float u) const
 float LightTree::probability(uint32_t light, const Vec3& p, const Vec3& n) const {
   uint64_t trail = trails_[light];
   double chance = 1;
-  for (int32_t at = 0;; trail >>= 2) {
-    const Node& node = nodes_[static_cast<size_t>(at)];
-    const Lanes weight = importance(node, p, n);
-    double total = 0;
-    for (int i = 0; i < kWidth; ++i) total += static_cast<double>(weight[i]);
-    const int chosen = static_cast<int>(trail & 3);
-    if (!(weight[chosen] > 0.0f)) return 0.0f;
-    chance *= static_cast<double>(weight[chosen]) / total;
-    at = node.child[chosen];
+  Weights w;
+  for (int32_t at = 0;;) {
+    weigh(at, p, n, w);
+    const int bits = at == 0 ? kRootTrailBits : kTrailBits;
+    const int chosen = static_cast<int>(trail & ((1u << bits) - 1));
+    trail >>= bits;
+    if (!(w.of[chosen] > 0.0f)) return 0.0f;
+    chance *= static_cast<double>(w.of[chosen]) / w.total();
+    at = groups_[static_cast<size_t>(at + chosen / kLanes)].child[chosen % kLanes];
     if (at < 0) return static_cast<float>(chance);
   }
 }

@@ -1,13 +1,14 @@
 #include <array>
 #include <numeric>
 
+#include "common/base/check.h"
 #include "worker/lights/light_tree.h"
 
 namespace kiln {
 namespace {
 
 constexpr int kBins = 16;
-constexpr int kByCost = 12;           // levels; below them ranges are halved, so that depth is bounded
+constexpr int kByCost = 8;            // levels; below them ranges are halved, so that depth is bounded
 constexpr double kWeakest = 1e-12;    // strength relative to the strongest: no product underflows
 constexpr double kMargin = 1e-6;      // of cosines, for rounding to float
 constexpr double kRoundUp = 1e-3;     // of radii, for the rounding of distances and of points on triangles
@@ -82,7 +83,8 @@ class LightTree::Builder {
 
   int32_t build(uint32_t begin, uint32_t end, int level, uint64_t trail) {
     std::vector<Range> parts{range(begin, end)};
-    while (parts.size() < kWidth) {
+    const size_t width = level == 0 ? kRootWidth : kWidth;
+    while (parts.size() < width) {
       size_t widest = parts.size();
       for (size_t i = 0; i < parts.size(); ++i) {
         if (parts[i].size() < 2) continue;
@@ -97,15 +99,20 @@ class LightTree::Builder {
       parts[widest] = range(whole.begin, middle);
       parts.insert(parts.begin() + static_cast<std::ptrdiff_t>(widest) + 1, range(middle, whole.end));
     }
-    const auto node = static_cast<int32_t>(tree_.nodes_.size());
-    tree_.nodes_.emplace_back();
-    for (int i = 0; i < kWidth; ++i) {
-      const auto slot = static_cast<size_t>(i);
+    KILN_CHECK(level < kDeepest);
+    const auto node = static_cast<int32_t>(tree_.groups_.size());
+    const size_t groups = level == 0 ? (parts.size() + kLanes - 1) / kLanes : kWidth / kLanes;
+    if (level == 0) tree_.root_width_ = static_cast<int>(groups * kLanes);
+    tree_.groups_.resize(tree_.groups_.size() + groups);
+    for (size_t slot = 0; slot < groups * kLanes; ++slot) {
+      const auto lane = static_cast<int>(slot % kLanes);
+      const auto group = [&]() -> Group& { return tree_.groups_[static_cast<size_t>(node) + slot / kLanes]; };
       if (slot >= parts.size()) {
-        tree_.nodes_[static_cast<size_t>(node)].reach2[i] = -1.0f;
+        group().reach2[lane] = -1.0f;
         continue;
       }
-      const uint64_t here = trail | uint64_t{slot} << (2 * level);
+      const int shift = level == 0 ? 0 : kRootTrailBits + kTrailBits * (level - 1);
+      const uint64_t here = trail | uint64_t{slot} << shift;
       int32_t child;
       if (parts[slot].size() == 1) {
         const uint32_t light = order_[parts[slot].begin];
@@ -114,8 +121,8 @@ class LightTree::Builder {
       } else {
         child = build(parts[slot].begin, parts[slot].end, level + 1, here);
       }
-      tree_.nodes_[static_cast<size_t>(node)].child[i] = child;
-      enclose(parts[slot], tree_.nodes_[static_cast<size_t>(node)], i);
+      group().child[lane] = child;
+      enclose(parts[slot], group(), lane);
     }
     return node;
   }
@@ -164,25 +171,26 @@ class LightTree::Builder {
   }
 
   // Bounds of all lights of the range, from the lights themselves: tighter than from the children's bounds.
-  void enclose(const Range& r, Node& node, int slot) const {
-    DVec3 low(1e300), high(-1e300), sum(0.0);
+  void enclose(const Range& r, Group& node, int slot) const {
+    DVec3 sum(0.0), centroid(0.0);
     double strength = 0, cos_emission = 1;
     bool two_sided = false, anywhere = false;
     for (uint32_t i = r.begin; i < r.end; ++i) {
       const LightBounds& l = lights_[order_[i]];
-      low = glm::min(low, DVec3(l.centre) - DVec3(l.radius));
-      high = glm::max(high, DVec3(l.centre) + DVec3(l.radius));
       sum += DVec3(l.axis);
       strength += strength_[order_[i]];
+      centroid += DVec3(l.centre) * strength_[order_[i]];
       cos_emission = std::min(cos_emission, l.cos_emission);
       two_sided = two_sided || l.two_sided;
       anywhere = anywhere || l.cos_normals <= -1.0;
     }
-    const Vec3 centre(0.5 * (low + high)), axis = normalize_or(Vec3(sum), Vec3(0, 1, 0));
-    double radius = 0, reach = 0, cos_normals = anywhere ? -1 : 1;
+    const Vec3 centre(centroid / strength), axis = normalize_or(Vec3(sum), Vec3(0, 1, 0));
+    double radius = 0, reach = 0, spread2 = 0, cos_normals = anywhere ? -1 : 1;
     for (uint32_t i = r.begin; i < r.end; ++i) {
       const LightBounds& l = lights_[order_[i]];
       const double away = glm::length(DVec3(l.centre) - DVec3(centre));
+      // A triangle's own variance is at most a quarter of the squared radius around its centroid.
+      spread2 += (away * away + 0.25 * l.radius * l.radius) * strength_[order_[i]] / strength;
       radius = std::max(radius, away + l.radius);
       reach = std::max(reach, away + l.radius + l.reach);
       if (!anywhere) cos_normals = std::min(cos_normals, widened(l, axis, two_sided));
@@ -198,6 +206,7 @@ class LightTree::Builder {
     node.cos_emission[slot] = static_cast<float>(cos_emission - 10 * kMargin);
     node.fold[slot] = two_sided ? 1.0f : -1.0f;
     node.strength[slot] = static_cast<float>(strength);
+    node.spread2[slot] = static_cast<float>(spread2);
     node.reach2[slot] = static_cast<float>(reach * reach * (1 + kRoundUp));
   }
   // Cosine of the angle between the axis and the normal of the light that is furthest from it.
