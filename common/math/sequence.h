@@ -70,6 +70,14 @@ constexpr uint64_t mix_bits(uint64_t x) {
   return x ^ x >> 31;
 }
 
+// The 23 bits of a unit_float with 30 more below them, from the low half of `key`; in [0, 1). For choices so
+// many that 23 bits do not tell them apart.
+constexpr double refined(float u, uint64_t key) {
+  const double fraction = static_cast<double>(key >> 2 & 0x3fffffff) * 0x1p-30;
+  const double fine = static_cast<double>(u) + (fraction - 0.5) * 0x1p-23;
+  return fine < 0.0 ? 0.0 : fine < 1.0 ? fine : 0x1.fffffffffffffp-1;
+}
+
 // Both halves reversed in one go.
 constexpr uint64_t reverse_halves(uint64_t x) {
   x = __builtin_bswap64(x);
@@ -131,6 +139,7 @@ class SampleStream {
     return static_cast<uint32_t>(seed * 0xd1342543de82ef95u >> 32);
   }
 
+  friend class SampleBatch;
   Vec2 other_pair(uint32_t dimension) const;  // of the samplers that are not the default
 
   uint64_t key_;

@@ -93,6 +93,9 @@ class Returns final : public Tracer {
     return hit;
   }
   Vec3 transmittance(const Ray& ray) const override { return inner_.transmittance(ray); }
+  void transmittance(std::span<const Ray> rays, Vec3* passed) const override {
+    inner_.transmittance(rays, passed);
+  }
   size_t memory_bytes() const override { return 0; }
 
  private:

@@ -22,6 +22,8 @@ class PathBaker final : public Baker {
     KILN_TRY(auto tracer, Tracer::create(surfaces_->scene(), *surfaces_, settings_.isa, threads));
     tracer_ = with_coincident_rule(std::move(tracer), *surfaces_);
     KILN_TRY(lights_, Lights::create(*surfaces_, warnings_));
+    integrator_ =
+        Integrator::create(*surfaces_, *tracer_, lights_, settings_, find_features(*surfaces_, lights_));
     return {};
   }
 
@@ -30,7 +32,6 @@ class PathBaker final : public Baker {
   Expected<UnitResult> bake(const WorkUnit& unit) const override {
     const Stopwatch watch;
     Film film(settings_.basis);
-    const PathIntegrator integrator(*surfaces_, *tracer_, lights_, settings_);
     UnitResult result;
     result.unit = unit.id;
     result.site_count = static_cast<uint32_t>(unit.sites.size());
@@ -44,8 +45,7 @@ class PathBaker final : public Baker {
       const uint32_t texel = atlas_.sites.texel[site];
       Texel of{texel, SitePicker(atlas_, surfaces_->scene(), site), SitePlaces(*surfaces_, *tracer_)};
       for (uint32_t done = 0; done < unit.sample_count; done += kBatch)
-        sample(integrator, of, unit.first_sample + done, std::min(kBatch, unit.sample_count - done), film,
-               result);
+        sample(of, unit.first_sample + done, std::min(kBatch, unit.sample_count - done), film, result);
       result.moments.insert(result.moments.end(), film.sums().begin(), film.sums().begin() + film.planes());
     }
     result.seconds = watch.seconds();
@@ -53,7 +53,7 @@ class PathBaker final : public Baker {
   }
 
  private:
-  static constexpr uint32_t kBatch = PathIntegrator::kBatch;
+  static constexpr uint32_t kBatch = Integrator::kBatch;
 
   struct Texel {
     uint32_t index;
@@ -63,9 +63,8 @@ class PathBaker final : public Baker {
 
   // Samples that met a back face, from a site inside geometry, are taken again from outside. That is decided
   // for each sample by itself, so that no cut of a texel's samples into ranges changes any of them.
-  void take_again(const PathIntegrator& integrator, Texel& texel, std::span<PathIntegrator::Task> tasks,
-                  Film& film, UnitResult& result) const {
-    PathIntegrator::Task again[kBatch];
+  void take_again(Texel& texel, std::span<Integrator::Task> tasks, Film& film, UnitResult& result) const {
+    Integrator::Task again[kBatch];
     size_t from[kBatch], count = 0;
     for (size_t i = 0; i < tasks.size(); ++i) {
       if (!tasks[i].splats.inside) continue;
@@ -78,22 +77,21 @@ class PathBaker final : public Baker {
       film.count_pushed();
     }
     if (count == 0) return;
-    integrator.sample(std::span(again, count));
+    integrator_->sample(std::span(again, count));
     for (size_t k = 0; k < count; ++k) tasks[from[k]] = again[k];
   }
 
   // Samples [first, first + count) of one texel, added in their order.
-  void sample(const PathIntegrator& integrator, Texel& texel, uint32_t first, uint32_t count, Film& film,
-              UnitResult& result) const {
-    PathIntegrator::Task tasks[kBatch];
+  void sample(Texel& texel, uint32_t first, uint32_t count, Film& film, UnitResult& result) const {
+    Integrator::Task tasks[kBatch];
     for (uint32_t i = 0; i < count; ++i) {
       const SampleStream stream(settings_.seed, texel.index, first + i, settings_.sampler);
       const SitePick pick = texel.picker.pick(stream.single(0));
       tasks[i] = {surfaces_->at(pick.instance, pick.triangle, pick.b1, pick.b2), stream, {}};
     }
-    integrator.sample(std::span(tasks, count));
+    integrator_->sample(std::span(tasks, count));
     if (std::any_of(tasks, tasks + count, [](const auto& t) { return t.splats.inside; }))
-      take_again(integrator, texel, std::span(tasks, count), film, result);
+      take_again(texel, std::span(tasks, count), film, result);
     for (uint32_t i = 0; i < count; ++i) {
       result.rays += tasks[i].splats.rays;
       if (!film.add(tasks[i].splats, tasks[i].receiver.ns) && result.nonfinite++ == 0) {
@@ -109,6 +107,7 @@ class PathBaker final : public Baker {
   std::unique_ptr<Surfaces> surfaces_;
   std::unique_ptr<Tracer> tracer_;
   Lights lights_;
+  std::unique_ptr<Integrator> integrator_;
 };
 
 }  // namespace

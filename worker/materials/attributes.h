@@ -14,6 +14,13 @@ struct Attributes {
   Vec4 color{1.0f};
 };
 
+// What a material's emission is the product of, for whoever integrates it over a triangle.
+struct EmissionParts {
+  Vec3 factor;
+  const TextureSampler* texture;  // null: none
+  bool vertex_color;              // times Attributes::color
+};
+
 // The alpha behaviour that all materials share (glTF 2.0, 3.9.4).
 struct AlphaMode {
   enum Mode { kOpaque, kMask, kBlend } mode = kOpaque;

@@ -23,9 +23,11 @@ concept IsMaterial = requires(const M m, const Attributes& a, RecordReader& r, c
   { M::parse(r, s) } -> std::same_as<M>;
   { m.bsdf(a) } -> std::same_as<Bsdf>;
   { m.emission(a) } -> std::same_as<Vec3>;  // radiance alone, for sampling emitters
+  { m.emission_parts() } -> std::same_as<EmissionParts>;
   { m.opacity(a) } -> std::same_as<float>;
   { m.is_opaque() } -> std::same_as<bool>;
-  { m.is_glass() } -> std::same_as<bool>;  // may a Bsdf of it transmit?
+  { m.has_layers() } -> std::same_as<bool>;  // is a Bsdf of it ever more than a Lambert layer?
+  { m.is_glass() } -> std::same_as<bool>;    // may a Bsdf of it transmit?
   { m.is_emissive() } -> std::same_as<bool>;
   { m.double_sided() } -> std::same_as<bool>;
   {m.prefetch(a)};                           // says that bsdf(a) comes soon
@@ -43,11 +45,17 @@ inline Bsdf bsdf_at(const Material& m, const Attributes& a) {
 inline Vec3 emission_at(const Material& m, const Attributes& a) {
   return std::visit([&](const auto& x) { return x.emission(a); }, m);
 }
+inline EmissionParts emission_parts(const Material& m) {
+  return std::visit([](const auto& x) { return x.emission_parts(); }, m);
+}
 inline float opacity_at(const Material& m, const Attributes& a) {
   return std::visit([&](const auto& x) { return x.opacity(a); }, m);
 }
 inline bool is_opaque(const Material& m) {
   return std::visit([](const auto& x) { return x.is_opaque(); }, m);
+}
+inline bool has_layers(const Material& m) {
+  return std::visit([](const auto& x) { return x.has_layers(); }, m);
 }
 inline bool is_glass(const Material& m) {
   return std::visit([](const auto& x) { return x.is_glass(); }, m);

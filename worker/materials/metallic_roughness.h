@@ -13,8 +13,14 @@ class MetallicRoughness {
   static MetallicRoughness parse(RecordReader& r, const Scene& scene);
   Bsdf bsdf(const Attributes& a) const;
   Vec3 emission(const Attributes& a) const;
+  EmissionParts emission_parts() const {
+    return {emission_, emission_texture_ ? &emission_texture_ : nullptr, false};
+  }
   float opacity(const Attributes& a) const;
   bool is_opaque() const { return alpha_.mode == AlphaMode::kOpaque; }
+  bool has_layers() const {
+    return metallic_ > 0.0f || dielectric_f0_ * max_component(specular_color_) > 0.0f;
+  }
   bool is_glass() const { return false; }
   bool is_emissive() const { return max_component(emission_) > 0.0f; }
   bool double_sided() const { return double_sided_; }

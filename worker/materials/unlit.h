@@ -23,12 +23,14 @@ class Unlit {
     const Vec3 color = Vec3(base_color_) * Vec3(a.color);
     return glm::max(texture_ ? color * texture_.color(a.uv) : color, Vec3(0.0f));
   }
+  EmissionParts emission_parts() const { return {Vec3(base_color_), texture_ ? &texture_ : nullptr, true}; }
   float opacity(const Attributes& a) const {
     if (is_opaque()) return 1.0f;
     const float factor = base_color_.w * a.color.w;
     return alpha_.opacity(texture_ ? factor * texture_.alpha(a.uv) : factor);
   }
   bool is_opaque() const { return alpha_.mode == AlphaMode::kOpaque; }
+  bool has_layers() const { return false; }
   bool is_glass() const { return false; }
   bool is_emissive() const { return max_component(Vec3(base_color_)) > 0.0f; }
   bool double_sided() const { return double_sided_; }

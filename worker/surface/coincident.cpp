@@ -114,6 +114,9 @@ class CoincidentRule final : public Tracer {
     return meet(ray, faces ? at->first : at->other_side, hit);
   }
   Vec3 transmittance(const Ray& ray) const override { return inner_->transmittance(ray); }
+  void transmittance(std::span<const Ray> rays, Vec3* passed) const override {
+    inner_->transmittance(rays, passed);
+  }
   size_t memory_bytes() const override { return inner_->memory_bytes() + shared_.size() * sizeof(Shared); }
 
  private:
