@@ -1,5 +1,9 @@
 #include "coordinator/import/geometry.h"
 
+#include <algorithm>
+
+#include "common/scene/coincident.h"
+
 namespace kiln {
 namespace {
 
@@ -32,6 +36,25 @@ void gather(std::vector<T>& values, const std::vector<uint32_t>& from) {
   values = std::move(out);
 }
 
+// Removes the triangles that `unwanted` names by index, asked in order; returns how many.
+template <class Unwanted>
+size_t remove_if_triangle(Triangles& triangles, const Unwanted& unwanted) {
+  size_t kept = 0;
+  for (size_t i = 0; i < triangles.vertices.size(); ++i) {
+    if (unwanted(i)) continue;
+    triangles.vertices[kept] = triangles.vertices[i];
+    triangles.source[kept++] = triangles.source[i];
+  }
+  const size_t removed = triangles.vertices.size() - kept;
+  triangles.vertices.resize(kept);
+  triangles.source.resize(kept);
+  if (removed > kept) {  // millions of them must not stay in memory for the few that are left
+    triangles.vertices.shrink_to_fit();
+    triangles.source.shrink_to_fit();
+  }
+  return removed;
+}
+
 // New vertex i is old vertex from[i].
 void gather_vertices(Mesh& mesh, const std::vector<uint32_t>& from) {
   gather(mesh.positions, from);
@@ -61,16 +84,37 @@ Triangles triangulate(const std::vector<uint32_t>& indices, int mode) {
 }
 
 size_t remove_flat_triangles(const std::vector<Vec3>& positions, Triangles& triangles) {
-  size_t kept = 0;
-  for (size_t i = 0; i < triangles.vertices.size(); ++i) {
-    if (!has_area(positions, triangles.vertices[i])) continue;
-    triangles.vertices[kept] = triangles.vertices[i];
-    triangles.source[kept++] = triangles.source[i];
+  return remove_if_triangle(triangles, [&](size_t i) { return !has_area(positions, triangles.vertices[i]); });
+}
+
+size_t remove_repeated_triangles(const std::vector<Vec3>& positions, Triangles& triangles) {
+  struct Key {
+    uint64_t hash;
+    uint32_t index;
+    auto operator<=>(const Key&) const = default;
+  };
+  Vec3 a[3], b[3];
+  const auto corners = [&](uint32_t i, Vec3(&p)[3]) {
+    for (int k = 0; k < 3; ++k) p[k] = positions[triangles.vertices[i][k]];
+  };
+  std::vector<Key> keys(triangles.vertices.size());
+  for (uint32_t i = 0; i < keys.size(); ++i) {
+    corners(i, a);
+    keys[i] = {corner_hash(a), i};
   }
-  const size_t removed = triangles.vertices.size() - kept;
-  triangles.vertices.resize(kept);
-  triangles.source.resize(kept);
-  return removed;
+  std::sort(keys.begin(), keys.end());
+  std::vector<bool> repeated(keys.size());
+  std::vector<uint32_t> firsts;  // of one hash: two if both windings occur
+  for (size_t i = 0; i < keys.size(); ++i) {
+    if (i == 0 || keys[i].hash != keys[i - 1].hash) firsts.clear();
+    corners(keys[i].index, a);
+    repeated[keys[i].index] = std::any_of(firsts.begin(), firsts.end(), [&](uint32_t first) {
+      corners(first, b);
+      return same_corners(a, b) == 1;
+    });
+    if (!repeated[keys[i].index]) firsts.push_back(keys[i].index);
+  }
+  return remove_if_triangle(triangles, [&](size_t i) { return repeated[i]; });
 }
 
 void make_flat_normals(Mesh& mesh) {

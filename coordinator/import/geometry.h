@@ -22,6 +22,11 @@ Triangles triangulate(const std::vector<uint32_t>& indices, int mode);
 // rounding of its own coordinates, for then the side it faces is noise.
 size_t remove_flat_triangles(const std::vector<Vec3>& positions, Triangles& triangles);
 
+// Removes all but the first of triangles with the same three corners in the same winding, and returns how
+// many. Only the first could be seen, and which of them a ray meets would be chance. Opposite ones are both
+// kept: each is a surface of its own side.
+size_t remove_repeated_triangles(const std::vector<Vec3>& positions, Triangles& triangles);
+
 // Gives every triangle its own vertices with the normal of its plane (glTF: flat normals where absent).
 void make_flat_normals(Mesh& mesh);
 

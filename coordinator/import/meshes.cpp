@@ -147,6 +147,7 @@ Expected<PrimitiveResult> read_primitive(const ImportContext& context, const Pri
   Triangles triangles = triangulate(indices, primitive.mode);
   result.file_triangles = triangles.vertices.size();
   result.flat_triangles = remove_flat_triangles(result.mesh.positions, triangles);
+  result.repeated_triangles = remove_repeated_triangles(result.mesh.positions, triangles);
   KILN_TRY_STATUS(read_attributes(context, reader, request.keep_uv0, result));
   result.mesh.triangles = std::move(triangles.vertices);
   result.mesh.source_triangle = std::move(triangles.source);
@@ -175,16 +176,18 @@ Expected<std::vector<PrimitiveResult>> read_primitives(const ImportContext& cont
 
 void note_primitives(const ImportContext& context, const std::vector<PrimitiveRequest>& requests,
                      const std::vector<PrimitiveResult>& results, ImportNotes& notes) {
-  Finding flat, empty, lines, generated, repaired, no_uv, morphed;
-  size_t flat_triangles = 0, repaired_normals = 0;
+  Finding flat, repeated, empty, lines, generated, repaired, no_uv, morphed;
+  size_t flat_triangles = 0, repeated_triangles = 0, repaired_normals = 0;
   for (size_t i = 0; i < results.size(); ++i) {
     const PrimitiveResult& r = results[i];
     const std::string name = primitive_name(context, requests[i]);
     flat_triangles += r.flat_triangles;
+    repeated_triangles += r.repeated_triangles;
     repaired_normals += r.repaired_normals;
     if (r.not_triangles) lines.add(name);
     if (!r.not_triangles && r.mesh.triangles.empty()) empty.add(name);
     if (r.flat_triangles) flat.add(name);
+    if (r.repeated_triangles) repeated.add(name);
     if (r.mesh.triangles.empty()) continue;
     if (r.generated_normals) generated.add(name);
     if (r.repaired_normals) repaired.add(name);
@@ -197,6 +200,8 @@ void note_primitives(const ImportContext& context, const std::vector<PrimitiveRe
       add_note(notes, kind, text("{}, in {}", what, finding.list("primitive", "primitives")));
   };
   note(flat, Kind::kIgnored, text("triangles without area are left out: {}", flat_triangles));
+  note(repeated, Kind::kIgnored,
+       text("triangles that repeat another one are left out: {}", repeated_triangles));
   note(empty, Kind::kIgnored, "there is no triangle to bake");
   note(lines, Kind::kIgnored, "points and lines are left out");
   note(generated, Kind::kBaked, "there are no normals: flat ones are made");

@@ -13,9 +13,10 @@ struct PrimitiveRequest {
 };
 
 struct PrimitiveResult {
-  Mesh mesh;                  // no triangles: nothing to bake, see the counts
-  size_t flat_triangles = 0;  // left out
-  size_t file_triangles = 0;  // in the file
+  Mesh mesh;                      // no triangles: nothing to bake, see the counts
+  size_t flat_triangles = 0;      // left out
+  size_t repeated_triangles = 0;  // left out
+  size_t file_triangles = 0;      // in the file
   size_t repaired_normals = 0;
   bool generated_normals = false;
   bool not_triangles = false;  // points or lines

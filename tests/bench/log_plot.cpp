@@ -70,7 +70,7 @@ std::string draw(const Panel& panel, double left, double top, const std::string&
 std::string log_plot(const std::vector<Panel>& panels, size_t columns, const std::string& x_name,
                      const std::string& quantity) {
   const double rows = std::ceil(static_cast<double>(panels.size()) / static_cast<double>(columns));
-  const double width = kWidth * static_cast<double>(columns), height = kHeight * rows + 24;
+  const double width = kWidth * static_cast<double>(columns) + 16, height = kHeight * rows + 24;
   std::string out = text(
       "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0:.0f}\" height=\"{1:.0f}\" viewBox=\"0 0 {0:.0f} "
       "{1:.0f}\" font-family=\"sans-serif\" font-size=\"11\">\n<rect width=\"100%\" height=\"100%\" "

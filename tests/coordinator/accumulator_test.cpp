@@ -88,6 +88,24 @@ TEST(Accumulator, InsideGeometryMeansMoreThanHalfOfTheRays) {
   }
 }
 
+TEST(Accumulator, PushedMeansMoreThanHalfOfTheSamples) {
+  Atlas atlas;
+  atlas.width = atlas.height = 1;
+  atlas.sites.texel = {0};
+  for (double pushed : {2.0, 3.0}) {
+    Accumulator sums(1, 0);
+    const WorkUnit unit{0, 0, 4, {0}};
+    UnitResult result = of_samples(unit, {1, 2, 3, 6});
+    result.moments[kMomentPushed] = pushed;
+    ASSERT_TRUE(sums.add(unit, result));
+    EXPECT_EQ(sums.resolve(atlas).validity[0], pushed > 2 ? Validity::kPushed : Validity::kMeasured);
+    result.moments[kMomentInside] = 3;  // pushed, and still inside
+    Accumulator inside(1, 0);
+    ASSERT_TRUE(inside.add(unit, result));
+    EXPECT_EQ(inside.resolve(atlas).validity[0], Validity::kInside);
+  }
+}
+
 TEST(Accumulator, WrongShapeIsRefused) {
   Accumulator sums(2, 0);
   const WorkUnit unit{0, 0, 4, {0, 1}};

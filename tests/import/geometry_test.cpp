@@ -83,5 +83,30 @@ TEST(Geometry, UnusedVerticesGo) {
   EXPECT_EQ(mesh.normals.size(), 3u);
 }
 
+// Of equal corners in any rotation the first stays; the opposite winding is another surface. Equal positions
+// under different indices, and zeros of both signs, are equal.
+TEST(Geometry, RepeatedTrianglesGoOppositeOnesStay) {
+  const std::vector<Vec3> p{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {-0.0f, 0, 0}, {1, 0, 0}};
+  Triangles t = triangulate({0, 1, 3, 0, 1, 2, 1, 2, 0, 0, 2, 1, 2, 4, 5, 5, 4, 2, 0, 1, 3}, 4);
+  EXPECT_EQ(remove_repeated_triangles(p, t), 4u);
+  EXPECT_EQ(t.source, (std::vector<uint32_t>{0, 1, 3}));
+  Triangles all_equal;
+  all_equal.vertices.assign(100000, UVec3(0, 1, 2));
+  all_equal.source.resize(100000);
+  EXPECT_EQ(remove_repeated_triangles(p, all_equal), 99999u);
+}
+
+// An edge of 1 m and a height of 1 um, at the origin and a kilometre away: there the height is below half a
+// unit in the last place of the coordinates and the side it faces is noise.
+TEST(Geometry, SliversStayWhereTheirSideIsKnown) {
+  const auto removed = [](float at) {
+    const std::vector<Vec3> p{{at, at, 0}, {at + 1, at, 0}, {at + 0.5f, at + 1e-6f, 0}};
+    Triangles t = triangulate({0, 1, 2}, 4);
+    return remove_flat_triangles(p, t);
+  };
+  EXPECT_EQ(removed(0), 0u);
+  EXPECT_EQ(removed(1000), 1u);
+}
+
 }  // namespace
 }  // namespace kiln

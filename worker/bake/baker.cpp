@@ -8,6 +8,7 @@
 #include "common/base/hash.h"
 #include "worker/bake/film.h"
 #include "worker/sites/places.h"
+#include "worker/surface/coincident.h"
 
 namespace kiln {
 namespace {
@@ -18,7 +19,8 @@ class PathBaker final : public Baker {
 
   Status build(Scene scene, unsigned threads) {
     KILN_TRY(surfaces_, Surfaces::create(std::move(scene), warnings_));
-    KILN_TRY(tracer_, Tracer::create(surfaces_->scene(), *surfaces_, settings_.isa, threads));
+    KILN_TRY(auto tracer, Tracer::create(surfaces_->scene(), *surfaces_, settings_.isa, threads));
+    tracer_ = with_coincident_rule(std::move(tracer), *surfaces_);
     KILN_TRY(lights_, Lights::create(*surfaces_, warnings_));
     integrator_ =
         Integrator::create(*surfaces_, *tracer_, lights_, settings_, find_features(*surfaces_, lights_));
