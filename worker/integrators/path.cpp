@@ -190,7 +190,13 @@ bool PathIntegrator::passes_glass(Path& p, const Bsdf& layers) const {
     return false;
   }
   p.throughput *= p.passes < kMostPasses ? through / chance : Vec3(0.0f);
-  p.absorption = p.leaves ? Vec3(0.0f) : layers.absorption;
+  if (max_component(layers.absorption) > 0.0f) {
+    // Where the path started inside, nothing was entered: the way to this exit is absorbed now.
+    for (int k = 0; p.leaves && k < 3; ++k)
+      if (p.absorption[k] < layers.absorption[k])
+        p.throughput[k] *= exponential((p.absorption[k] - layers.absorption[k]) * p.hit.t);
+    p.absorption = glm::max(p.absorption + (p.leaves ? -layers.absorption : layers.absorption), Vec3(0.0f));
+  }
   p.origin = offset_origin(p.at.position, -p.at.ng, p.at.error);
   ++p.passes;
   return max_component(p.throughput) > 0.0f;
@@ -201,6 +207,13 @@ bool PathIntegrator::continues(Path& p) const {
   SurfacePoint& at = p.at;
   const SampleStream& stream = p.task->stream;
   const uint32_t bounces = p.bounces + 1;
+  if (surfaces_.kind(p.hit.instance).normal_map) {
+    // The map belongs to the front; seen from behind its normals are turned round as a whole.
+    const float side = p.leaves ? -1.0f : 1.0f;
+    at.ng *= side, at.ns *= side;
+    at.ns = surfaces_.mapped_normal(p.hit.instance, p.hit.triangle, at) * side;
+    at.ng *= side;
+  }
   if (dot(p.direction, at.ns) >= 0.0f) at.ns = at.ng;  // seen from below the shading horizon
   const Frame frame(at.ns);
   const SurfaceKind& kind = surfaces_.kind(p.hit.instance);
