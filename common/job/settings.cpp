@@ -5,6 +5,7 @@
 
 #include "common/base/format.h"
 #include "common/basis/basis.h"
+#include "common/math/samplers.h"
 
 namespace kiln {
 namespace {
@@ -100,6 +101,12 @@ Status parse_basis(BakeSettings& b, const std::string& s) {
   return {};
 }
 
+Status parse_sampler(BakeSettings& b, const std::string& s) {
+  KILN_TRY_STATUS(find_sampler(s));
+  b.sampler = s;
+  return {};
+}
+
 std::string print(double v) {
   return text("{}", v);
 }
@@ -176,6 +183,8 @@ const Setting kTable[] = {
     {"seed", "N", "", "of all random numbers",
      [](B& b, S s) { return store_number(b.seed, s, 0, 9007199254740992.0); },
      [](const B& b) { return text("{}", b.seed); }},
+    {"sampler", "NAME", "", "random numbers: owen (scrambled Sobol'), halton, pmj02 or random", parse_sampler,
+     [](const B& b) { return b.sampler; }},
     {"isa", "NAME", "", "numeric class: the instruction set of Embree's kernels",
      [](B& b, S s) {
        return store_word(b.isa, s, {"sse2", "sse4.2", "avx", "avx2", "avx512"});

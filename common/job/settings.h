@@ -32,6 +32,7 @@ struct BakeSettings {
   uint32_t workers = 0, threads = 0;  // 0: chosen from the processors
   uint32_t tile_texels = 256;
   uint64_t seed = 0;
+  std::string sampler = "owen";
   std::string isa = "avx2";
   uint32_t lease_ms = 15000;
 

@@ -1,5 +1,7 @@
 #include "common/job/unit.h"
 
+#include "common/base/format.h"
+
 namespace kiln {
 
 Bytes write_job(const JobSpec& job) {
@@ -12,6 +14,7 @@ Bytes write_job(const JobSpec& job) {
   w.put<uint8_t>(job.transport.indirect);
   w.put(job.transport.max_bounces);
   w.put(job.transport.seed);
+  w.put(static_cast<uint32_t>(job.transport.sampler));
   w.put_string(job.transport.isa);
   return w.take();
 }
@@ -27,8 +30,12 @@ Expected<JobSpec> read_job(std::span<const std::byte> bytes) {
   job.transport.indirect = r.get<uint8_t>() != 0;
   job.transport.max_bounces = r.get<uint32_t>();
   job.transport.seed = r.get<uint64_t>();
+  const auto sampler = r.get<uint32_t>();
+  job.transport.sampler = static_cast<Sampler>(sampler);
   job.transport.isa = r.get_string();
   if (!r.at_end()) return fail(ErrorKind::kProtocol, "a job description is damaged");
+  if (sampler >= kSamplers)
+    return fail(ErrorKind::kProtocol, text("sampler {} does not exist in this release", sampler));
   return job;
 }
 

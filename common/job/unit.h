@@ -8,6 +8,8 @@
 #include "common/base/bytes.h"
 #include "common/base/hash.h"
 #include "common/base/status.h"
+#include "common/math/sequence.h"
+#include "common/math/warp.h"
 
 namespace kiln {
 
@@ -18,7 +20,9 @@ struct TransportSettings {
   bool direct = true, indirect = true;
   uint32_t max_bounces = 64;
   uint64_t seed = 0;
+  Sampler sampler = Sampler::kOwen;
   std::string isa = "avx2";  // Embree's kernels: "sse2", "sse4.2", "avx", "avx2", "avx512"
+  PrimaryDensity primary = PrimaryDensity::kMixed;  // not sent: tests/bench/convergence.cpp alone changes it
 };
 
 struct JobSpec {

@@ -5,6 +5,7 @@
 // Burley 2020, Practical Hash-based Owen Scrambling, JCGT 10(4), sections 3 and 4.
 // Departure: the second Sobol' dimension is the Pascal matrix modulo 2, applied in five shift-and-xor
 // steps (it is the fifth Kronecker power of [1 1; 0 1]) instead of 32 table rows.
+// Other samplers (--sampler) are kept out of line in samplers.cpp.
 #pragma once
 
 #include <cstdint>
@@ -69,6 +70,14 @@ constexpr uint64_t mix_bits(uint64_t x) {
   return x ^ x >> 31;
 }
 
+// The 23 bits of a unit_float with 30 more below them, from the low half of `key`; in [0, 1). For choices so
+// many that 23 bits do not tell them apart.
+constexpr double refined(float u, uint64_t key) {
+  const double fraction = static_cast<double>(key >> 2 & 0x3fffffff) * 0x1p-30;
+  const double fine = static_cast<double>(u) + (fraction - 0.5) * 0x1p-23;
+  return fine < 0.0 ? 0.0 : fine < 1.0 ? fine : 0x1.fffffffffffffp-1;
+}
+
 // Both halves reversed in one go.
 constexpr uint64_t reverse_halves(uint64_t x) {
   x = __builtin_bswap64(x);
@@ -78,16 +87,25 @@ constexpr uint64_t reverse_halves(uint64_t x) {
   return x >> 32 | x << 32;
 }
 
+// Where numbers come from; the order is that of the job's bytes and of sampler_names().
+enum class Sampler : uint32_t { kOwen, kHalton, kPmj02, kRandom };
+constexpr uint32_t kSamplers = 4;
+
 // The stream of one sample of one texel. Dimensions are asked for in pairs by number, so that adding a
 // strategy renumbers nothing else: see docs/maths.md for the allotment. Numbers nobody asks for cost nothing.
 class SampleStream {
  public:
   SampleStream() : SampleStream(0, 0, 0) {}
-  SampleStream(uint64_t job_seed, uint32_t texel, uint32_t sample)
-      : key_(mix_bits(mix_bits(job_seed) ^ texel)), sample_(sample), reversed_(reverse_bits(sample)) {}
+  SampleStream(uint64_t job_seed, uint32_t texel, uint32_t sample, Sampler sampler = Sampler::kOwen)
+      : key_(mix_bits(mix_bits(job_seed) ^ texel)),
+        sample_(sample),
+        reversed_(reverse_bits(sample)),
+        sampler_(sampler) {}
 
-  // Two numbers in (0, 1), stratified over the samples of this texel.
+  // Two numbers in (0, 1), stratified over the samples of this texel (unless the sampler is kRandom).
   Vec2 pair(uint32_t dimension) const {
+    if (sampler_ != Sampler::kOwen) [[unlikely]]
+      return other_pair(dimension);
     const uint64_t seed = seed_of(dimension);
     const uint32_t index = shuffled(seed);
     const uint32_t x = laine_karras(index, first_scramble(seed));
@@ -97,6 +115,8 @@ class SampleStream {
   }
   // The first of the pair.
   float single(uint32_t dimension) const {
+    if (sampler_ != Sampler::kOwen) [[unlikely]]
+      return other_pair(dimension).x;
     const uint64_t seed = seed_of(dimension);
     return unit_float(reverse_bits(laine_karras(shuffled(seed), first_scramble(seed))));
   }
@@ -119,8 +139,12 @@ class SampleStream {
     return static_cast<uint32_t>(seed * 0xd1342543de82ef95u >> 32);
   }
 
+  friend class SampleBatch;
+  Vec2 other_pair(uint32_t dimension) const;  // of the samplers that are not the default
+
   uint64_t key_;
   uint32_t sample_, reversed_;
+  Sampler sampler_;
 };
 
 }  // namespace kiln

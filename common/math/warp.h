@@ -29,6 +29,21 @@ inline float mixed_hemisphere_pdf(float z) {
   return z > 0.0f ? (1.0f + 2.0f * z) * (0.25f * kInvPi) : 0.0f;
 }
 
+// Densities that were compared for a texel's primary directions; docs/performance.md has the numbers. Bakes
+// use the first.
+enum class PrimaryDensity : uint8_t { kMixed, kCosine, kUniform };
+
+inline Vec3 primary_direction(PrimaryDensity density, const Vec2& u) {
+  if (density == PrimaryDensity::kMixed) [[likely]]
+    return mixed_hemisphere(u);
+  return density == PrimaryDensity::kCosine ? cosine_hemisphere(u) : spherical(u.x, u.y);
+}
+inline float primary_pdf(PrimaryDensity density, float z) {
+  if (density == PrimaryDensity::kMixed) [[likely]]
+    return mixed_hemisphere_pdf(z);
+  return z > 0.0f ? (density == PrimaryDensity::kCosine ? z * kInvPi : 0.5f * kInvPi) : 0.0f;
+}
+
 // Uniform in a cone around +z with 1 - cos(half angle) = h; pdf = 1 / (2 pi h).
 inline Vec3 uniform_cone(const Vec2& u, float h) {
   const float one_minus_z = u.x * h;

@@ -32,6 +32,10 @@ class RecordReader {
     const Property* p = take(name);
     return p && !p->word.empty() ? p->word : std::string(fallback);
   }
+  std::vector<double> numbers(std::string_view name) {
+    const Property* p = take(name);
+    return p ? p->numbers : std::vector<double>();
+  }
   TextureUse texture(std::string_view name) {
     const Property* p = take(name);
     return p ? p->texture : TextureUse{};

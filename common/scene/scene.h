@@ -67,6 +67,9 @@ struct Record {
 //   lights    "directional"  color[3], intensity (lux), angle (degrees), bake (word: full|indirect|none)
 //             "point"        color[3], intensity (cd), range (m, absent: no limit), bake
 //             "spot"         as point, inner, outer (cone half angles, radians)
+//             "ies"          color[3], intensity (factor), vertical[] and horizontal[] (degrees; type C, from
+//                            -z, and from +x towards +y: one, or rising from 0 to 360), candela (texture,
+//                            float32, one channel, vertical angles wide and horizontal ones high), bake
 //             "environment"  radiance[3], image (texture, float32 RGB, equirectangular: u = 0.5 is +x,
 //                            growing towards +z; v = 0 is +y; times radiance), rotation (degrees about
 //                            +Y), bake

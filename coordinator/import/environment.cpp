@@ -7,6 +7,7 @@
 #include "coordinator/document/uri.h"
 #include "coordinator/imageio/imageio.h"
 #include "coordinator/import/cube_map.h"
+#include "coordinator/import/hot_spots.h"
 #include "coordinator/import/lights.h"
 #include "coordinator/import/nodes.h"
 #include "coordinator/import/records.h"
@@ -49,6 +50,19 @@ Record make_record(const BakeSettings& settings, const std::string& name, std::v
   return record;
 }
 
+// In the scene's frame: as the worker turns the image.
+void note_hot_spot(const Record& record, const std::string& name, const HotSpot& spot, ImportNotes& notes) {
+  const double turn = record.find("rotation")->numbers[0] * M_PI / 180;
+  const double x = spot.direction.x * std::cos(turn) + spot.direction.z * std::sin(turn),
+               z = spot.direction.z * std::cos(turn) - spot.direction.x * std::sin(turn);
+  add_note(
+      notes, Kind::kWarning,
+      text("the environment '{}' has a hot spot, as of a sun left in the image: {:.0f} % of its light comes "
+           "from {:.2g} of the sphere, towards ({:.3f}, {:.3f}, {:.3f}). It is sampled and converges; its "
+           "shadows are as soft as its texels, and --sun would say it sharper",
+           name, 100 * spot.share, spot.solid_angle / (4 * M_PI), x, spot.direction.y, z));
+}
+
 // The radiance that the record already has scales the image.
 void put_image(Record& record, Texture image, std::vector<Texture>& textures, ImportNotes& notes) {
   if (image.width > kMaxEnvironmentWidth) {
@@ -57,6 +71,7 @@ void put_image(Record& record, Texture image, std::vector<Texture>& textures, Im
                   image.width, image.height, kMaxEnvironmentWidth));
     image = reduce_texture(std::move(image), kMaxEnvironmentWidth);
   }
+  if (const auto spot = find_hot_spot(image)) note_hot_spot(record, image.name, *spot, notes);
   TextureUse use;
   use.texture = static_cast<int32_t>(textures.size());
   put_texture(record, "image", use);

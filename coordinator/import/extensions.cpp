@@ -20,6 +20,7 @@ constexpr KnownExtension kKnown[] = {
     {"KHR_mesh_quantization", Kind::kBaked, "read"},
     {"KHR_texture_transform", Kind::kBaked, "read"},
     {"KHR_lights_punctual", Kind::kBaked, "read"},
+    {"EXT_lights_ies", Kind::kBaked, "profiles of type C photometry are read"},
     {"KHR_materials_emissive_strength", Kind::kBaked, "read"},
     {"KHR_materials_unlit", Kind::kBaked, "read"},
     {"EXT_mesh_gpu_instancing", Kind::kBaked, "read"},

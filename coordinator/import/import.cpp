@@ -7,6 +7,7 @@
 #include "common/scene/prepared.h"
 #include "coordinator/import/environment.h"
 #include "coordinator/import/extensions.h"
+#include "coordinator/import/ies_lights.h"
 #include "coordinator/import/instancing.h"
 #include "coordinator/import/lights.h"
 #include "coordinator/import/materials.h"
@@ -131,6 +132,8 @@ void drop_unused_materials(Scene& scene) {
 Status read_all_lights(const ImportContext& context, const std::vector<PlacedNode>& nodes, Scene& scene,
                        ImportNotes& notes) {
   KILN_TRY(scene.lights, read_lights(context, nodes, notes));
+  KILN_TRY(std::vector<Record> profiles, read_ies_lights(context, nodes, scene.textures, notes));
+  for (Record& light : profiles) scene.lights.push_back(std::move(light));
   for (Record& sun : sun_lights(context.settings)) scene.lights.push_back(std::move(sun));
   KILN_TRY(std::optional<Record> environment, read_environment_light(context, scene.textures, notes));
   if (environment) scene.lights.push_back(std::move(*environment));

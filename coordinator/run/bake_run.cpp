@@ -8,6 +8,7 @@
 #include "common/base/parallel.h"
 #include "common/base/statistics.h"
 #include "common/basis/basis.h"
+#include "common/math/samplers.h"
 #include "common/scene/prepared.h"
 #include "coordinator/merge/accumulator.h"
 #include "coordinator/plan/schedule.h"
@@ -230,6 +231,7 @@ Expected<BakeReport> run_bake(const BakeRequest& request, const Progress& progre
   job.transport.indirect = request.settings.indirect;
   job.transport.max_bounces = request.settings.max_bounces;
   job.transport.seed = request.settings.seed;
+  KILN_TRY(job.transport.sampler, find_sampler(request.settings.sampler));
   job.transport.isa = request.settings.isa;
   report.scene_id = job.scene.hex();
 

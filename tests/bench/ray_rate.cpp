@@ -10,33 +10,51 @@
 #include "common/base/clock.h"
 #include "common/base/format.h"
 #include "coordinator/import/import.h"
-#include "worker/integrators/path.h"
+#include "worker/integrators/integrator.h"
 
 namespace kiln {
 namespace {
 
+// A path's ray, or shadow rays that were handed over together.
 struct Recorded {
   Ray ray;
   uint32_t key;
-  bool shadow;
+  uint32_t shadows = 0, first_shadow = 0;  // in Recording::shadows
+};
+struct Recording {
+  std::vector<Recorded> calls;
+  std::vector<Ray> shadows;
+  size_t rays() const {
+    size_t n = shadows.size();
+    for (const Recorded& r : calls) n += r.shadows == 0;
+    return n;
+  }
 };
 
 class RecordingTracer final : public Tracer {
  public:
-  RecordingTracer(const Tracer& inner, std::vector<Recorded>& out) : inner_(inner), out_(out) {}
+  RecordingTracer(const Tracer& inner, Recording& out) : inner_(inner), out_(out) {}
   Hit intersect(const Ray& ray, uint32_t key) const override {
-    out_.push_back({ray, key, false});
+    out_.calls.push_back({ray, key});
     return inner_.intersect(ray, key);
   }
   Vec3 transmittance(const Ray& ray) const override {
-    out_.push_back({ray, 0, true});
-    return inner_.transmittance(ray);
+    Vec3 passed;
+    transmittance({&ray, 1}, &passed);
+    return passed;
+  }
+  void transmittance(std::span<const Ray> rays, Vec3* passed) const override {
+    if (rays.empty()) return;
+    out_.calls.push_back(
+        {{}, 0, static_cast<uint32_t>(rays.size()), static_cast<uint32_t>(out_.shadows.size())});
+    out_.shadows.insert(out_.shadows.end(), rays.begin(), rays.end());
+    inner_.transmittance(rays, passed);
   }
   size_t memory_bytes() const override { return inner_.memory_bytes(); }
 
  private:
   const Tracer& inner_;
-  std::vector<Recorded>& out_;
+  Recording& out_;
 };
 
 struct Workload {
@@ -49,22 +67,23 @@ struct Workload {
 
 // Every k-th texel in site order, so that the whole scene takes part and the order stays the bake's.
 double run_integrator(const Workload& w, const Tracer& tracer) {
-  const PathIntegrator integrator(w.surfaces, tracer, w.lights, w.settings);
+  const auto integrator =
+      Integrator::create(w.surfaces, tracer, w.lights, w.settings, find_features(w.surfaces, w.lights));
   constexpr size_t kTexels = 4096, kRun = 64;
   const size_t runs = kTexels / kRun, stride = std::max<size_t>(kRun, w.atlas.sites.size() / runs);
-  PathIntegrator::Task tasks[PathIntegrator::kBatch];
+  Integrator::Task tasks[Integrator::kBatch];
   double sum = 0;
   for (size_t begin = 0; begin < w.atlas.sites.size(); begin += stride)
     for (size_t site = begin; site < std::min(begin + kRun, w.atlas.sites.size()); ++site) {
       SitePicker picker(w.atlas, w.surfaces.scene(), static_cast<uint32_t>(site));
-      for (uint32_t i = 0; i < w.samples; i += PathIntegrator::kBatch) {
-        const size_t count = std::min<size_t>(PathIntegrator::kBatch, w.samples - i);
+      for (uint32_t i = 0; i < w.samples; i += Integrator::kBatch) {
+        const size_t count = std::min<size_t>(Integrator::kBatch, w.samples - i);
         for (uint32_t k = 0; k < count; ++k) {
           const SampleStream stream(0, w.atlas.sites.texel[site], i + k);
           const SitePick p = picker.pick(stream.single(0));
           tasks[k] = {w.surfaces.at(p.instance, p.triangle, p.b1, p.b2), stream, {}};
         }
-        integrator.sample(std::span(tasks, count));
+        integrator->sample(std::span(tasks, count));
         for (size_t t = 0; t < count; ++t)
           for (int k = 0; k < tasks[t].splats.count; ++k) sum += tasks[t].splats.items[k].contribution.x;
       }
@@ -72,10 +91,21 @@ double run_integrator(const Workload& w, const Tracer& tracer) {
   return sum;
 }
 
-double replay(const std::vector<Recorded>& rays, const Tracer& tracer) {
+// The recorded rays in their order, one by one, or shadow rays together as the integrator hands them over.
+double replay(const Recording& recording, const Tracer& tracer, bool batched) {
   double sum = 0;
-  for (const Recorded& r : rays)
-    sum += r.shadow ? tracer.transmittance(r.ray).x : tracer.intersect(r.ray, r.key).t;
+  Vec3 passed[1024];
+  for (const Recorded& r : recording.calls) {
+    const std::span shadows(recording.shadows.data() + r.first_shadow, r.shadows);
+    if (shadows.empty()) {
+      sum += tracer.intersect(r.ray, r.key).t;
+    } else if (batched) {
+      tracer.transmittance(shadows, passed);
+      for (size_t i = 0; i < shadows.size(); ++i) sum += passed[i].x;
+    } else {
+      for (const Ray& ray : shadows) sum += tracer.transmittance(ray).x;
+    }
+  }
   return sum;
 }
 
@@ -92,22 +122,23 @@ double seconds_of(const F& f) {
   return watch.seconds();
 }
 
-// Both loops take turns, so that other work on the machine meets both; the ratio is the median of the turns'.
+// The loops take turns, so that other work on the machine meets all; ratios are medians of the turns'.
 struct Rates {
-  double plain_seconds, worker_seconds, ratio;
+  double plain_seconds, worker_seconds, ratio, batched_ratio;
 };
-template <class Plain, class Worker>
-Rates measure(const Plain& plain, const Worker& worker) {
+template <class Plain, class Batched, class Worker>
+Rates measure(const Plain& plain, const Batched& batched, const Worker& worker) {
   constexpr int kTurns = 15;
-  std::vector<double> p, w, ratio;
+  std::vector<double> p, w, ratio, batched_ratio;
   for (int turn = -1; turn < kTurns; ++turn) {  // the first turn warms up
-    const double a = seconds_of(plain), b = seconds_of(worker);
+    const double a = seconds_of(plain), b = seconds_of(worker), c = seconds_of(batched);
     if (turn < 0) continue;
     p.push_back(a);
     w.push_back(b);
     ratio.push_back(a / b);
+    batched_ratio.push_back(a / c);
   }
-  return {median(p), median(w), median(ratio)};
+  return {median(p), median(w), median(ratio), median(batched_ratio)};
 }
 
 Status bench(const std::string& path, const BakeSettings& settings, uint32_t samples) {
@@ -122,16 +153,18 @@ Status bench(const std::string& path, const BakeSettings& settings, uint32_t sam
   KILN_TRY(const Lights lights, Lights::create(*surfaces, warnings));
   const Workload workload{atlas, *surfaces, lights, {}, samples};
 
-  std::vector<Recorded> rays;
+  Recording rays;
   run_integrator(workload, RecordingTracer(*tracer, rays));
   const Rates rates =
-      measure([&] { return replay(rays, *tracer); }, [&] { return run_integrator(workload, *tracer); });
-  const auto shadow = std::count_if(rays.begin(), rays.end(), [](const Recorded& r) { return r.shadow; });
-  const double n = static_cast<double>(rays.size());
-  std::printf("| %s | %zu | %.2f M | %.0f %% | %.2f | %.2f | %.2f |\n",
+      measure([&] { return replay(rays, *tracer, false); }, [&] { return replay(rays, *tracer, true); },
+              [&] { return run_integrator(workload, *tracer); });
+  if (replay(rays, *tracer, false) != replay(rays, *tracer, true))
+    return fail(ErrorKind::kInternal, "shadow rays traced together meet other things than one by one");
+  const double n = static_cast<double>(rays.rays());
+  std::printf("| %s | %zu | %.2f M | %.0f %% | %.2f | %.2f | %.2f | %.2f |\n",
               path.substr(path.rfind('/') + 1).c_str(), surfaces->scene().triangle_count(), n / 1e6,
-              100.0 * static_cast<double>(shadow) / n, n / rates.worker_seconds / 1e6,
-              n / rates.plain_seconds / 1e6, rates.ratio);
+              100.0 * static_cast<double>(rays.shadows.size()) / n, n / rates.worker_seconds / 1e6,
+              n / rates.plain_seconds / 1e6, rates.ratio, rates.batched_ratio);
   return {};
 }
 
@@ -157,8 +190,8 @@ int main(int argc, char** argv) {
     }
   }
   std::printf(
-      "| scene | triangles | rays | shadow | worker M/s | plain Embree M/s | ratio "
-      "|\n|---|---|---|---|---|---|---|\n");
+      "| scene | triangles | rays | shadow | worker M/s | plain Embree M/s | ratio | plain, shadow rays "
+      "together |\n|---|---|---|---|---|---|---|---|\n");
   if (Status s = bench(scene, settings, samples); !s) {
     std::fprintf(stderr, "%s\n", s.error().message.c_str());
     return exit_status(s.error());

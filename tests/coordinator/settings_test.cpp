@@ -1,5 +1,7 @@
 #include "common/job/settings.h"
 
+#include "common/job/unit.h"
+
 namespace kiln {
 namespace {
 
@@ -28,6 +30,7 @@ TEST(Settings, ErrorsNameTheOptionAndTheValue) {
                                                                                     {"components", "both"},
                                                                                     {"basis", "sg"},
                                                                                     {"isa", "neon"},
+                                                                                    {"sampler", "sobol"},
                                                                                     {"seed", "-3"},
                                                                                     {"workers", "1e9"}}) {
     const Status status = set_option(s, name, value, "test");
@@ -44,6 +47,25 @@ TEST(Settings, WhoSetItIsKept) {
   ASSERT_TRUE(set_option(s, "error", "0.2", "command line"));
   EXPECT_EQ(s.source.at("error"), "command line");
   EXPECT_EQ(s.source.count("seed"), 0u);
+}
+
+TEST(Job, RoundTripsAndRefusesASamplerThatDoesNotExist) {
+  JobSpec job;
+  job.id = 7;
+  job.transport = {.basis = 0, .direct = false, .max_bounces = 3, .seed = 11, .sampler = Sampler::kPmj02};
+  Bytes bytes = write_job(job);
+  const auto back = read_job(bytes);
+  ASSERT_TRUE(back);
+  EXPECT_EQ(write_job(*back), bytes);
+  EXPECT_EQ(back->transport.sampler, Sampler::kPmj02);
+  job.transport.sampler = Sampler::kOwen;
+  EXPECT_NE(write_job(job), bytes);  // it decides bytes of the result, so it is part of the job's
+  job.transport.sampler = static_cast<Sampler>(kSamplers);
+  const auto refused = read_job(write_job(job));
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().message.find("sampler 4"), std::string::npos);
+  bytes.pop_back();
+  EXPECT_FALSE(read_job(bytes));
 }
 
 TEST(Settings, RulesBetweenOptions) {

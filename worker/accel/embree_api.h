@@ -26,6 +26,10 @@ inline void occluded(RTCScene scene, Context& context, RTCRay& ray) {
   args.context = &context;
   rtcOccluded1(scene, &ray, &args);
 }
+// Embree 4 has no streams.
+inline void occluded(RTCScene scene, Context& context, RTCRay* rays, unsigned count) {
+  for (unsigned i = 0; i < count; ++i) occluded(scene, context, rays[i]);
+}
 #else
 using Context = RTCIntersectContext;
 inline void init(Context& context) {
@@ -36,6 +40,9 @@ inline void intersect(RTCScene scene, Context& context, RTCRayHit& rayhit) {
 }
 inline void occluded(RTCScene scene, Context& context, RTCRay& ray) {
   rtcOccluded1(scene, &context, &ray);
+}
+inline void occluded(RTCScene scene, Context& context, RTCRay* rays, unsigned count) {
+  rtcOccluded1M(scene, &context, rays, count, sizeof(RTCRay));
 }
 #endif
 

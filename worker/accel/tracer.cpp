@@ -1,5 +1,6 @@
 #include "worker/accel/tracer.h"
 
+#include <array>
 #include <map>
 
 #include "common/base/format.h"
@@ -21,67 +22,95 @@ bool processor_has(const std::string& isa) {
   return false;
 }
 
-// What a filter needs of its ray; Embree hands the head back to us.
+// What filters need of their rays, by the rays' ids; Embree hands the head back to us.
 struct QueryContext {
   embree::Context head;
-  uint32_t key = 0;
-  Vec3 direction;       // unit; for glass
-  float length = 1.0f;  // of the ray's own direction
-  Vec3 transmittance{1.0f};
-  // Of media: the sum of absorption x distance, entries counted negative, and absorption that was entered and
-  // not left. No order of the surfaces is assumed: Embree meets them in any.
-  Vec3 optical{0.0f}, inside{0.0f};
+  uint32_t key = 0;               // paths: of the one ray
+  Vec3* passed = nullptr;         // shadow rays
+  struct Glass* glass = nullptr;  // shadow rays of scenes with glass
 };
 
-// Root geometry i is instance i: the id is the hit's own, or that of the instance it was met through.
-uint32_t instance_of(const RTCFilterFunctionNArguments* args) {
-  const unsigned through = RTCHitN_instID(args->hit, 1, 0, 0);
-  return through != RTC_INVALID_GEOMETRY_ID ? through : RTCHitN_geomID(args->hit, 1, 0);
-}
+// A shadow ray on its way through glass. `optical` sums absorption x distance, entries counted negative;
+// `inside` is what was entered and not left. No order of the surfaces is assumed: Embree meets them in any.
+struct Glass {
+  Vec3 direction;  // unit
+  float length;    // of the ray's own direction
+  Vec3 optical{0.0f}, inside{0.0f};
 
-float opacity_of(const RTCFilterFunctionNArguments* args) {
-  return static_cast<const Transparency*>(args->geometryUserPtr)
-      ->opacity(instance_of(args), RTCHitN_primID(args->hit, 1, 0), RTCHitN_u(args->hit, 1, 0),
-                RTCHitN_v(args->hit, 1, 0));
+  // Share that the media let through; those that were not left reach to the ray's end.
+  Vec3 transmittance(float end) const {
+    Vec3 passed;
+    for (int k = 0; k < 3; ++k) {
+      const float left_open = inside[k] > 0.0f ? inside[k] * end : 0.0f;
+      passed[k] = exponential(-std::max(0.0f, optical[k] + left_open));
+    }
+    return passed;
+  }
+};
+
+// One ray of the packet that a filter is called for, and its candidate.
+struct Candidate {
+  const Transparency& surface;
+  uint32_t instance, triangle;
+  float b1, b2;
+
+  // Root geometry i is instance i: the id is the hit's own, or that of the instance it was met through.
+  Candidate(const RTCFilterFunctionNArguments* a, unsigned i)
+      : surface(*static_cast<const Transparency*>(a->geometryUserPtr)),
+        instance(RTCHitN_instID(a->hit, a->N, i, 0)),
+        triangle(RTCHitN_primID(a->hit, a->N, i)),
+        b1(RTCHitN_u(a->hit, a->N, i)),
+        b2(RTCHitN_v(a->hit, a->N, i)) {
+    if (instance == RTC_INVALID_GEOMETRY_ID) instance = RTCHitN_geomID(a->hit, a->N, i);
+  }
+  float opacity() const { return surface.opacity(instance, triangle, b1, b2); }
+};
+
+// Calls keep(candidate, i) for every ray of the packet; false: the ray goes on through the surface.
+template <class Keep>
+void filter(const RTCFilterFunctionNArguments* args, const Keep& keep) {
+  for (unsigned i = 0; i < args->N; ++i)
+    if (args->valid[i] == -1 && !keep(Candidate(args, i), i)) args->valid[i] = 0;
 }
 
 void filter_intersect(const RTCFilterFunctionNArguments* args) {
   const auto& context = *reinterpret_cast<const QueryContext*>(args->context);
-  const float alpha = opacity_of(args);
-  if (alpha >= 1.0f) return;
-  const uint32_t hash =
-      hash_combine(hash_combine(context.key, instance_of(args)), RTCHitN_primID(args->hit, 1, 0));
-  if (alpha <= 0.0f || unit_float(hash) >= alpha) args->valid[0] = 0;
+  filter(args, [&](const Candidate& c, unsigned) {
+    const float alpha = c.opacity();
+    if (alpha >= 1.0f) return true;
+    const uint32_t hash = hash_combine(hash_combine(context.key, c.instance), c.triangle);
+    return alpha > 0.0f && unit_float(hash) < alpha;
+  });
 }
 
 void filter_occluded(const RTCFilterFunctionNArguments* args) {
-  auto& context = *reinterpret_cast<QueryContext*>(args->context);
-  const float alpha = opacity_of(args);
-  if (alpha >= 1.0f) return;
-  context.transmittance *= 1.0f - std::max(alpha, 0.0f);
-  args->valid[0] = 0;
+  const auto& context = *reinterpret_cast<const QueryContext*>(args->context);
+  filter(args, [&](const Candidate& c, unsigned i) {
+    const float alpha = c.opacity();
+    if (alpha >= 1.0f) return true;
+    context.passed[RTCRayN_id(args->ray, args->N, i)] *= 1.0f - std::max(alpha, 0.0f);
+    return false;
+  });
 }
 
 void filter_glass(const RTCFilterFunctionNArguments* args) {
-  auto& context = *reinterpret_cast<QueryContext*>(args->context);
-  const auto& surface = *static_cast<const Transparency*>(args->geometryUserPtr);
-  const uint32_t instance = instance_of(args), triangle = RTCHitN_primID(args->hit, 1, 0);
-  const float b1 = RTCHitN_u(args->hit, 1, 0), b2 = RTCHitN_v(args->hit, 1, 0);
-  const float alpha = surface.has_alpha(instance)
-                          ? std::clamp(surface.opacity(instance, triangle, b1, b2), 0.0f, 1.0f)
-                          : 1.0f;
-  if (alpha > 0.0f) {
-    const Transparency::Pass pass = surface.pass(instance, triangle, b1, b2, context.direction);
+  const auto& context = *reinterpret_cast<const QueryContext*>(args->context);
+  filter(args, [&](const Candidate& c, unsigned i) {
+    const unsigned ray = RTCRayN_id(args->ray, args->N, i);
+    const float alpha = c.surface.has_alpha(c.instance) ? std::clamp(c.opacity(), 0.0f, 1.0f) : 1.0f;
+    if (!(alpha > 0.0f)) return false;
+    Glass& glass = context.glass[ray];
+    const auto pass = c.surface.pass(c.instance, c.triangle, c.b1, c.b2, glass.direction);
     const Vec3 share = Vec3(1.0f - alpha) + pass.factor * alpha;
-    if (!(max_component(share) > 0.0f)) return;
-    context.transmittance *= share;
+    if (!(max_component(share) > 0.0f)) return true;
+    context.passed[ray] *= share;
     if (max_component(pass.absorption) > 0.0f) {
-      const Vec3 depth = pass.absorption * (RTCRayN_tfar(args->ray, 1, 0) * context.length);
-      context.optical += pass.enters ? -depth : depth;
-      context.inside += pass.enters ? pass.absorption : -pass.absorption;
+      const Vec3 depth = pass.absorption * (RTCRayN_tfar(args->ray, args->N, i) * glass.length);
+      glass.optical += pass.enters ? -depth : depth;
+      glass.inside += pass.enters ? pass.absorption : -pass.absorption;
     }
-  }
-  args->valid[0] = 0;
+    return false;
+  });
 }
 
 class EmbreeTracer final : public Tracer {
@@ -109,36 +138,29 @@ class EmbreeTracer final : public Tracer {
   }
 
   Vec3 transmittance(const Ray& ray) const override {
-    QueryContext context;
-    embree::init(context.head);
-    if (glass_) {
-      context.length = length(ray.direction);
-      context.direction = ray.direction / context.length;
+    Vec3 passed;
+    glass_ ? occluded<1, true>({&ray, 1}, &passed) : occluded<1, false>({&ray, 1}, &passed);
+    return passed;
+  }
+
+  void transmittance(std::span<const Ray> rays, Vec3* passed) const override {
+    for (size_t begin = 0; begin < rays.size(); begin += kStream) {
+      const auto part = rays.subspan(begin, std::min(kStream, rays.size() - begin));
+      glass_ ? occluded<kStream, true>(part, passed + begin) : occluded<kStream, false>(part, passed + begin);
     }
-    RTCRay q;
-    fill(q, ray);
-    embree::occluded(root_, context.head, q);
-    if (q.tfar < 0.0f) return Vec3(0.0f);
-    return glass_ ? through_media(context, ray.far * context.length) : context.transmittance;
   }
 
   size_t memory_bytes() const override { return static_cast<size_t>(memory_); }
 
  private:
+  static constexpr size_t kStream = 256;  // shadow rays handed to Embree at once
+  template <size_t kMost, bool kGlass>
+  void occluded(std::span<const Ray> rays, Vec3* passed) const;  // at most kMost
   static void fill(RTCRay& q, const Ray& ray) {
     q.org_x = ray.origin.x, q.org_y = ray.origin.y, q.org_z = ray.origin.z;
     q.dir_x = ray.direction.x, q.dir_y = ray.direction.y, q.dir_z = ray.direction.z;
     q.tnear = 0.0f, q.tfar = ray.far, q.time = 0.0f;
     q.mask = ~0u, q.id = 0, q.flags = 0;
-  }
-  // What passes media, of which those that were not left reach to the ray's end.
-  static Vec3 through_media(const QueryContext& c, float end) {
-    Vec3 passed = c.transmittance;
-    for (int k = 0; k < 3; ++k) {
-      const float left_open = c.inside[k] > 0.0f ? c.inside[k] * end : 0.0f;
-      passed[k] *= exponential(-std::max(0.0f, c.optical[k] + left_open));
-    }
-    return passed;
   }
   // Which filters a geometry has.
   struct Filters {
@@ -155,6 +177,36 @@ class EmbreeTracer final : public Tracer {
   bool glass_ = false;
   ssize_t memory_ = 0;
 };
+
+template <size_t kMost, bool kGlass>
+void EmbreeTracer::occluded(std::span<const Ray> rays, Vec3* passed) const {
+  QueryContext context;
+  embree::init(context.head);
+  context.passed = passed;
+  std::array<Glass, kGlass ? kMost : 0> glass;
+  context.glass = glass.data();
+  RTCRay q[kMost];
+  for (unsigned i = 0; i < rays.size(); ++i) {
+    fill(q[i], rays[i]);
+    q[i].id = i;
+    passed[i] = Vec3(1.0f);
+    if constexpr (kGlass) {
+      const float size = length(rays[i].direction);
+      glass[i] = {rays[i].direction / size, size};
+    }
+  }
+  if constexpr (kMost == 1)
+    embree::occluded(root_, context.head, q[0]);
+  else
+    embree::occluded(root_, context.head, q, static_cast<unsigned>(rays.size()));
+  for (unsigned i = 0; i < rays.size(); ++i) {
+    if (q[i].tfar < 0.0f) {
+      passed[i] = Vec3(0.0f);
+    } else if constexpr (kGlass) {
+      passed[i] *= glass[i].transmittance(rays[i].far * glass[i].length);
+    }
+  }
+}
 
 RTCGeometry EmbreeTracer::triangles(const Mesh& mesh, const Mat4x3* to_world, const Filters& filters) {
   RTCGeometry g = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);

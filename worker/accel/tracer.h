@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -57,6 +58,8 @@ class Tracer {
   // Share of light that passes along the ray: what is not covered, what glass lets straight through, what its
   // inside does not absorb; 0 behind an opaque surface.
   virtual Vec3 transmittance(const Ray& ray) const = 0;
+  // The same of many rays: passed[i] of rays[i]. Faster where neighbours in the list run alike.
+  virtual void transmittance(std::span<const Ray> rays, Vec3* passed) const = 0;
   virtual size_t memory_bytes() const = 0;
 };
 

@@ -17,6 +17,8 @@ class PathBaker final : public Baker {
     KILN_TRY(surfaces_, Surfaces::create(std::move(scene), warnings_));
     KILN_TRY(tracer_, Tracer::create(surfaces_->scene(), *surfaces_, settings_.isa, threads));
     KILN_TRY(lights_, Lights::create(*surfaces_, warnings_));
+    integrator_ =
+        Integrator::create(*surfaces_, *tracer_, lights_, settings_, find_features(*surfaces_, lights_));
     return {};
   }
 
@@ -25,7 +27,6 @@ class PathBaker final : public Baker {
   Expected<UnitResult> bake(const WorkUnit& unit) const override {
     const Stopwatch watch;
     Film film(settings_.basis);
-    const PathIntegrator integrator(*surfaces_, *tracer_, lights_, settings_);
     UnitResult result;
     result.unit = unit.id;
     result.site_count = static_cast<uint32_t>(unit.sites.size());
@@ -39,8 +40,8 @@ class PathBaker final : public Baker {
       const uint32_t texel = atlas_.sites.texel[site];
       SitePicker picker(atlas_, surfaces_->scene(), site);
       for (uint32_t done = 0; done < unit.sample_count; done += kBatch)
-        sample(integrator, picker, texel, unit.first_sample + done,
-               std::min(kBatch, unit.sample_count - done), film, result);
+        sample(picker, texel, unit.first_sample + done, std::min(kBatch, unit.sample_count - done), film,
+               result);
       result.moments.insert(result.moments.end(), film.sums().begin(), film.sums().begin() + film.planes());
     }
     result.seconds = watch.seconds();
@@ -48,18 +49,18 @@ class PathBaker final : public Baker {
   }
 
  private:
-  static constexpr uint32_t kBatch = PathIntegrator::kBatch;
+  static constexpr uint32_t kBatch = Integrator::kBatch;
 
   // Samples [first, first + count) of one texel, added in their order.
-  void sample(const PathIntegrator& integrator, SitePicker& picker, uint32_t texel, uint32_t first,
-              uint32_t count, Film& film, UnitResult& result) const {
-    PathIntegrator::Task tasks[kBatch];
+  void sample(SitePicker& picker, uint32_t texel, uint32_t first, uint32_t count, Film& film,
+              UnitResult& result) const {
+    Integrator::Task tasks[kBatch];
     for (uint32_t i = 0; i < count; ++i) {
-      const SampleStream stream(settings_.seed, texel, first + i);
+      const SampleStream stream(settings_.seed, texel, first + i, settings_.sampler);
       const SitePick pick = picker.pick(stream.single(0));
       tasks[i] = {surfaces_->at(pick.instance, pick.triangle, pick.b1, pick.b2), stream, {}};
     }
-    integrator.sample(std::span(tasks, count));
+    integrator_->sample(std::span(tasks, count));
     for (uint32_t i = 0; i < count; ++i) {
       result.rays += tasks[i].splats.rays;
       if (!film.add(tasks[i].splats, tasks[i].receiver.ns) && result.nonfinite++ == 0) {
@@ -75,6 +76,7 @@ class PathBaker final : public Baker {
   std::unique_ptr<Surfaces> surfaces_;
   std::unique_ptr<Tracer> tracer_;
   Lights lights_;
+  std::unique_ptr<Integrator> integrator_;
 };
 
 }  // namespace

@@ -5,7 +5,7 @@
 #include <array>
 
 #include "common/basis/basis.h"
-#include "worker/integrators/path.h"
+#include "worker/integrators/integrator.h"
 
 namespace kiln {
 

@@ -2,7 +2,7 @@
 // integrator. Its digest names the class of machines whose bytes agree.
 #include "common/base/hash.h"
 #include "worker/bake/baker.h"
-#include "worker/integrators/path.h"
+#include "worker/integrators/integrator.h"
 
 namespace kiln {
 namespace {
@@ -52,11 +52,12 @@ Expected<std::string> numeric_class(const std::string& isa) {
   KILN_TRY(const Lights lights, Lights::create(*surfaces, warnings));
   TransportSettings settings;
   settings.max_bounces = 4;
-  const PathIntegrator integrator(*surfaces, *tracer, lights, settings);
+  const auto integrator =
+      Integrator::create(*surfaces, *tracer, lights, settings, find_features(*surfaces, lights));
   Sha256 hash;
   for (uint32_t i = 0; i < 64; ++i) {
-    PathIntegrator::Task task{surfaces->at(0, 4 * i, 0.25f, 0.5f), SampleStream(1, i, i), {}};
-    integrator.sample(std::span(&task, 1));
+    Integrator::Task task{surfaces->at(0, 4 * i, 0.25f, 0.5f), SampleStream(1, i, i), {}};
+    integrator->sample(std::span(&task, 1));
     const Splats& splats = task.splats;
     for (int k = 0; k < splats.count; ++k) hash.add(std::as_bytes(std::span(&splats.items[k], 1)));
   }

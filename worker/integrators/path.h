@@ -1,65 +1,115 @@
-// ROOM: add an estimator. Unidirectional path tracing with next-event estimation and multiple importance
-// sampling (balance heuristic, Veach 1997 ch. 9), as seen from a texel.
-//
-// Every sample yields a few splats (direction d, contribution c): estimates of radiance L(d) dw, so that
-// any linear function of the incident light is the sum of c f(d). Dimensions: docs/maths.md.
+// The path tracer behind Integrator, as a template over the features (integrator.h) it is compiled for.
+// A batch of samples goes through its stages side by side; all of them have made the same number of
+// reflections.
 #pragma once
 
-#include <cstdint>
-#include <span>
-
-#include "common/job/unit.h"
-#include "common/math/sequence.h"
-#include "worker/accel/tracer.h"
-#include "worker/lights/lights.h"
-#include "worker/surface/surfaces.h"
+#include "common/math/frame.h"
+#include "common/math/sequence_batch.h"
+#include "common/math/trig.h"
+#include "common/math/warp.h"
+#include "worker/integrators/integrator.h"
 
 namespace kiln {
 
-struct Splats {
-  struct Splat {
-    Vec3 direction, contribution;
-  };
-  static constexpr int kMost = 4;  // one for each light strategy and one for the path
-  Splat items[kMost];
-  int count = 0;
-  bool inside = false;  // the primary ray met a back face
-  uint32_t rays = 0;
-
-  void add(const Vec3& direction, const Vec3& contribution) { items[count++] = {direction, contribution}; }
+// Pairs of dimensions of the vertex after `bounces` reflections. Dimension 0 picks the texel's site.
+enum Dimension : uint32_t {
+  kDirection,
+  kLayer,
+  kLocalLight,
+  kLocalPoint,
+  kSun,
+  kSunPoint,
+  kEnvironment,
+  kPerVertex
 };
+constexpr uint32_t dimension(uint32_t bounces, Dimension d) {
+  return 1 + bounces * kPerVertex + d;
+}
 
-class PathIntegrator {
+constexpr uint32_t kMostPasses = 64;    // surfaces of glass between two vertices; what goes further is lost
+constexpr uint32_t kRouletteAfter = 3;  // reflections that every path may make
+
+template <uint32_t kFeatures>
+class PathIntegrator final : public Integrator {
  public:
   PathIntegrator(const Surfaces& surfaces, const Tracer& tracer, const Lights& lights,
                  const TransportSettings& settings)
       : surfaces_(surfaces), tracer_(tracer), lights_(lights), settings_(settings) {}
-
-  // One sample of the light that arrives at a surface point.
-  struct Task {
-    SurfacePoint receiver;
-    SampleStream stream;
-    Splats splats;
-  };
-  // Samples that go through the scene side by side: while one waits for memory the others are worked on.
-  // What a sample gives does not depend on which others share its batch.
-  static constexpr size_t kBatch = 16;
-  void sample(std::span<Task> tasks) const;  // at most kBatch
+  void sample(std::span<Task> tasks) const override;
 
  private:
-  struct Vertex;
-  struct Path;
-  void direct(const Vertex& v, const SampleStream& stream, uint32_t bounces, Splats& out,
-              Vec3* reflected) const;
-  void light(const Vertex& v, const LightSample& s, uint32_t bounces, Splats& out, Vec3* reflected) const;
-  bool start(Path& path, Task& task) const;
-  void trace(Path& path) const;
-  bool arrive(Path& path) const;
-  bool continues(Path& path) const;
-  bool passes_glass(Path& path, const Bsdf& layers) const;
+  static constexpr bool has(Feature f) { return kFeatures & f; }
+  static constexpr int kStrategies = has(kLocalLights) + has(kSuns) + has(kSkyImage);
+  using Seen = std::conditional_t<has(kLayers), SeenBsdf, SeenLambert>;
+
+  // A ray's way through glass since the last vertex.
+  struct Glass {
+    float distance;   // travelled since
+    Vec3 absorption;  // of the medium that the ray is in
+    uint32_t passes;
+  };
+  struct NoGlass {};
+
+  // A path on its way from a texel. Its vertex is where light is gathered: the texel itself (any linear
+  // measure of the incident light is wanted, sampled with the mixed hemisphere) or a reflecting point.
+  struct Path {
+    SurfacePoint vertex;
+    Frame frame{Vec3(0, 0, 1)};  // around the shading normal
+    Seen bsdf;                   // of a reflecting vertex
+    Vec3 origin, direction;      // of the ray: offset, and behind the glass that was passed
+    float pdf;                   // of the direction
+    Vec3 throughput, sum;        // what a unit of light is worth, and what was gathered
+    Vec3 first_direction;
+    float first_pdf;
+    Hit hit;
+    [[no_unique_address]] std::conditional_t<has(kGlass), Glass, NoGlass> glass;
+  };
+  // A light sample whose ray has not been traced yet.
+  struct Shadow {
+    Vec3 direction, contribution;
+    uint32_t path;
+  };
+
+  // The batch. `live` lists the paths that are on their way.
+  struct Wave {
+    std::span<Task> tasks;
+    Path paths[kBatch];
+    uint32_t live[kBatch];
+    size_t count = 0;
+    SampleBatch samples;
+    float u[2][kBatch], v[2][kBatch];  // random numbers of the live paths, by their place in the list
+    Ray rays[kBatch * std::max(1, kStrategies)];
+    Shadow shadows[kBatch * std::max(1, kStrategies)];
+    Vec3 passed[kBatch * std::max(1, kStrategies)];
+    size_t shadow_count = 0;
+  };
+  enum class Arrival { kEnds, kReflects, kPasses };
+
+  void start(Wave& w) const;
+  template <bool kTexel>
+  void gather(Wave& w, uint32_t bounces) const;
+  template <bool kTexel>
+  void consider(Wave& w, uint32_t i, const LightSample& s) const;
+  template <bool kTexel>
+  void trace_shadows(Wave& w) const;
+  void leave_texel(Wave& w) const;
+  void trace(Wave& w, uint32_t bounces) const;
+  Arrival arrive(Path& p, Task& task, uint32_t bounces) const;
+  bool passes_glass(Path& p, const SurfacePoint& at, const Bsdf& layers, bool leaves, Task& task,
+                    uint32_t bounces) const;
+  void reflect(Wave& w, uint32_t bounces) const;
+  void finish(Wave& w, uint32_t i) const;
   // Radiance of the emissive surface that was hit or of the environment, weighted against light sampling.
-  Vec3 emitted(const Path& path) const;
-  Vec3 missed(const Vec3& direction, float pdf, uint32_t bounces) const;
+  Vec3 emitted(const Path& p, const SurfacePoint& at) const;
+  Vec3 missed(const Path& p, uint32_t bounces) const;
+
+  static void draw(const Wave& w, uint32_t dimension, float (&out)[2][kBatch]) {
+    w.samples.pairs(dimension, w.live, w.count, out[0], out[1]);
+  }
+  static void draw_singles(const Wave& w, uint32_t dimension, float (&out)[2][kBatch]) {
+    w.samples.singles(dimension, w.live, w.count, out[0]);
+  }
+  static Vec2 pair(const float (&numbers)[2][kBatch], size_t k) { return {numbers[0][k], numbers[1][k]}; }
   bool may_reflect(uint32_t bounces) const { return settings_.indirect && bounces < settings_.max_bounces; }
   // Does light count that was reflected this often?
   bool counts(uint32_t bounces) const { return bounces == 0 ? settings_.direct : settings_.indirect; }
@@ -67,7 +117,309 @@ class PathIntegrator {
   const Surfaces& surfaces_;
   const Tracer& tracer_;
   const Lights& lights_;
-  const TransportSettings& settings_;
+  const TransportSettings settings_;
 };
+
+template <uint32_t kFeatures>
+void PathIntegrator<kFeatures>::start(Wave& w) const {
+  for (uint32_t i = 0; i < w.tasks.size(); ++i) {
+    Path& p = w.paths[i];
+    p.vertex = w.tasks[i].receiver;
+    p.frame = Frame(p.vertex.ns);
+    p.origin = offset_origin(p.vertex.position, p.vertex.ng, p.vertex.error);
+    p.throughput = Vec3(1.0f);
+    p.sum = Vec3(0.0f);
+    if constexpr (has(kGlass)) p.glass = {0.0f, Vec3(0.0f), 0};
+    w.samples.add(w.tasks[i].stream);
+    w.live[i] = i;
+  }
+  w.count = w.tasks.size();
+}
+
+// Takes up a light sample unless it carries nothing to the vertex.
+template <uint32_t kFeatures>
+template <bool kTexel>
+void PathIntegrator<kFeatures>::consider(Wave& w, uint32_t i, const LightSample& s) const {
+  if (!(max_component(s.weight) > 0.0f) || (kTexel && s.indirect_only)) return;
+  const Path& p = w.paths[i];
+  const Vec3 local = p.frame.to_local(s.direction);
+  if (local.z <= 0.0f || dot(s.direction, p.vertex.ng) <= 0.0f) return;
+  Vec3 contribution = s.weight;
+  float direction_pdf = 0.0f;
+  if constexpr (kTexel) {
+    direction_pdf = primary_pdf(settings_.primary, local.z);
+  } else {
+    const BsdfValue value = p.bsdf.value(local);
+    contribution *= value.f * local.z;
+    if (!(max_component(contribution) > 0.0f)) return;
+    direction_pdf = value.pdf;
+  }
+  if (s.pdf > 0.0f) contribution *= s.pdf / (s.pdf + direction_pdf);
+  Ray ray{p.origin, s.direction};
+  if (!s.far) {
+    ray.direction = p.vertex.position + s.segment - ray.origin;
+    ray.far = 1.0f;
+  }
+  w.rays[w.shadow_count] = ray;
+  w.shadows[w.shadow_count++] = {s.direction, contribution, i};
+}
+
+// Light that reaches the vertices from the lights themselves.
+template <uint32_t kFeatures>
+template <bool kTexel>
+void PathIntegrator<kFeatures>::gather(Wave& w, uint32_t bounces) const {
+  if constexpr (kStrategies > 0) {
+    w.shadow_count = 0;
+    if constexpr (has(kLocalLights)) {
+      const LocalLights& local = lights_.local;
+      if (!local.empty()) {
+        if (local.wants_choice()) draw_singles(w, dimension(bounces, kLocalLight), w.u);
+        if (local.wants_point()) draw(w, dimension(bounces, kLocalPoint), w.v);
+        for (size_t k = 0; k < w.count; ++k) {
+          const SurfacePoint& at = w.paths[w.live[k]].vertex;
+          consider<kTexel>(w, w.live[k],
+                           local.sample(surfaces_, at.position, at.ns, w.u[0][k], pair(w.v, k)));
+        }
+      }
+    }
+    if constexpr (has(kSuns)) {
+      const DirectionalLights& suns = lights_.directional;
+      if (!suns.empty()) {
+        if (suns.wants_choice()) draw_singles(w, dimension(bounces, kSun), w.u);
+        if (suns.wants_point()) draw(w, dimension(bounces, kSunPoint), w.v);
+        for (size_t k = 0; k < w.count; ++k)
+          if (suns.may_light(w.paths[w.live[k]].vertex.ns))
+            consider<kTexel>(w, w.live[k], suns.sample(w.u[0][k], pair(w.v, k)));
+      }
+    }
+    if constexpr (has(kSkyImage)) {
+      if (lights_.environment.wants_sampling()) {
+        draw(w, dimension(bounces, kEnvironment), w.u);
+        for (size_t k = 0; k < w.count; ++k)
+          consider<kTexel>(w, w.live[k], lights_.environment.sample(pair(w.u, k)));
+      }
+    }
+    trace_shadows<kTexel>(w);
+  }
+}
+
+template <uint32_t kFeatures>
+template <bool kTexel>
+void PathIntegrator<kFeatures>::trace_shadows(Wave& w) const {
+  tracer_.transmittance(std::span(w.rays, w.shadow_count), w.passed);
+  for (size_t k = 0; k < w.shadow_count; ++k) {
+    const Shadow& s = w.shadows[k];
+    Splats& splats = w.tasks[s.path].splats;
+    ++splats.rays;
+    if (!(max_component(w.passed[k]) > 0.0f)) continue;
+    if constexpr (kTexel) {
+      splats.add(s.direction, s.contribution * w.passed[k]);
+    } else {
+      Path& p = w.paths[s.path];
+      p.sum += p.throughput * (s.contribution * w.passed[k]);
+    }
+  }
+}
+
+template <uint32_t kFeatures>
+void PathIntegrator<kFeatures>::leave_texel(Wave& w) const {
+  draw(w, dimension(0, kDirection), w.u);
+  size_t kept = 0;
+  for (size_t k = 0; k < w.count; ++k) {
+    Path& p = w.paths[w.live[k]];
+    const Vec3 local = primary_direction(settings_.primary, pair(w.u, k));
+    p.direction = p.first_direction = p.frame.to_world(local);
+    p.pdf = p.first_pdf = primary_pdf(settings_.primary, local.z);
+    // Below the surface no light arrives from.
+    if (dot(p.direction, p.vertex.ng) > 0.0f) w.live[kept++] = w.live[k];
+  }
+  w.count = kept;
+}
+
+template <uint32_t kFeatures>
+Vec3 PathIntegrator<kFeatures>::emitted(const Path& p, const SurfacePoint& at) const {
+  const Vec3 emission = emission_at(*surfaces_.kind(p.hit.instance).material, at.attributes);
+  if (!(max_component(emission) > 0.0f)) return Vec3(0.0f);
+  float distance = p.hit.t;
+  if constexpr (has(kGlass)) distance = p.glass.distance;
+  const float other = lights_.local.pdf(p.vertex.position, p.vertex.ns, p.hit.instance, p.hit.triangle,
+                                        std::abs(dot(p.direction, at.ng)), distance);
+  return emission * (p.pdf / (p.pdf + other));
+}
+
+template <uint32_t kFeatures>
+Vec3 PathIntegrator<kFeatures>::missed(const Path& p, uint32_t bounces) const {
+  const Environment& environment = lights_.environment;
+  if (!counts(bounces) || environment.is_black() || (bounces == 0 && environment.indirect_only()))
+    return Vec3(0.0f);
+  const Vec3 radiance = environment.radiance(p.direction);
+  if constexpr (!has(kSkyImage)) return radiance;
+  return radiance * (p.pdf / (p.pdf + environment.pdf(p.direction)));
+}
+
+// Sends every live path to the next surface that reflects; `live` keeps those that may reflect there.
+template <uint32_t kFeatures>
+void PathIntegrator<kFeatures>::trace(Wave& w, uint32_t bounces) const {
+  size_t kept = 0;
+  uint32_t todo[kBatch];
+  size_t left = w.count;
+  std::copy_n(w.live, left, todo);
+  while (left) {
+    for (size_t k = 0; k < left; ++k) {
+      Path& p = w.paths[todo[k]];
+      Task& task = w.tasks[todo[k]];
+      uint32_t key = dimension(bounces, kDirection);
+      if constexpr (has(kGlass)) key += p.glass.passes << 24;
+      ++task.splats.rays;
+      p.hit = tracer_.intersect({p.origin, p.direction}, task.stream.bits(key));
+      if (p.hit.valid()) surfaces_.prefetch(p.hit.instance, p.hit.triangle);
+    }
+    size_t again = 0;
+    for (size_t k = 0; k < left; ++k) {
+      const uint32_t i = todo[k];
+      const Arrival arrival = arrive(w.paths[i], w.tasks[i], bounces);
+      if (arrival == Arrival::kReflects)
+        w.live[kept++] = i;
+      else if (has(kGlass) && arrival == Arrival::kPasses)
+        todo[again++] = i;
+      else
+        finish(w, i);
+    }
+    left = again;
+  }
+  w.count = kept;
+}
+
+// What the ray met; at a surface that reflects it becomes the path's vertex.
+template <uint32_t kFeatures>
+auto PathIntegrator<kFeatures>::arrive(Path& p, Task& task, uint32_t bounces) const -> Arrival {
+  const Hit& hit = p.hit;
+  if (!hit.valid()) {
+    p.sum += p.throughput * missed(p, bounces);
+    return Arrival::kEnds;
+  }
+  const SurfaceKind& kind = surfaces_.kind(hit.instance);
+  SurfacePoint at = surfaces_.at(hit.instance, hit.triangle, hit.b1, hit.b2);
+  // The map belongs to the front; seen from behind its normals are turned round as a whole.
+  if (kind.normal_map && may_reflect(bounces))
+    at.ns = surfaces_.mapped_normal(hit.instance, hit.triangle, at);
+  if constexpr (has(kGlass)) {
+    p.glass.distance += hit.t;
+    if (max_component(p.glass.absorption) > 0.0f)
+      for (int k = 0; k < 3; ++k) p.throughput[k] *= exponential(-p.glass.absorption[k] * hit.t);
+  }
+  const bool leaves = dot(p.direction, at.ng) > 0.0f;  // a back face
+  if (leaves) {
+    if (!kind.double_sided && !kind.glass) {
+      if (bounces == 0) task.splats.inside = true;
+      return Arrival::kEnds;
+    }
+    at.ng = -at.ng;
+    at.ns = -at.ns;
+  }
+  if (kind.emissive && counts(bounces) && (!leaves || kind.double_sided))
+    p.sum += p.throughput * emitted(p, at);
+  if (kind.textured) prefetch_textures(*kind.material, at.attributes);
+  if constexpr (has(kGlass)) {
+    if (kind.glass && passes_glass(p, at, bsdf_at(*kind.material, at.attributes), leaves, task, bounces))
+      return Arrival::kPasses;
+    p.glass = {0.0f, p.glass.absorption, 0};
+  }
+  p.vertex = at;
+  return may_reflect(bounces) ? Arrival::kReflects : Arrival::kEnds;
+}
+
+// Does the path go straight on through glass? If not, its throughput makes up for those that do. To light
+// sampling the glass is not there, so the vertex, and the density of the direction, stay.
+template <uint32_t kFeatures>
+bool PathIntegrator<kFeatures>::passes_glass(Path& p, const SurfacePoint& at, const Bsdf& layers, bool leaves,
+                                             Task& task, uint32_t bounces) const {
+  if constexpr (has(kGlass)) {
+    const float cos = std::abs(dot(p.direction, at.ng));
+    const Vec3 through = straight_through(layers, cos);
+    const float passed = luminance(through);
+    if (!(passed > 0.0f)) return false;
+    const float chance = passed / (passed + luminance(layers.diffuse) + luminance(fresnel(layers, cos)));
+    const float u = unit_float(task.stream.bits(dimension(bounces, kLayer) + (p.glass.passes << 24)));
+    if (u >= chance) {
+      p.throughput /= 1.0f - chance;
+      return false;
+    }
+    p.throughput *= p.glass.passes < kMostPasses ? through / chance : Vec3(0.0f);
+    if (max_component(layers.absorption) > 0.0f) {
+      Vec3& medium = p.glass.absorption;
+      // Where the path started inside, nothing was entered: the way to this exit is absorbed now.
+      for (int k = 0; leaves && k < 3; ++k)
+        p.throughput[k] *= exponential(std::min(0.0f, medium[k] - layers.absorption[k]) * p.hit.t);
+      medium = glm::max(medium + (leaves ? -layers.absorption : layers.absorption), Vec3(0.0f));
+    }
+    p.origin = offset_origin(at.position, -at.ng, at.error);
+    ++p.glass.passes;
+    return max_component(p.throughput) > 0.0f;
+  }
+  return false;
+}
+
+// Gathers light at the vertices and chooses where the paths go on, if they do. `bounces` counts the
+// reflection there.
+template <uint32_t kFeatures>
+void PathIntegrator<kFeatures>::reflect(Wave& w, uint32_t bounces) const {
+  for (size_t k = 0; k < w.count; ++k) {
+    Path& p = w.paths[w.live[k]];
+    SurfacePoint& at = p.vertex;
+    if (dot(p.direction, at.ns) >= 0.0f) at.ns = at.ng;  // seen from below the shading horizon
+    p.frame = Frame(at.ns);
+    p.bsdf = Seen(bsdf_at(*surfaces_.kind(p.hit.instance).material, at.attributes),
+                  p.frame.to_local(-p.direction));
+    p.origin = offset_origin(at.position, at.ng, at.error);
+  }
+  gather<false>(w, bounces);
+
+  const bool roulette = bounces >= kRouletteAfter;
+  if (roulette || has(kLayers)) draw(w, dimension(bounces, kLayer), w.u);
+  draw(w, dimension(bounces, kDirection), w.v);
+  size_t kept = 0;
+  for (size_t k = 0; k < w.count; ++k) {
+    const uint32_t i = w.live[k];
+    Path& p = w.paths[i];
+    const BsdfSample s = p.bsdf.sample(w.u[0][k], pair(w.v, k));
+    p.direction = p.frame.to_world(s.direction);
+    p.pdf = s.pdf;
+    p.throughput *= s.weight;
+    // Nothing leaks through the surface itself.
+    bool goes_on = max_component(p.throughput) > 0.0f && dot(p.direction, p.vertex.ng) > 0.0f;
+    if (roulette && goes_on) {
+      const float survival = std::min(1.0f, max_component(p.throughput));
+      goes_on = w.u[1][k] < survival;
+      p.throughput /= survival;
+    }
+    if (goes_on)
+      w.live[kept++] = i;
+    else
+      finish(w, i);
+  }
+  w.count = kept;
+}
+
+template <uint32_t kFeatures>
+void PathIntegrator<kFeatures>::finish(Wave& w, uint32_t i) const {
+  const Path& p = w.paths[i];
+  if (!(max_component(p.sum) <= 0.0f))  // so that NaN passes: the film counts it
+    w.tasks[i].splats.add(p.first_direction, p.sum / p.first_pdf);
+}
+
+template <uint32_t kFeatures>
+void PathIntegrator<kFeatures>::sample(std::span<Task> tasks) const {
+  Wave w;
+  w.tasks = tasks;
+  w.samples.clear();
+  start(w);
+  if (settings_.direct) gather<true>(w, 0);
+  leave_texel(w);
+  for (uint32_t bounces = 0; w.count; ++bounces) {
+    trace(w, bounces);
+    if (w.count) reflect(w, bounces + 1);
+  }
+}
 
 }  // namespace kiln

@@ -3,7 +3,7 @@
 #include <cstring>
 
 #include "common/base/format.h"
-#include "common/math/warp.h"
+#include "common/math/trig.h"
 #include "worker/lights/punctual.h"
 
 namespace kiln {
@@ -27,6 +27,10 @@ Expected<Environment> Environment::create(const Record* record, const Scene& sce
   const Texture& t = scene.textures[image.texture];
   if (t.format != TexelFormat::kFloat32 || t.channels < 3)
     return fail(ErrorKind::kInvalidInput, text("environment image '{}' is not float RGB", t.name));
+  if (t.width > 65535 || t.height > 65535)
+    return fail(
+        ErrorKind::kInvalidInput,
+        text("environment image '{}' has {} x {} texels; 65535 a side is most", t.name, t.width, t.height));
   e.width_ = t.width;
   e.height_ = t.height;
   e.texels_.resize(size_t{t.width} * t.height);
@@ -37,16 +41,24 @@ Expected<Environment> Environment::create(const Record* record, const Scene& sce
       return fail(ErrorKind::kInvalidInput,
                   text("environment image '{}' has a texel that is no radiance", t.name));
   }
-  for (uint32_t y = 0; y <= t.height; ++y)
-    e.row_cos_.push_back(sincos_turns(0.5f * static_cast<float>(y) / static_cast<float>(t.height)).cos);
-  std::vector<double> row_weight(t.height), weights(t.width);
+  const auto versine = [&](uint32_t rows) {  // of the angle of so many rows
+    const double s = std::sin(0.5 * M_PI * rows / t.height);
+    return 2.0 * s * s;
+  };
+  e.distribution_ = ImageDistribution(t.width, t.height);
+  std::vector<double> weights(t.width);
   for (uint32_t y = 0; y < t.height; ++y) {
-    for (uint32_t x = 0; x < t.width; ++x) weights[x] = luminance(e.texels_[size_t{y} * t.width + x]);
-    e.columns_.emplace_back(weights);
-    row_weight[y] = e.columns_.back().total() * (e.row_cos_[y] - e.row_cos_[y + 1]);
+    const bool upper = 2 * y < t.height;
+    const double first = versine(upper ? y : t.height - y),
+                 second = versine(upper ? y + 1 : t.height - y - 1);
+    const double solid_angle = 2.0 * M_PI / t.width * std::abs(second - first);
+    e.rows_.push_back(
+        {static_cast<float>(first), static_cast<float>(second), static_cast<float>(solid_angle)});
+    for (uint32_t x = 0; x < t.width; ++x) weights[x] = luminance(DVec3(e.texels_[size_t{y} * t.width + x]));
+    e.distribution_.add_row(weights, solid_angle);
   }
-  e.rows_ = DiscreteDistribution(row_weight);
-  e.black_ = !(e.rows_.total() > 0);
+  e.distribution_.finish();
+  e.black_ = e.distribution_.empty();
   return e;
 }
 
@@ -68,23 +80,21 @@ float Environment::pdf(const Vec3& d) const {
   if (!wants_sampling()) return 0.0f;
   const size_t i = texel_of(d);
   const uint32_t x = static_cast<uint32_t>(i % width_), y = static_cast<uint32_t>(i / width_);
-  const float solid_angle = 2.0f * kPi / static_cast<float>(width_) * (row_cos_[y] - row_cos_[y + 1]);
-  return rows_.probability(y) * columns_[y].probability(x) / solid_angle;
+  return distribution_.probability(x, y) / rows_[y].solid_angle;
 }
 
 LightSample Environment::sample(const Vec2& u) const {
-  const auto row = rows_.sample(u.x);
-  const auto column = columns_[row.index].sample(u.y);
-  const float y = row_cos_[row.index] + (row_cos_[row.index + 1] - row_cos_[row.index]) * row.remainder;
-  const float turns = (static_cast<float>(column.index) + column.remainder) / static_cast<float>(width_);
-  const Vec3 local = spherical(y, turns - 0.5f - turn_);  // (cos, sin, y)
+  const ImageDistribution::Draw at = distribution_.sample(u);
+  const Row& row = rows_[at.y];
+  const float h = row.first + (row.second - row.first) * at.within.y;
+  const float sine = std::sqrt(std::max(0.0f, h * (2.0f - h)));
+  const float turns = (static_cast<float>(at.x) + at.within.x) / static_cast<float>(width_);
+  const SinCos a = sincos_turns(turns - 0.5f - turn_);
   LightSample s;
-  s.direction = Vec3(local.x, local.z, local.y);
+  s.direction = Vec3(sine * a.cos, 2 * at.y < height_ ? 1.0f - h : h - 1.0f, sine * a.sin);
   s.far = true;
-  const float solid_angle =
-      2.0f * kPi / static_cast<float>(width_) * (row_cos_[row.index] - row_cos_[row.index + 1]);
-  s.pdf = rows_.probability(row.index) * columns_[row.index].probability(column.index) / solid_angle;
-  if (s.pdf > 0.0f) s.weight = texels_[size_t{row.index} * width_ + column.index] / s.pdf;
+  s.pdf = at.probability / row.solid_angle;
+  if (s.pdf > 0.0f) s.weight = texels_[size_t{at.y} * width_ + at.x] / s.pdf;
   s.indirect_only = indirect_only();
   return s;
 }

@@ -3,8 +3,8 @@
 #pragma once
 
 #include "common/base/status.h"
-#include "common/math/discrete.h"
 #include "common/scene/record_reader.h"
+#include "worker/lights/image_distribution.h"
 #include "worker/lights/light_sample.h"
 
 namespace kiln {
@@ -29,10 +29,14 @@ class Environment {
   Vec3 constant_{0.0f};
   uint32_t width_ = 0, height_ = 0;
   std::vector<Vec3> texels_;
-  std::vector<float> row_cos_;  // cosine to +y at the upper edge of each row, height + 1 of them
-  DiscreteDistribution rows_;
-  std::vector<DiscreteDistribution> columns_;  // by row
-  float turn_ = 0.0f;                          // rotation about +Y in turns
+  // 1 - cos of the angles from the nearer pole to a row's edges, of which the second is further from +y; and
+  // a texel's solid angle.
+  struct Row {
+    float first, second, solid_angle;
+  };
+  std::vector<Row> rows_;
+  ImageDistribution distribution_;
+  float turn_ = 0.0f;  // rotation about +Y in turns
   bool black_ = true;
   BakeMode bake_ = BakeMode::kFull;
 };

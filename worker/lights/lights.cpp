@@ -4,7 +4,8 @@
 
 namespace kiln {
 
-Expected<Lights> Lights::create(const Surfaces& surfaces, std::vector<std::string>& warnings) {
+Expected<Lights> Lights::create(const Surfaces& surfaces, std::vector<std::string>& warnings,
+                                LightChoice choice) {
   Lights lights;
   const Record* environment = nullptr;
   for (const Record& record : surfaces.scene().lights) {
@@ -13,6 +14,9 @@ Expected<Lights> Lights::create(const Surfaces& surfaces, std::vector<std::strin
       lights.local.add(PointLight::parse(r, record.to_world));
     } else if (record.type == SpotLight::kType) {
       lights.local.add(SpotLight::parse(r, record.to_world));
+    } else if (record.type == IesLight::kType) {
+      KILN_TRY(IesLight light, IesLight::parse(r, record, surfaces.scene()));
+      lights.local.add(std::move(light));
     } else if (record.type == DirectionalLights::kType) {
       lights.directional.add(r, record.to_world);
     } else if (record.type == Environment::kType) {
@@ -30,7 +34,7 @@ Expected<Lights> Lights::create(const Surfaces& surfaces, std::vector<std::strin
   }
   KILN_TRY(lights.environment, Environment::create(environment, surfaces.scene(), warnings));
   lights.directional.finish();
-  lights.local.finish(surfaces);
+  lights.local.finish(surfaces, choice);
   return lights;
 }
 

@@ -14,7 +14,8 @@ struct Lights {
   LocalLights local;
 
   // Parses the light records of the scene and finds its emissive triangles. Unknown types fail.
-  static Expected<Lights> create(const Surfaces& surfaces, std::vector<std::string>& warnings);
+  static Expected<Lights> create(const Surfaces& surfaces, std::vector<std::string>& warnings,
+                                 LightChoice choice = LightChoice::kTree);
 };
 
 }  // namespace kiln

@@ -1,95 +1,67 @@
 #include "worker/lights/local_lights.h"
 
+#include "common/math/warp.h"
+#include "worker/lights/emission_map.h"
+
 namespace kiln {
-namespace {
 
-constexpr size_t kFew = 32;  // above this many lights the choice is by power alone
-
-// Mean emitted luminance over a triangle, from a fixed 4 x 4 pattern.
-float mean_emission(const Surfaces& s, uint32_t instance, uint32_t triangle) {
-  const Material& material = s.material(instance);
-  float sum = 0;
-  for (int i = 0; i < 16; ++i) {
-    const Vec2 b = uniform_triangle(
-        Vec2((static_cast<float>(i % 4) + 0.5f) / 4.0f, (static_cast<float>(i / 4) + 0.5f) / 4.0f));
-    sum += luminance(emission_at(material, s.attributes(instance, triangle, b.x, b.y)));
-  }
-  return sum / 16.0f;
-}
-
-}  // namespace
-
-void LocalLights::add_emitters(const Surfaces& s, uint32_t instance) {
+void LocalLights::add_emitters(const Surfaces& s, uint32_t instance, std::vector<LightBounds>& bounds) {
   const Mesh& mesh = s.scene().meshes[s.scene().instances[instance].mesh];
-  const bool both_sides = is_double_sided(s.material(instance));
-  std::vector<float> emission(mesh.triangles.size());
-  float largest = 0;
-  for (uint32_t t = 0; t < mesh.triangles.size(); ++t)
-    largest = std::max(largest, emission[t] = mean_emission(s, instance, t));
+  const EmissionMap emission(emission_parts(s.material(instance)), mesh.triangles.size());
   first_emitter_[instance] = static_cast<uint32_t>(emitter_of_.size());
   for (uint32_t t = 0; t < mesh.triangles.size(); ++t) {
-    // The floor keeps a triangle samplable whose texture shines only between the pattern's points.
-    const float mean = std::max(emission[t], 1e-3f * largest);
+    const double mean = emission.mean(
+        {s.attributes(instance, t, 0, 0), s.attributes(instance, t, 1, 0), s.attributes(instance, t, 0, 1)});
     Vec3 p[3];
     s.corners(instance, t, p);
-    const float area = 0.5f * length(cross(p[1] - p[0], p[2] - p[0]));
-    const bool shines = mean > 0.0f && area > 0.0f;
+    const DVec3 normal = glm::cross(DVec3(p[1]) - DVec3(p[0]), DVec3(p[2]) - DVec3(p[0]));
+    const double area = 0.5 * glm::length(normal);
+    const bool shines = mean > 0.0 && static_cast<float>(area) > 0.0f;
     emitter_of_.push_back(shines ? static_cast<uint32_t>(triangles_.size()) : ~0u);
     if (!shines) continue;
-    const Vec3 centre = (p[0] + p[1] + p[2]) / 3.0f;
-    float radius2 = 0;
-    for (const Vec3& corner : p) radius2 = std::max(radius2, dot(corner - centre, corner - centre));
-    const float power = mean * area * kPi * (both_sides ? 2.0f : 1.0f);
-    triangles_.push_back({instance, t, centre, radius2, area, power, power * (0.25f * kInvPi)});
+    LightBounds b;
+    b.centre = Vec3((DVec3(p[0]) + DVec3(p[1]) + DVec3(p[2])) / 3.0);
+    for (const Vec3& corner : p) b.radius = std::max(b.radius, length(corner - b.centre));
+    b.axis = s.at(instance, t, 1.0f / 3, 1.0f / 3).ng;
+    b.cos_normals = 1.0;
+    b.two_sided = is_double_sided(s.material(instance));
+    b.strength = mean * area;
+    bounds.push_back(b);
+    triangles_.push_back({instance, t, static_cast<float>(area)});
   }
 }
 
-void LocalLights::finish(const Surfaces& s) {
+void LocalLights::finish(const Surfaces& s, LightChoice choice) {
+  choice_ = choice;
+  std::vector<LightBounds> bounds;
+  for (const Punctual& l : punctual_)
+    bounds.push_back(std::visit([](const auto& x) { return x.bounds(); }, l));
   first_emitter_.assign(s.scene().instances.size(), ~0u);
   for (uint32_t i = 0; i < s.scene().instances.size(); ++i)
-    if (is_emissive(s.material(i))) add_emitters(s, i);
+    if (is_emissive(s.material(i))) add_emitters(s, i, bounds);
+  if (choice == LightChoice::kTree) {
+    tree_ = LightTree(bounds);
+    return;
+  }
   std::vector<double> weights;
   for (const Punctual& l : punctual_)
     weights.push_back(std::visit([](const auto& x) { return x.power(); }, l));
-  for (const Emitter& e : triangles_) weights.push_back(e.power);
-  by_power_ = DiscreteDistribution(weights);
+  for (size_t i = weights.size(); i < bounds.size(); ++i)
+    weights.push_back(bounds[i].strength * M_PI * (bounds[i].two_sided ? 2.0 : 1.0));
+  if (choice == LightChoice::kUniform) std::fill(weights.begin(), weights.end(), 1.0);
+  fixed_ = DiscreteDistribution(weights);
 }
 
-float LocalLights::importance(size_t light, const Vec3& p) const {
-  if (light < punctual_.size())
-    return luminance(std::visit([&](const auto& x) { return x.irradiance(p); }, punctual_[light]));
-  const Emitter& e = triangles_[light - punctual_.size()];
-  const Vec3 d = e.centre - p;
-  return e.strength / (dot(d, d) + e.radius2);
+LightTree::Choice LocalLights::choose(const Vec3& p, const Vec3& n, float u) const {
+  if (size() == 1) return {0, 1.0f};
+  if (choice_ == LightChoice::kTree) return tree_.choose(p, n, u);
+  const auto draw = fixed_.sample(u);
+  return {draw.index, fixed_.probability(draw.index)};
 }
 
-std::pair<uint32_t, float> LocalLights::choose(const Vec3& p, float u) const {
-  if (size() == 1 && punctual_.empty()) return {0, 1.0f};
-  if (size() > kFew) {
-    const auto draw = by_power_.sample(u);
-    return {draw.index, by_power_.probability(draw.index)};
-  }
-  float weights[kFew];
-  float total = 0;
-  for (size_t i = 0; i < size(); ++i) total += weights[i] = importance(i, p);
-  if (!(total > 0.0f) || !std::isfinite(total)) return {0, 0.0f};
-  float left = u * total;
-  uint32_t chosen = 0;
-  for (uint32_t i = 0; i < size(); ++i) {
-    if (weights[i] <= 0.0f) continue;
-    chosen = i;
-    if (left < weights[i]) break;
-    left -= weights[i];
-  }
-  return {chosen, weights[chosen] / total};
-}
-
-float LocalLights::probability(size_t light, const Vec3& p) const {
-  if (size() == 1 && punctual_.empty()) return 1.0f;
-  if (size() > kFew) return by_power_.probability(static_cast<uint32_t>(light));
-  float total = 0;
-  for (size_t i = 0; i < size(); ++i) total += importance(i, p);
-  return total > 0.0f && std::isfinite(total) ? importance(light, p) / total : 0.0f;
+float LocalLights::probability_of(uint32_t light, const Vec3& p, const Vec3& n) const {
+  if (size() == 1) return 1.0f;
+  return choice_ == LightChoice::kTree ? tree_.probability(light, p, n) : fixed_.probability(light);
 }
 
 LightSample LocalLights::sample_triangle(const Surfaces& s, const Emitter& e, const Vec3& p,
@@ -112,12 +84,14 @@ LightSample LocalLights::sample_triangle(const Surfaces& s, const Emitter& e, co
   out.pdf = d2 / (cos_light * e.area);
   if (!std::isfinite(out.pdf)) return LightSample{};  // seen edge on: it subtends nothing
   out.weight = emission_at(s.material(e.instance), q.attributes) / out.pdf;
+  // Where the surface is not, or is in part, rays go through it that would have met it.
+  if (s.has_alpha(e.instance)) out.weight *= opacity_at(s.material(e.instance), q.attributes);
   return out;
 }
 
-LightSample LocalLights::sample(const Surfaces& s, const Vec3& p, const Vec3& /*n*/, float u_light,
+LightSample LocalLights::sample(const Surfaces& s, const Vec3& p, const Vec3& n, float u_light,
                                 const Vec2& u) const {
-  const auto [light, chance] = choose(p, u_light);
+  const auto [light, chance] = choose(p, n, u_light);
   LightSample out;
   if (!(chance > 0.0f)) return out;
   if (light >= punctual_.size()) {
@@ -137,13 +111,15 @@ LightSample LocalLights::sample(const Surfaces& s, const Vec3& p, const Vec3& /*
   return out;
 }
 
-float LocalLights::pdf(const Vec3& p, const Vec3& /*n*/, uint32_t instance, uint32_t triangle,
-                       float cos_light, float t) const {
+float LocalLights::pdf(const Vec3& p, const Vec3& n, uint32_t instance, uint32_t triangle, float cos_light,
+                       float t) const {
   if (first_emitter_[instance] == ~0u || !(cos_light > 0.0f)) return 0.0f;
   const uint32_t emitter = emitter_of_[first_emitter_[instance] + triangle];
   if (emitter == ~0u) return 0.0f;
   const float density = t * t / (cos_light * triangles_[emitter].area);
-  return std::isfinite(density) ? probability(punctual_.size() + emitter, p) * density : 0.0f;
+  return std::isfinite(density)
+             ? probability_of(static_cast<uint32_t>(punctual_.size()) + emitter, p, n) * density
+             : 0.0f;
 }
 
 }  // namespace kiln

@@ -28,28 +28,38 @@ Vec3 PointLight::irradiance(const Vec3& p) const {
   return intensity_ * (window / d2);
 }
 
-float PointLight::power() const {
-  return 4.0f * kPi * luminance(intensity_);
+double PointLight::power() const {
+  return 4.0 * M_PI * luminance(DVec3(intensity_));
+}
+
+LightBounds PointLight::bounds() const {
+  LightBounds b;
+  b.centre = position_;
+  b.strength = luminance(DVec3(intensity_));
+  if (range_ > 0.0f) b.reach = range_;
+  return b;
 }
 
 SpotLight SpotLight::parse(RecordReader& r, const Mat4x3& to_world) {
+  constexpr double kHalfPi = 1.57079632679489661923;
   SpotLight l;
   l.point_ = PointLight::parse(r, to_world);
   l.bake = l.point_.bake;
   l.axis_ = normalize_or(-to_world[2], Vec3(0, 0, -1));
-  const double inner = std::clamp<double>(r.number("inner", 0.0f), 0.0, 1.5707963267948966);
-  const double outer = std::clamp<double>(r.number("outer", 0.78539816f), inner, 1.5707963267948966);
-  // KHR_lights_punctual, "Inner and Outer Cone Angles". Cosines in double, rounded once.
-  const double scale = 1.0 / std::max(0.001, std::cos(inner) - std::cos(outer));
-  l.scale_ = static_cast<float>(scale);
-  l.offset_ = static_cast<float>(-std::cos(outer) * scale);
-  l.cos_outer_ = static_cast<float>(std::cos(outer));
+  l.outer_ = std::clamp<double>(r.number("outer", 0.78539816f), 0.0, kHalfPi);
+  l.inner_ = std::clamp<double>(r.number("inner", 0.0f), 0.0, l.outer_);
+  // KHR_lights_punctual, "Inner and Outer Cone Angles", in 1 - cos = 2 sin^2(half the angle).
+  const auto versine = [](double angle) { return 2.0 * std::sin(0.5 * angle) * std::sin(0.5 * angle); };
+  l.h_outer_ = versine(l.outer_);
+  l.outer_f_ = static_cast<float>(l.h_outer_);
+  l.scale_ = static_cast<float>(1.0 / std::max(0.001, l.h_outer_ - versine(l.inner_)));
   return l;
 }
 
 float SpotLight::cone(const Vec3& p) const {
-  const float c = dot(normalize_or(p - position(), axis_), axis_);
-  const float t = std::clamp(c * scale_ + offset_, 0.0f, 1.0f);
+  // 1 - cos is half the squared distance of two unit vectors.
+  const Vec3 apart = normalize_or(p - position(), axis_) - axis_;
+  const float t = std::clamp((outer_f_ - 0.5f * dot(apart, apart)) * scale_, 0.0f, 1.0f);
   return t * t;
 }
 
@@ -57,8 +67,18 @@ Vec3 SpotLight::irradiance(const Vec3& p) const {
   return point_.irradiance(p) * cone(p);
 }
 
-float SpotLight::power() const {
-  return point_.power() * 0.5f * (1.0f - cos_outer_);
+double SpotLight::power() const {
+  // The square rises over a width of 1/scale in the cosine; the extension's least width cuts narrow cones.
+  const double scale = scale_, rise = std::min(h_outer_, 1.0 / scale);
+  return 0.5 * point_.power() * (scale * scale * rise * rise * rise / 3.0 + h_outer_ - rise);
+}
+
+LightBounds SpotLight::bounds() const {
+  LightBounds b = point_.bounds();
+  b.axis = axis_;
+  b.cos_normals = std::cos(inner_);
+  b.cos_emission = std::cos(outer_ - inner_);
+  return b;
 }
 
 }  // namespace kiln

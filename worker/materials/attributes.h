@@ -22,4 +22,11 @@ inline Vec3 within(const Vec3& v, float low, float high) {
   return {within(v.x, low, high), within(v.y, low, high), within(v.z, low, high)};
 }
 
+// What a material's emission is the product of, for whoever integrates it over a triangle.
+struct EmissionParts {
+  Vec3 factor;
+  const TextureSampler* texture;  // null: none
+  bool vertex_color;              // times Attributes::color
+};
+
 }  // namespace kiln

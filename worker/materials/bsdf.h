@@ -52,6 +52,7 @@ Vec3 straight_through(const Bsdf& bsdf, float cos);
 // unit and leave the surface; wo is towards where the light goes.
 class SeenBsdf {
  public:
+  SeenBsdf() = default;  // black
   SeenBsdf(const Bsdf& bsdf, const Vec3& wo);
 
   BsdfValue value(const Vec3& wi) const {
@@ -69,8 +70,8 @@ class SeenBsdf {
   BsdfValue covered(const Vec3& wi) const;
 
   Bsdf bsdf_;
-  Vec3 wo_;
-  bool layered_, covered_;
+  Vec3 wo_{0.0f};
+  bool layered_ = false, covered_ = false;
   float p_specular_ = 0.0f;  // share of the base's samples for the GGX layer
   float smith_wo_ = 0.0f;
   float entered_ = 0.0f;  // share that gets under the GGX layer, over its mean
@@ -78,6 +79,21 @@ class SeenBsdf {
   float p_coat_ = 0.0f, p_sheen_ = 0.0f;
   float coat_smith_wo_ = 0.0f, coat_wo_ = 0.0f;
   float sheen_wo_ = 0.0f;
+};
+
+// A SeenBsdf of which the Lambert layer is known to be all.
+class SeenLambert {
+ public:
+  SeenLambert() = default;
+  SeenLambert(const Bsdf& bsdf, const Vec3& wo) : albedo_(wo.z > 0.0f ? bsdf.diffuse : Vec3(0.0f)) {}
+  BsdfValue value(const Vec3& wi) const { return {albedo_ * kInvPi, wi.z * kInvPi}; }
+  BsdfSample sample(float, const Vec2& u) const {
+    const Vec3 wi = cosine_hemisphere(u);
+    return {wi, wi.z > 0.0f ? albedo_ : Vec3(0.0f), wi.z * kInvPi};
+  }
+
+ private:
+  Vec3 albedo_{0.0f};
 };
 
 }  // namespace kiln

@@ -26,6 +26,7 @@ concept IsMaterial = requires(const M m, const Attributes& a, RecordReader& r, c
   { m.alpha() } -> std::same_as<const Alpha&>;
   { m.normal_map() } -> std::same_as<const NormalMap*>;  // or null
   { m.layers() } -> std::same_as<Layers>;
+  { m.emission_parts() } -> std::same_as<EmissionParts>;
   { m.is_glass() } -> std::same_as<bool>;  // may a Bsdf of it transmit?
   { m.is_emissive() } -> std::same_as<bool>;
   { m.double_sided() } -> std::same_as<bool>;
@@ -43,6 +44,9 @@ inline Bsdf bsdf_at(const Material& m, const Attributes& a) {
 }
 inline Vec3 emission_at(const Material& m, const Attributes& a) {
   return std::visit([&](const auto& x) { return x.emission(a); }, m);
+}
+inline EmissionParts emission_parts(const Material& m) {
+  return std::visit([](const auto& x) { return x.emission_parts(); }, m);
 }
 inline const Alpha& alpha_of(const Material& m) {
   return std::visit([](const auto& x) -> const Alpha& { return x.alpha(); }, m);

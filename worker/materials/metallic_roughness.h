@@ -14,6 +14,9 @@ class MetallicRoughness {
   static MetallicRoughness parse(RecordReader& r, const Scene& scene);
   Bsdf bsdf(const Attributes& a) const;
   Vec3 emission(const Attributes& a) const;
+  EmissionParts emission_parts() const {
+    return {emission_, emission_texture_ ? &emission_texture_ : nullptr, false};
+  }
   const Alpha& alpha() const { return alpha_; }
   const NormalMap* normal_map() const { return normal_map_ ? &normal_map_ : nullptr; }
   Layers layers() const {

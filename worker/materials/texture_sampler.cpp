@@ -93,7 +93,11 @@ size_t TextureSampler::color_index(const Vec2 (&uv)[2]) const {
 }
 
 Vec3 TextureSampler::color(const Vec2 (&uv)[2]) const {
-  const std::byte* texel = texels_ + color_index(uv) * texel_bytes_;
+  return color_texel(color_index(uv));
+}
+
+Vec3 TextureSampler::color_texel(size_t index) const {
+  const std::byte* texel = texels_ + index * texel_bytes_;
   const bool gray = texture_->channels < 3;
   if (decode_) {
     const auto* t = reinterpret_cast<const uint8_t*>(texel);

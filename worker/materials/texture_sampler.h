@@ -32,12 +32,22 @@ class TextureSampler {
   Range alpha_range() const;
   std::optional<Range> alpha_range(const Vec2 (&a)[2], const Vec2 (&b)[2], const Vec2 (&c)[2]) const;
 
+  // For integrals over the image.
+  const Texture& texture() const { return *texture_; }
+  Vec3 texel(uint32_t x, uint32_t y) const { return color_texel(size_t{y} * texture_->width + x); }
+  // The image's own coordinates (u, v) of a point, not wrapped.
+  DVec2 placed(const Vec2 (&uv)[2]) const {
+    const DVec2 p(uv[use_.uv_set]);
+    return {use_.m[0] * p.x + use_.m[1] * p.y + use_.m[2], use_.m[3] * p.x + use_.m[4] * p.y + use_.m[5]};
+  }
+
  private:
   struct Point {
     float x, y;  // in texels; within [0, size], wrapped already
   };
   Point place(const Vec2 (&uv)[2]) const;
   size_t color_index(const Vec2 (&uv)[2]) const;
+  Vec3 color_texel(size_t index) const;
   float alpha_texel(size_t index) const;
 
   const Texture* texture_ = nullptr;

@@ -25,6 +25,7 @@ class Unlit {
     const Vec3 color = base_color_ * Vec3(a.color);
     return texture_ ? color * texture_.color(a.uv) : color;
   }
+  EmissionParts emission_parts() const { return {base_color_, texture_ ? &texture_ : nullptr, true}; }
   const Alpha& alpha() const { return alpha_; }
   const NormalMap* normal_map() const { return nullptr; }
   Layers layers() const { return Layers::kLambert; }

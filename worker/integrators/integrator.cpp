@@ -1,0 +1,28 @@
+#include "worker/integrators/integrator.h"
+
+#include "worker/integrators/roster.h"
+
+namespace kiln {
+
+uint32_t find_features(const Surfaces& surfaces, const Lights& lights) {
+  uint32_t features = 0;
+  if (!lights.local.empty()) features |= kLocalLights;
+  if (!lights.directional.empty()) features |= kSuns;
+  if (lights.environment.wants_sampling()) features |= kSkyImage;
+  for (uint32_t i = 0; i < surfaces.scene().instances.size(); ++i) {
+    if (surfaces.kind(i).glass) features |= kGlass;
+    if (has_layers(surfaces.material(i))) features |= kLayers;
+  }
+  return features;
+}
+
+std::unique_ptr<Integrator> Integrator::create(const Surfaces& surfaces, const Tracer& tracer,
+                                               const Lights& lights, const TransportSettings& settings,
+                                               uint32_t features) {
+  const IntegratorFactory factory = features & kGlass    ? integrator_of_everything()
+                                    : features & kLayers ? layered_integrators()[features & kAllLights]
+                                                         : lambert_integrators()[features & kAllLights];
+  return factory(surfaces, tracer, lights, settings);
+}
+
+}  // namespace kiln

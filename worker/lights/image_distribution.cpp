@@ -1,0 +1,84 @@
+#include "worker/lights/image_distribution.h"
+
+#include <bit>
+
+#include "common/base/check.h"
+#include "common/math/sequence.h"
+
+namespace kiln {
+
+ImageDistribution::ImageDistribution(uint32_t width, uint32_t height) : width_(width) {
+  KILN_CHECK(width > 0 && height > 0 && width < 65536 && height < 65536);
+  upper_.reserve(size_t{width} * height + height);
+  rows_.reserve(height);
+}
+
+void ImageDistribution::add_row(const std::vector<double>& weights, double scale) {
+  double sum = 0;
+  for (const double w : weights) sum += w;
+  row_weights_.push_back(sum * scale);
+  rows_.push_back(add_part(weights));
+}
+
+void ImageDistribution::finish() {
+  for (const double w : row_weights_) total_ += w;
+  choice_ = add_part(row_weights_);
+}
+
+ImageDistribution::Part ImageDistribution::add_part(const std::vector<double>& weights) {
+  const auto size = static_cast<uint32_t>(weights.size());
+  const int bits = std::bit_width(std::bit_ceil(size)) - 1;
+  const Part part{upper_.size(), guide_.size(), size, 31 - bits};
+  double total = 0;
+  uint32_t positive = 0;
+  size_t largest = 0;
+  for (size_t i = 0; i < size; ++i) {
+    total += weights[i];
+    positive += weights[i] > 0;
+    if (weights[i] > weights[largest]) largest = i;
+  }
+  // One share for each that has any weight, the rest in proportion, and what rounding leaves to the largest.
+  std::vector<uint32_t> counts(size, 0);
+  uint32_t left = positive ? kOne : 0;
+  for (size_t i = 0; i < size; ++i) {
+    if (!(weights[i] > 0)) continue;
+    counts[i] = 1 + static_cast<uint32_t>(weights[i] / total * (kOne - positive));
+    left -= counts[i];
+  }
+  counts[largest] += left;
+  uint32_t sum = 0;
+  for (const uint32_t c : counts) upper_.push_back(sum += c);
+  uint32_t at = 0;
+  for (uint32_t g = 0; g < 1u << bits; ++g) {
+    while (at + 1 < size && upper_[part.first + at] <= g << part.shift) ++at;
+    guide_.push_back(static_cast<uint16_t>(at));
+  }
+  return part;
+}
+
+ImageDistribution::Pick ImageDistribution::pick(const Part& part, double u) const {
+  const double scaled = u * kOne;
+  const auto x = static_cast<uint32_t>(scaled);
+  const uint32_t* upper = upper_.data() + part.first;
+  uint32_t i = guide_[part.guide + (x >> part.shift)];
+  while (upper[i] <= x) ++i;
+  const uint32_t low = i ? upper[i - 1] : 0, n = upper[i] - low;
+  const auto within = static_cast<float>((scaled - low) / n);
+  return {i, n, std::min(within, 0x1.fffffep-1f)};
+}
+
+ImageDistribution::Draw ImageDistribution::sample(const Vec2& u) const {
+  const uint64_t key = uint64_t{std::bit_cast<uint32_t>(u.x)} << 32 | std::bit_cast<uint32_t>(u.y);
+  const uint64_t more = mix_bits(key);
+  const Pick row = pick(choice_, refined(u.x, more)),
+             column = pick(rows_[row.index], refined(u.y, more >> 32));
+  return {column.index, row.index, Vec2(column.within, row.within),
+          static_cast<float>(row.count) * 0x1p-31f * (static_cast<float>(column.count) * 0x1p-31f)};
+}
+
+float ImageDistribution::probability(uint32_t x, uint32_t y) const {
+  return static_cast<float>(count(choice_, y)) * 0x1p-31f *
+         (static_cast<float>(count(rows_[y], x)) * 0x1p-31f);
+}
+
+}  // namespace kiln

@@ -1,0 +1,59 @@
+// Choice of a texel of an image in proportion to weights: a row, then a texel of it.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "common/math/vec.h"
+
+namespace kiln {
+
+// Probabilities are multiples of 2^-31 and numbers are drawn with 53 bits, so every texel of positive weight
+// is found exactly as often as stated, however strong its neighbours are. A table of starting points makes
+// the search two steps long on average (Chen & Asau 1974, the guide table method).
+class ImageDistribution {
+ public:
+  ImageDistribution() = default;
+  // Width and height below 65,536; rows are added from the top. Weights are finite and not negative.
+  ImageDistribution(uint32_t width, uint32_t height);
+  // The row weighs `scale` times the sum of its weights.
+  void add_row(const std::vector<double>& weights, double scale);
+  void finish();
+  bool empty() const { return !(total_ > 0); }  // nothing to choose
+
+  struct Draw {
+    uint32_t x, y;
+    Vec2 within;        // uniform in [0, 1)^2, left over from u
+    float probability;  // of the texel
+  };
+  Draw sample(const Vec2& u) const;
+  float probability(uint32_t x, uint32_t y) const;
+
+ private:
+  static constexpr uint32_t kOne = 1u << 31;
+  // One discrete distribution: `size` entries of upper_ from `first` on.
+  struct Part {
+    size_t first, guide;
+    uint32_t size;
+    int shift;  // of a number below kOne to its place in the guide
+  };
+  Part add_part(const std::vector<double>& weights);
+  uint32_t count(const Part& part, uint32_t i) const {
+    return upper_[part.first + i] - (i ? upper_[part.first + i - 1] : 0);
+  }
+  struct Pick {
+    uint32_t index, count;
+    float within;
+  };
+  Pick pick(const Part& part, double u) const;
+
+  uint32_t width_ = 0;
+  std::vector<uint32_t> upper_;  // probability of all entries up to this one, times kOne
+  std::vector<uint16_t> guide_;  // the first entry that a number of this place can belong to
+  std::vector<Part> rows_;
+  Part choice_{};  // of the row
+  std::vector<double> row_weights_;
+  double total_ = 0;
+};
+
+}  // namespace kiln

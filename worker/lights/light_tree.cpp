@@ -1,0 +1,108 @@
+#include "worker/lights/light_tree.h"
+
+#include <bit>
+
+#include "common/math/sequence.h"
+
+namespace kiln {
+namespace {
+
+// A light is left out only when it is this much (a cosine) beyond a bound: more than rounding can do.
+constexpr float kSlack = 1e-5f;
+// Light along the surface counts this much of light along the normal. Moments other than irradiance have no
+// cosine; this bounds what the choice does to their weights.
+constexpr float kGrazing = 0.2f;
+constexpr float kLeastCosine = 1e-3f;
+
+template <class Lanes>
+Lanes at_least(const Lanes& a, float b) {
+  return a > b ? a : Lanes{} + b;
+}
+template <class Lanes>
+Lanes root(const Lanes& a) {
+  Lanes out;
+  for (size_t i = 0; i < sizeof(Lanes) / sizeof(float); ++i) out[i] = std::sqrt(a[i]);
+  return out;
+}
+
+uint64_t key_of(float u, const Vec3& p) {
+  return mix_bits(uint64_t{std::bit_cast<uint32_t>(u)} << 32 ^
+                  uint64_t{std::bit_cast<uint32_t>(p.x)} * 0x9e3779b97f4a7c15u ^
+                  uint64_t{std::bit_cast<uint32_t>(p.y)} * 0xd1342543de82ef95u ^
+                  std::rotl(uint64_t{std::bit_cast<uint32_t>(p.z)}, 17));
+}
+
+}  // namespace
+
+// Bounds of section 4 and the importance of section 5.1: strength cos(theta') cos(theta_i') / d^2, where the
+// angles are the least ones that the bounds leave open.
+LightTree::Lanes LightTree::importance(const Node& a, const Vec3& p, const Vec3& n) {
+  const Lanes zero = {}, one = zero + 1.0f;
+  const Lanes dx = p.x - a.x, dy = p.y - a.y, dz = p.z - a.z;
+  const Lanes d2 = dx * dx + dy * dy + dz * dz, r2 = a.radius * a.radius;
+  const Lanes inverse = 1.0f / root(at_least(d2, 1e-36f));
+  const Lanes along = (a.axis_x * dx + a.axis_y * dy + a.axis_z * dz) * inverse;
+  const Lanes folded = -a.fold * along;
+  const Lanes cos_w = along > folded ? along : folded;
+  const Lanes sin_w = root(at_least(1.0f - cos_w * cos_w, 0.0f));
+  const Lanes cos_i = (n.x * dx + n.y * dy + n.z * dz) * -inverse;
+  const Lanes sin_i = root(at_least(1.0f - cos_i * cos_i, 0.0f));
+  // The angle under which the sphere is seen; from inside, everything is possible.
+  const auto inside = d2 <= r2;
+  const Lanes sin_b = a.radius * inverse;
+  const Lanes cos_b = root(at_least(1.0f - sin_b * sin_b, 0.0f));
+  // Between axis and receiver, less the cone of normals, less the sphere.
+  const auto in_cone = cos_w > a.cos_normals;
+  const Lanes cos_x = in_cone ? one : cos_w * a.cos_normals + sin_w * a.sin_normals;
+  const Lanes sin_x = in_cone ? zero : at_least(sin_w * a.cos_normals - cos_w * a.sin_normals, 0.0f);
+  const Lanes cos_m = (inside | (cos_x > cos_b)) ? one : cos_x * cos_b + sin_x * sin_b;
+  const Lanes cos_r = (inside | (cos_i > cos_b)) ? one : cos_i * cos_b + sin_i * sin_b;
+  const Lanes nearest = d2 > r2 ? d2 : r2;
+  const Lanes value = a.strength * at_least(cos_m, kLeastCosine) *
+                      (kGrazing + (1.0f - kGrazing) * at_least(cos_r, 0.0f)) / at_least(nearest, 1e-36f);
+  const auto excluded = (cos_m < a.cos_emission) | (cos_r < -kSlack) | (d2 > a.reach2);
+  return excluded ? zero : value;
+}
+
+LightTree::Choice LightTree::choose(const Vec3& p, const Vec3& n, float u) const {
+  if (nodes_.empty()) return {};
+  double left = refined(u, key_of(u, p)), chance = 1;
+  for (int32_t at = 0;;) {
+    const Node& node = nodes_[static_cast<size_t>(at)];
+    const Lanes weight = importance(node, p, n);
+    double total = 0;
+    for (int i = 0; i < kWidth; ++i) total += static_cast<double>(weight[i]);
+    if (!(total > 0)) return {};
+    left *= total;
+    int chosen = -1;
+    for (int i = 0; i < kWidth; ++i) {
+      if (!(weight[i] > 0.0f)) continue;
+      if (chosen >= 0) left -= static_cast<double>(weight[chosen]);
+      chosen = i;
+      if (left < static_cast<double>(weight[i])) break;
+    }
+    const double w = static_cast<double>(weight[chosen]);
+    chance *= w / total;
+    left = std::clamp(left / w, 0.0, 0x1.fffffffffffffp-1);
+    at = node.child[chosen];
+    if (at < 0) return {static_cast<uint32_t>(~at), static_cast<float>(chance)};
+  }
+}
+
+float LightTree::probability(uint32_t light, const Vec3& p, const Vec3& n) const {
+  uint64_t trail = trails_[light];
+  double chance = 1;
+  for (int32_t at = 0;; trail >>= 2) {
+    const Node& node = nodes_[static_cast<size_t>(at)];
+    const Lanes weight = importance(node, p, n);
+    double total = 0;
+    for (int i = 0; i < kWidth; ++i) total += static_cast<double>(weight[i]);
+    const int chosen = static_cast<int>(trail & 3);
+    if (!(weight[chosen] > 0.0f)) return 0.0f;
+    chance *= static_cast<double>(weight[chosen]) / total;
+    at = node.child[chosen];
+    if (at < 0) return static_cast<float>(chance);
+  }
+}
+
+}  // namespace kiln
