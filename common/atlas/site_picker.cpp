@@ -29,8 +29,8 @@ void SitePicker::enter(const uint32_t* pair) {
   entered_ = pair;
 }
 
-SitePick SitePicker::pick(float u) {
-  const uint32_t j = points_[std::min(static_cast<uint32_t>(static_cast<float>(count_) * u), count_ - 1)];
+SitePick SitePicker::at(uint32_t index) {
+  const uint32_t j = points_[index];
   const uint32_t* pair = pairs_;
   while (!((pair[0] | uint64_t{pair[1]} << 32) >> j & 1)) pair += 4;
   if (pair != entered_) enter(pair);

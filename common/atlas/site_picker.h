@@ -11,7 +11,14 @@ class SitePicker {
   // `atlas` and `scene` outlive the picker.
   SitePicker(const Atlas& atlas, const Scene& scene, uint32_t site);
   // As pick_site(atlas, scene, site, u), bit for bit.
-  SitePick pick(float u);
+  SitePick pick(float u) { return at(index(u)); }
+  uint32_t count() const { return count_; }  // valid points
+  uint32_t index(float u) const {            // of the point that pick(u) takes
+    return std::min(static_cast<uint32_t>(static_cast<float>(count_) * u), count_ - 1);
+  }
+  SitePick at(uint32_t index);
+  // Of the triangle of the last pick: twice its area in texels.
+  double twice_texel_area() const { return whole_ < 0 ? -whole_ : whole_; }
 
  private:
   void enter(const uint32_t* pair);

@@ -69,6 +69,7 @@ std::vector<std::string> moment_plane_names(uint32_t basis);
 // The fixed head of every moment record; the basis' planes (function major, R G B) follow.
 enum MomentPlane : uint32_t {
   kMomentInside,  // primary rays that met a back face
+  kMomentPushed,  // samples taken from a place moved out of geometry
   kMomentER,      // radiance x cosine / pdf at the surface normal
   kMomentEG,
   kMomentEB,

@@ -49,6 +49,7 @@ Accumulator::Estimate Accumulator::estimate(uint32_t site) const {
   const double* sum = &sums_[site * planes_];
   Estimate e;
   e.inside = n > 0 && sum[kMomentInside] > 0.5 * n;
+  e.pushed = n > 0 && sum[kMomentPushed] > 0.5 * n;
   if (n < 2) {
     e.mean = n > 0 ? sum[kMomentLum] / n : 0;
     e.standard_error = std::numeric_limits<double>::infinity();
@@ -85,7 +86,7 @@ Lightmap Accumulator::resolve(const Atlas& atlas) const {
     if (samples_[site] == 0) continue;
     const uint32_t texel = atlas.sites.texel[site];
     const Estimate e = estimate(site);
-    map.validity[texel] = e.inside ? Validity::kInside : Validity::kMeasured;
+    map.validity[texel] = e.inside ? Validity::kInside : e.pushed ? Validity::kPushed : Validity::kMeasured;
     const double scale = 1.0 / samples_[site];
     for (size_t i = 0; i < source.size(); ++i)
       map.planes.data[i][texel] = static_cast<float>(sums_[site * planes_ + source[i]] * scale);

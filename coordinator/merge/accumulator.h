@@ -22,6 +22,7 @@ class Accumulator {
   struct Estimate {
     double mean = 0, standard_error = 0;  // luminance of E
     bool inside = false;                  // more than half of the primary rays met back faces
+    bool pushed = false;                  // more than half of the samples were taken from a moved place
   };
   // Stated standard error: sqrt(variance / n) of the samples, which for a stratified sequence is an upper
   // estimate, plus 2^-20 of the mean for the rounding of float paths. n < 2: infinite.

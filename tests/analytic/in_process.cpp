@@ -83,6 +83,7 @@ Bake bake(Scene scene, float texels_per_metre, uint32_t samples, TransportSettin
     out.luminance = estimate.mean;
     out.standard_error = estimate.standard_error;
     out.inside = estimate.inside;
+    out.pushed = estimate.pushed;
     if (settings.basis == 1) {
       out.l0 = plane(3);
       for (int k = 0; k < 3; ++k) out.l1[k] = plane(6 + 3 * k);

@@ -15,7 +15,7 @@ struct BakedTexel {
   Vec3 e;             // irradiance
   double luminance, standard_error;
   Vec3 l0, l1[3];  // of basis sh_l1: RGB; l1[k] is the k-th axis
-  bool inside;
+  bool inside, pushed;
   uint32_t instance, site;
   double coverage;  // share of the texel that is surface
 };

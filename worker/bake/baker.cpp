@@ -1,10 +1,13 @@
 #include "worker/bake/baker.h"
 
+#include <algorithm>
+
 #include "common/atlas/site_picker.h"
 #include "common/base/clock.h"
 #include "common/base/format.h"
 #include "common/base/hash.h"
 #include "worker/bake/film.h"
+#include "worker/sites/places.h"
 
 namespace kiln {
 namespace {
@@ -38,10 +41,9 @@ class PathBaker final : public Baker {
                                                    site, atlas_.sites.size()));
       film.clear();
       const uint32_t texel = atlas_.sites.texel[site];
-      SitePicker picker(atlas_, surfaces_->scene(), site);
+      Texel of{texel, SitePicker(atlas_, surfaces_->scene(), site), SitePlaces(*surfaces_, *tracer_)};
       for (uint32_t done = 0; done < unit.sample_count; done += kBatch)
-        sample(picker, texel, unit.first_sample + done, std::min(kBatch, unit.sample_count - done), film,
-               result);
+        sample(of, unit.first_sample + done, std::min(kBatch, unit.sample_count - done), film, result);
       result.moments.insert(result.moments.end(), film.sums().begin(), film.sums().begin() + film.planes());
     }
     result.seconds = watch.seconds();
@@ -51,20 +53,47 @@ class PathBaker final : public Baker {
  private:
   static constexpr uint32_t kBatch = Integrator::kBatch;
 
+  struct Texel {
+    uint32_t index;
+    SitePicker picker;
+    SitePlaces places;
+  };
+
+  // Samples that met a back face, from a site inside geometry, are taken again from outside. That is decided
+  // for each sample by itself, so that no cut of a texel's samples into ranges changes any of them.
+  void take_again(Texel& texel, std::span<Integrator::Task> tasks, Film& film, UnitResult& result) const {
+    Integrator::Task again[kBatch];
+    size_t from[kBatch], count = 0;
+    for (size_t i = 0; i < tasks.size(); ++i) {
+      if (!tasks[i].splats.inside) continue;
+      const std::optional<SurfacePoint> place =
+          texel.places.instead_of(texel.picker, texel.picker.index(tasks[i].stream.single(0)), result.rays);
+      if (!place) continue;
+      again[count] = {*place, tasks[i].stream, {}};
+      again[count].splats.rays = tasks[i].splats.rays;
+      from[count++] = i;
+      film.count_pushed();
+    }
+    if (count == 0) return;
+    integrator_->sample(std::span(again, count));
+    for (size_t k = 0; k < count; ++k) tasks[from[k]] = again[k];
+  }
+
   // Samples [first, first + count) of one texel, added in their order.
-  void sample(SitePicker& picker, uint32_t texel, uint32_t first, uint32_t count, Film& film,
-              UnitResult& result) const {
+  void sample(Texel& texel, uint32_t first, uint32_t count, Film& film, UnitResult& result) const {
     Integrator::Task tasks[kBatch];
     for (uint32_t i = 0; i < count; ++i) {
-      const SampleStream stream(settings_.seed, texel, first + i, settings_.sampler);
-      const SitePick pick = picker.pick(stream.single(0));
+      const SampleStream stream(settings_.seed, texel.index, first + i, settings_.sampler);
+      const SitePick pick = texel.picker.pick(stream.single(0));
       tasks[i] = {surfaces_->at(pick.instance, pick.triangle, pick.b1, pick.b2), stream, {}};
     }
     integrator_->sample(std::span(tasks, count));
+    if (std::any_of(tasks, tasks + count, [](const auto& t) { return t.splats.inside; }))
+      take_again(texel, std::span(tasks, count), film, result);
     for (uint32_t i = 0; i < count; ++i) {
       result.rays += tasks[i].splats.rays;
       if (!film.add(tasks[i].splats, tasks[i].receiver.ns) && result.nonfinite++ == 0) {
-        result.nonfinite_texel = texel;
+        result.nonfinite_texel = texel.index;
         result.nonfinite_sample = first + i;
       }
     }

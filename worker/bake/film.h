@@ -44,6 +44,7 @@ class Film {
     sums_[kMomentLum2] += lum * lum;
     return finite;
   }
+  void count_pushed() { sums_[kMomentPushed] += 1.0; }
   const std::array<double, kMostPlanes>& sums() const { return sums_; }
 
  private:
