@@ -9,7 +9,7 @@ namespace kiln {
 namespace {
 
 // A texel's samples leave from all over it and spread over the hemisphere: what is finer than its own edge is
-// averaged by the bake itself. docs/performance.md has the measurement.
+// averaged by the bake itself. Rates: docs/performance.md.
 constexpr double kTexelsPerLightmapTexel = 4;
 
 double cross2(const Vec2& a, const Vec2& b) {
