@@ -21,45 +21,79 @@ bool is_srgb_channel(const Texture& t, uint32_t c) {
   return t.format == TexelFormat::kSrgb8 && !((t.channels == 4 && c == 3) || (t.channels == 2 && c == 1));
 }
 
-Texture halve(const Texture& in) {
-  static const std::array<float, 256> decode = [] {
-    std::array<float, 256> table;
-    for (int i = 0; i < 256; ++i) table[i] = srgb_to_linear(i / 255.0f);
-    return table;
+float decoded(const Texture& t, size_t i, bool srgb) {
+  static const std::array<float, 256> table = [] {
+    std::array<float, 256> linear;
+    for (int c = 0; c < 256; ++c)
+      linear[static_cast<size_t>(c)] = srgb_to_linear(static_cast<float>(c) / 255.0f);
+    return linear;
   }();
+  if (t.format == TexelFormat::kFloat32) {
+    float value;
+    std::memcpy(&value, t.texels.data() + 4 * i, 4);
+    return value;
+  }
+  const auto byte = static_cast<uint8_t>(t.texels[i]);
+  return srgb ? table[byte] : static_cast<float>(byte) / 255.0f;
+}
+
+void encode(Texture& t, size_t i, bool srgb, float value) {
+  if (t.format == TexelFormat::kFloat32)
+    std::memcpy(t.texels.data() + 4 * i, &value, 4);
+  else
+    t.texels[i] = static_cast<std::byte>(
+        static_cast<uint8_t>(std::lround(255.0f * (srgb ? linear_to_srgb(value) : value))));
+}
+
+// Of `in` cells on a line laid out as `out` cells: those that cell i covers, and how much of each.
+struct Span {
+  uint32_t first, last;
+  double begin, end;
+  Span(uint32_t i, uint32_t in, uint32_t out)
+      : begin(static_cast<double>(i) * in / out), end(static_cast<double>(i + 1) * in / out) {
+    first = static_cast<uint32_t>(begin);
+    last = std::min(in - 1, static_cast<uint32_t>(std::ceil(end)) - 1);
+  }
+  float share(uint32_t cell) const {
+    return static_cast<float>((std::min(end, cell + 1.0) - std::max(begin, cell + 0.0)) / (end - begin));
+  }
+};
+
+Texture box_filtered(const Texture& in, uint32_t width, uint32_t height) {
   Texture out = in;
-  out.width = std::max(1u, (in.width + 1) / 2);
-  out.height = std::max(1u, (in.height + 1) / 2);
-  out.texels.assign(out.width * size_t{out.height} * in.texel_bytes(), std::byte{0});
-  const auto* bytes = reinterpret_cast<const uint8_t*>(in.texels.data());
-  const auto* floats = reinterpret_cast<const float*>(in.texels.data());
-  for (uint32_t y = 0; y < out.height; ++y)
-    for (uint32_t x = 0; x < out.width; ++x)
-      for (uint32_t c = 0; c < in.channels; ++c) {
-        const bool srgb = is_srgb_channel(in, c);
-        float sum = 0;
-        for (uint32_t k = 0; k < 4; ++k) {
-          const uint32_t sx = std::min(2 * x + (k & 1), in.width - 1);
-          const uint32_t sy = std::min(2 * y + (k >> 1), in.height - 1);
-          const size_t i = (size_t{sy} * in.width + sx) * in.channels + c;
-          sum += in.format == TexelFormat::kFloat32 ? floats[i] : srgb ? decode[bytes[i]] : bytes[i] / 255.0f;
+  out.width = width;
+  out.height = height;
+  out.texels.assign(size_t{width} * height * in.texel_bytes(), std::byte{0});
+  std::vector<float> sums(size_t{width} * in.channels);
+  for (uint32_t y = 0; y < height; ++y) {
+    std::fill(sums.begin(), sums.end(), 0.0f);
+    const Span rows(y, in.height, height);
+    for (uint32_t sy = rows.first; sy <= rows.last; ++sy)
+      for (uint32_t x = 0; x < width; ++x) {
+        const Span columns(x, in.width, width);
+        for (uint32_t sx = columns.first; sx <= columns.last; ++sx) {
+          const float weight = rows.share(sy) * columns.share(sx);
+          for (uint32_t c = 0; c < in.channels; ++c)
+            sums[size_t{x} * in.channels + c] +=
+                weight * decoded(in, (size_t{sy} * in.width + sx) * in.channels + c, is_srgb_channel(in, c));
         }
-        const float mean = 0.25f * sum;
-        const size_t o = (size_t{y} * out.width + x) * in.channels + c;
-        if (in.format == TexelFormat::kFloat32)
-          std::memcpy(out.texels.data() + 4 * o, &mean, 4);
-        else
-          out.texels[o] = static_cast<std::byte>(
-              static_cast<uint8_t>(std::lround(255.0f * (srgb ? linear_to_srgb(mean) : mean))));
       }
+    for (size_t i = 0; i < sums.size(); ++i)
+      encode(out, y * sums.size() + i, is_srgb_channel(in, static_cast<uint32_t>(i % in.channels)), sums[i]);
+  }
   return out;
 }
 
 }  // namespace
 
 Texture reduce_texture(Texture texture, uint32_t max_size) {
-  while (std::max(texture.width, texture.height) > std::max(1u, max_size)) texture = halve(texture);
-  return texture;
+  uint32_t width = texture.width, height = texture.height;
+  while (std::max(width, height) > std::max(1u, max_size)) {
+    width = std::max(1u, (width + 1) / 2);
+    height = std::max(1u, (height + 1) / 2);
+  }
+  if (width == texture.width && height == texture.height) return texture;
+  return box_filtered(texture, width, height);
 }
 
 }  // namespace kiln

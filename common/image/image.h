@@ -45,8 +45,8 @@ struct Texture {
   size_t texel_bytes() const { return size_t{channels} * (format == TexelFormat::kFloat32 ? 4 : 1); }
 };
 
-// Halves the image with a 2x2 box in linear light (odd sizes round up, edge repeated) until neither side
-// exceeds max_size. The mean is kept up to rounding.
+// Halves the sizes (odd ones round up) until neither exceeds max_size; every texel is the mean, in linear
+// light, of the part of the image that it covers. The mean is kept up to one rounding.
 Texture reduce_texture(Texture texture, uint32_t max_size);
 
 float srgb_to_linear(float coded);   // IEC 61966-2-1

@@ -77,8 +77,13 @@ struct Record {
 //                            base_color[4], base_color_texture, metallic, roughness,
 //                            metallic_roughness_texture (G roughness, B metallic), emission[3] (factor x
 //                            strength), emission_texture, alpha_mode (word: opaque|mask|blend), alpha_cutoff,
-//                            double_sided (0|1), and extension scalars under their glTF names (transmission,
-//                            ior, ...)
+//                            double_sided (0|1), normal_texture (linear RGB, 2 c - 1 in the tangent frame of
+//                            the coordinates it uses), normal_scale, ior, specular, specular_texture (its
+//                            only channel), specular_color[3], specular_color_texture, transmission,
+//                            transmission_texture (R), absorption[3] (of the inside, 1/m; absent: thin),
+//                            clearcoat, clearcoat_texture (R), clearcoat_roughness,
+//                            clearcoat_roughness_texture (G), sheen_color[3], sheen_color_texture,
+//                            sheen_roughness, sheen_roughness_texture (its only channel)
 //             "unlit"        base_color[4], base_color_texture, alpha_mode, alpha_cutoff, double_sided
 struct Scene {
   std::vector<Mesh> meshes;

@@ -16,9 +16,6 @@ struct KnownExtension {
   const char* treatment;
 };
 
-constexpr const char* kStored =
-    "its factors are kept with the material, light transport does not use them yet";
-
 constexpr KnownExtension kKnown[] = {
     {"KHR_mesh_quantization", Kind::kBaked, "read"},
     {"KHR_texture_transform", Kind::kBaked, "read"},
@@ -30,16 +27,21 @@ constexpr KnownExtension kKnown[] = {
     {"EXT_texture_webp", Kind::kBaked, "read"},
     {"EXT_lights_image_based", Kind::kApproximated,
      "the cube is resampled to a latitude-longitude image, its irradiance coefficients are not used"},
-    {"KHR_materials_anisotropy", Kind::kApproximated, kStored},
-    {"KHR_materials_clearcoat", Kind::kApproximated, kStored},
-    {"KHR_materials_diffuse_transmission", Kind::kApproximated, kStored},
-    {"KHR_materials_dispersion", Kind::kApproximated, kStored},
-    {"KHR_materials_ior", Kind::kApproximated, kStored},
-    {"KHR_materials_iridescence", Kind::kApproximated, kStored},
-    {"KHR_materials_sheen", Kind::kApproximated, kStored},
-    {"KHR_materials_specular", Kind::kApproximated, kStored},
-    {"KHR_materials_transmission", Kind::kApproximated, kStored},
-    {"KHR_materials_volume", Kind::kApproximated, kStored},
+    {"KHR_materials_ior", Kind::kBaked, "read"},
+    {"KHR_materials_specular", Kind::kBaked, "read"},
+    {"KHR_materials_transmission", Kind::kApproximated,
+     "light goes straight through, tinted; nothing is refracted and roughness scatters nothing"},
+    {"KHR_materials_volume", Kind::kApproximated,
+     "attenuation is read, for the way through the mesh; the thickness texture is not"},
+    {"KHR_materials_clearcoat", Kind::kApproximated,
+     "the coat reflects and dims; its normal map and reflections between coat and base are left out"},
+    {"KHR_materials_sheen", Kind::kApproximated,
+     "a diffuse-like lobe of the same reflectance at every angle stands for its fibres"},
+    {"KHR_materials_anisotropy", Kind::kApproximated, "left out: its roughness counts in both directions"},
+    {"KHR_materials_iridescence", Kind::kApproximated, "left out: the layer reflects without interference"},
+    {"KHR_materials_dispersion", Kind::kApproximated, "left out: nothing is refracted"},
+    {"KHR_materials_diffuse_transmission", Kind::kApproximated,
+     "left out: the surface lets no light through"},
     {"KHR_materials_pbrSpecularGlossiness", Kind::kApproximated,
      "its diffuse colour and glossiness are taken for base colour and roughness of a dielectric"},
     {"KHR_materials_variants", Kind::kIgnored, "the default variant is baked"},

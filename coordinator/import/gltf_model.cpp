@@ -112,6 +112,7 @@ GltfMaterial convert(const tinygltf::Material& in) {
   out.metallic_roughness_texture = convert_info(pbr.metallicRoughnessTexture);
   out.emissive_texture = convert_info(in.emissiveTexture);
   out.normal_texture = convert_info(in.normalTexture);
+  out.normal_scale = in.normalTexture.scale;
   out.extensions = convert(in.extensions);
   return out;
 }

@@ -67,7 +67,7 @@ struct GltfMaterial {
   std::string name;
   std::array<double, 4> base_color;
   std::array<double, 3> emissive;
-  double metallic = 1, roughness = 1, alpha_cutoff = 0.5;
+  double metallic = 1, roughness = 1, alpha_cutoff = 0.5, normal_scale = 1;
   std::string alpha_mode;
   bool double_sided = false;
   GltfTextureInfo base_color_texture, metallic_roughness_texture, emissive_texture, normal_texture;

@@ -12,6 +12,7 @@
 #include "coordinator/import/lights.h"
 #include "coordinator/import/materials.h"
 #include "coordinator/import/meshes.h"
+#include "coordinator/import/texture_density.h"
 
 namespace kiln {
 namespace {
@@ -57,7 +58,6 @@ void read_materials(const ImportContext& context, Used& used, Scene& scene, Impo
   TextureSet textures;
   for (const int material : used.materials)
     scene.materials.push_back(read_material(context, material, textures, notes));
-  note_normal_maps(context, used.materials, notes);
   scene.textures = textures.decode(context, notes);
   for (Record& material : scene.materials) resolve_textures(material, textures);
   for (PrimitiveRequest& request : used.primitives) {
@@ -179,6 +179,7 @@ Expected<ImportResult> import_scene(const std::filesystem::path& path, const Bak
   note_primitives(context, used.primitives, primitives, result.notes);
   KILN_TRY_STATUS(place_instances(context, places, used, std::move(primitives), scene));
   drop_unused_materials(scene);
+  reduce_to_density(scene, settings, result.notes);
   KILN_TRY_STATUS(read_all_lights(context, nodes, scene, result.notes));
   result.camera = first_camera(context, nodes);
   if (auto checked = check_scene(scene); !checked) return context.bad(checked.error().message);

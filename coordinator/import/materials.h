@@ -12,9 +12,6 @@ namespace kiln {
 // to be resolved once they are decoded.
 Record read_material(const ImportContext& context, int material, TextureSet& textures, ImportNotes& notes);
 
-// One note for the normal maps of the used materials, which are not loaded.
-void note_normal_maps(const ImportContext& context, const std::vector<int>& used, ImportNotes& notes);
-
 // Replaces slots by indices and drops the uses of textures that could not be decoded.
 void resolve_textures(Record& material, const TextureSet& textures);
 

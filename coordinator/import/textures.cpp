@@ -1,6 +1,7 @@
 #include "coordinator/import/textures.h"
 
 #include <algorithm>
+#include <cstring>
 
 #include "common/base/format.h"
 #include "common/base/parallel.h"
@@ -14,6 +15,21 @@ namespace {
 // Diffuse transport averages over metres, so finer texels only cost memory; an alpha mask cuts shapes whose
 // shadows are seen, so it keeps more.
 constexpr uint32_t kMaxSide = 1024, kMaxMaskSide = 2048;
+
+// The alpha channel alone, 1 where there is none.
+Texture only_alpha(const Texture& in) {
+  Texture out = in;
+  out.channels = 1;
+  const size_t bytes = out.texel_bytes(), count = size_t{in.width} * in.height;
+  out.texels.assign(count * bytes, std::byte{255});
+  const float one = 1.0f;
+  for (size_t i = 0; i < count; ++i)
+    if (in.channels == 2 || in.channels == 4)
+      std::memcpy(&out.texels[i * bytes], &in.texels[(i * in.channels + in.channels - 1) * bytes], bytes);
+    else if (bytes == sizeof one)
+      std::memcpy(&out.texels[i * bytes], &one, bytes);
+  return out;
+}
 
 // Keeps the first `channels` channels; grey fills colours when there are too few.
 Texture with_channels(Texture in, uint32_t channels) {
@@ -29,7 +45,8 @@ Texture with_channels(Texture in, uint32_t channels) {
 }
 
 uint32_t channels_of(const TextureRequest& request, const Texture& decoded) {
-  if (request.role == TextureRequest::Role::kFactors) return 3;
+  using Role = TextureRequest::Role;
+  if (request.role == Role::kFactors || request.role == Role::kNormal) return 3;
   if (request.keep_alpha) return decoded.channels;
   return decoded.channels <= 2 ? 1 : 3;
 }
@@ -73,6 +90,7 @@ Expected<Decoded> decode_one(const ImportContext& context, const TextureRequest&
   if (request.role == TextureRequest::Role::kColor) texture.format = TexelFormat::kSrgb8;
   const uint32_t limit = request.keep_alpha ? kMaxMaskSide : kMaxSide;
   const bool reduced = std::max(texture.width, texture.height) > limit;
+  if (request.role == TextureRequest::Role::kAlpha) texture = only_alpha(texture);
   const uint32_t channels = channels_of(request, texture);
   return Decoded{reduce_texture(with_channels(std::move(texture), channels), limit), reduced};
 }

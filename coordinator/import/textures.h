@@ -10,8 +10,9 @@ namespace kiln {
 
 // What a texture is used for decides its coding, channels and size.
 struct TextureRequest {
-  int texture = -1;                                          // of the glTF
-  enum class Role { kColor, kFactors } role = Role::kColor;  // sRGB colours, or linear factors in G and B
+  int texture = -1;  // of the glTF
+  // sRGB colours; linear factors in R, G and B; a linear factor in A alone; a normal map.
+  enum class Role { kColor, kFactors, kAlpha, kNormal } role = Role::kColor;
   bool keep_alpha = false;
   auto operator<=>(const TextureRequest&) const = default;
 };

@@ -71,21 +71,64 @@ TEST(Materials, Unlit) {
   EXPECT_FALSE(m.find("roughness"));
 }
 
-TEST(Materials, FactorsOfOtherExtensionsAreKeptUnderTheirNames) {
+TEST(Materials, LayersOfTheExtensions) {
   GltfBuilder b;
   b.root["extensionsUsed"] =
       b.root["extensionsRequired"] = {"KHR_materials_transmission", "KHR_materials_ior"};
-  b.textured_triangle(
-      json::parse(R"({"extensions": {"KHR_materials_transmission": {"transmissionFactor": 0.9},
-    "KHR_materials_ior": {"ior": 1.45}, "KHR_materials_sheen": {"sheenColorFactor": [0.1, 0.2, 0.3]},
-    "KHR_materials_clearcoat": {"clearcoatFactor": 0.5, "clearcoatTexture": {"index": 0}}}})"));
+  const int t = b.image(test::small_png(7, 8, 9));
+  json m = json::parse(R"({"extensions": {
+    "KHR_materials_transmission": {"transmissionFactor": 0.9, "transmissionTexture": {"index": 0}},
+    "KHR_materials_volume": {"thicknessFactor": 1, "attenuationDistance": 2, "attenuationColor": [1, 0.5, 0.25]},
+    "KHR_materials_ior": {"ior": 1.45},
+    "KHR_materials_specular": {"specularFactor": 0.5, "specularTexture": {"index": 0}, "specularColorFactor": [2, 1, 0]},
+    "KHR_materials_sheen": {"sheenColorFactor": [0.1, 0.2, 0.3], "sheenRoughnessFactor": 0.5},
+    "KHR_materials_clearcoat": {"clearcoatFactor": 0.5, "clearcoatRoughnessFactor": 0.25,
+                                "clearcoatTexture": {"index": 0}}}})");
+  ASSERT_EQ(t, 0);
+  b.textured_triangle(m);
   const ImportResult r = imported(b);
-  const Record& m = r.scene.materials.at(0);
-  EXPECT_EQ(numbers(m, "transmission"), (N{0.9}));
-  EXPECT_EQ(numbers(m, "ior"), (N{1.45}));
-  EXPECT_EQ(numbers(m, "sheen_color"), (N{0.1, 0.2, 0.3}));
-  EXPECT_EQ(numbers(m, "clearcoat"), (N{0.5}));
-  EXPECT_SAYS(test::note_with(r, "KHR_materials_transmission"), "its factors are kept with the material");
+  const Record& record = r.scene.materials.at(0);
+  EXPECT_EQ(numbers(record, "transmission"), (N{0.9}));
+  EXPECT_EQ(numbers(record, "ior"), (N{1.45}));
+  EXPECT_EQ(numbers(record, "specular"), (N{0.5}));
+  EXPECT_EQ(numbers(record, "specular_color"), (N{2, 1, 0}));
+  EXPECT_EQ(numbers(record, "sheen_color"), (N{0.1, 0.2, 0.3}));
+  EXPECT_EQ(numbers(record, "sheen_roughness"), (N{0.5}));
+  EXPECT_EQ(numbers(record, "clearcoat"), (N{0.5}));
+  EXPECT_EQ(numbers(record, "clearcoat_roughness"), (N{0.25}));
+  // Half is left after 2 m: ln 2 / 2 a metre; a quarter: twice that.
+  const N absorption = numbers(record, "absorption");
+  ASSERT_EQ(absorption.size(), 3u);
+  EXPECT_NEAR(absorption[0], 0, 1e-12);
+  EXPECT_NEAR(absorption[1], 0.34657359, 1e-7);
+  EXPECT_NEAR(absorption[2], 0.69314718, 1e-7);
+  // One linear texture of three channels, one of alpha alone.
+  ASSERT_EQ(r.scene.textures.size(), 2u);
+  const auto texture = [&](const char* name) {
+    return r.scene.textures.at(static_cast<size_t>(record.find(name)->texture.texture));
+  };
+  EXPECT_EQ(texture("transmission_texture").texels.at(0), std::byte{7});
+  EXPECT_EQ(texture("clearcoat_texture").channels, 3u);
+  EXPECT_EQ(texture("specular_texture").channels, 1u);
+  EXPECT_EQ(texture("specular_texture").texels.at(0), std::byte{255}) << "the file has no alpha";
+  EXPECT_SAYS(test::note_with(r, "KHR_materials_transmission"), "nothing is refracted");
+}
+
+TEST(Materials, ThinGlassAbsorbsNothingAndBadNumbersAreSaid) {
+  GltfBuilder b;
+  b.textured_triangle(json::parse(R"({"extensions": {
+    "KHR_materials_transmission": {"transmissionFactor": 3},
+    "KHR_materials_volume": {"attenuationDistance": 2, "attenuationColor": [1, 0.5, 0.25]},
+    "KHR_materials_ior": {"ior": 0.5}}})"));
+  b.textured_triangle(json::parse(R"({"extensions": {"KHR_materials_transmission": {"transmissionFactor": 1},
+    "KHR_materials_volume": {"thicknessFactor": 1, "attenuationDistance": -2, "attenuationColor": [0, 0, 0]}}})"));
+  const ImportResult r = imported(b);
+  EXPECT_FALSE(r.scene.materials.at(0).find("absorption"));
+  EXPECT_FALSE(r.scene.materials.at(1).find("absorption"));
+  EXPECT_EQ(numbers(r.scene.materials[0], "transmission"), (N{1}));
+  EXPECT_EQ(numbers(r.scene.materials[0], "ior"), (N{1}));
+  EXPECT_SAYS(test::all_notes(r), "ior 0.5 is outside of 1 to");
+  EXPECT_SAYS(test::all_notes(r), "attenuationDistance -2 is no distance");
 }
 
 TEST(Materials, SpecularGlossinessBecomesADielectric) {

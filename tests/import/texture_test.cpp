@@ -182,13 +182,41 @@ TEST(Textures, UvSetsThatAreNotThere) {
   EXPECT_SAYS(test::all_notes(r), "need TEXCOORD_0, which is absent, in 1 primitive: mesh 1 primitive 0");
 }
 
-TEST(Textures, NormalMapsAreSaidToBeLeftOut) {
+TEST(Textures, NormalMapsAreLinearAndLoadedWhereTheyTilt) {
+  for (const double scale : {0.0, 0.5, 1.0}) {
+    GltfBuilder b;
+    b.textured_triangle(
+        {{"name", "bricks"},
+         {"normalTexture", {{"index", b.image(test::small_png(1, 128, 255))}, {"scale", scale}}}});
+    const Scene scene = imported(b).scene;
+    ASSERT_EQ(scene.textures.size(), scale == 0 ? 0u : 1u) << scale;
+    if (scale == 0) continue;
+    EXPECT_EQ(scene.textures[0].format, TexelFormat::kUnorm8);
+    EXPECT_EQ(scene.textures[0].channels, 3u);
+    const Property* s = scene.materials.at(0).find("normal_scale");
+    EXPECT_EQ(s ? s->numbers.at(0) : 1.0, scale);
+    EXPECT_FALSE(scene.meshes.at(0).uv[0].empty()) << "the tangent frame needs them";
+  }
+}
+
+// A square of 1 m with a texture of 512 texels a side, seen by a lightmap of 4 texels a metre.
+Scene dense(const json& material, Bytes image) {
   GltfBuilder b;
-  b.textured_triangle(
-      {{"name", "bricks"}, {"normalTexture", {{"index", b.image(test::small_png(1, 1, 1))}}}});
-  const ImportResult r = imported(b);
-  EXPECT_TRUE(r.scene.textures.empty());
-  EXPECT_SAYS(test::note_with(r, "normal maps"), "in 1 material: material 0 'bricks'");
+  json m = material;
+  const int t = b.image(image);
+  m["pbrMetallicRoughness"]["baseColorTexture"] = {{"index", t}};
+  b.textured_triangle(m);
+  BakeSettings settings;
+  settings.layout = "pack";
+  return imported(b, settings).scene;
+}
+
+TEST(Textures, AreReducedToWhatTheLightmapResolves) {
+  const Bytes image = test::small_png(10, 20, 30, 512);
+  // 4 x 4 texels a metre are wanted; halving stops at the last size that is not below.
+  EXPECT_EQ(dense(json::object(), image).textures.at(0).width, 16u);
+  EXPECT_EQ(dense({{"alphaMode", "BLEND"}}, image).textures.at(0).width, 512u) << "it cuts shapes";
+  EXPECT_EQ(dense(json::object(), image).textures.at(0).texels.at(1), std::byte{20});
 }
 
 }  // namespace

@@ -309,6 +309,9 @@ auto PathIntegrator<kFeatures>::arrive(Path& p, Task& task, uint32_t bounces) co
   }
   const SurfaceKind& kind = surfaces_.kind(hit.instance);
   SurfacePoint at = surfaces_.at(hit.instance, hit.triangle, hit.b1, hit.b2);
+  // The map belongs to the front; seen from behind its normals are turned round as a whole.
+  if (kind.normal_map && may_reflect(bounces))
+    at.ns = surfaces_.mapped_normal(hit.instance, hit.triangle, at);
   if constexpr (has(kGlass)) {
     p.glass.distance += hit.t;
     if (max_component(p.glass.absorption) > 0.0f)
@@ -352,7 +355,13 @@ bool PathIntegrator<kFeatures>::passes_glass(Path& p, const SurfacePoint& at, co
       return false;
     }
     p.throughput *= p.glass.passes < kMostPasses ? through / chance : Vec3(0.0f);
-    p.glass.absorption = leaves ? Vec3(0.0f) : layers.absorption;
+    if (max_component(layers.absorption) > 0.0f) {
+      Vec3& medium = p.glass.absorption;
+      // Where the path started inside, nothing was entered: the way to this exit is absorbed now.
+      for (int k = 0; leaves && k < 3; ++k)
+        p.throughput[k] *= exponential(std::min(0.0f, medium[k] - layers.absorption[k]) * p.hit.t);
+      medium = glm::max(medium + (leaves ? -layers.absorption : layers.absorption), Vec3(0.0f));
+    }
     p.origin = offset_origin(at.position, -at.ng, at.error);
     ++p.glass.passes;
     return max_component(p.throughput) > 0.0f;

@@ -1,4 +1,5 @@
-// The closure every material yields at a point: a Lambert layer under a GGX layer.
+// The closure every material yields at a point: a Lambert layer under a GGX layer, and over them, where the
+// material has them, sheen and a clear coat (docs/maths.md, "Materials").
 #pragma once
 
 #include "common/math/frame.h"
@@ -8,15 +9,28 @@ namespace kiln {
 
 struct Bsdf {
   Vec3 diffuse{0.0f};  // albedo of the Lambert layer
-  Vec3 f0{0.0f};       // reflectance of the GGX layer at normal incidence; 0: no such layer
+  Vec3 f0{0.0f};       // reflectance of the GGX layer at normal incidence,
+  float f90 = 0.0f;    // and at grazing; both 0: no such layer
   float alpha = 1.0f;  // GGX width, roughness squared
+  // The same two of the dielectric share of that layer: what does not reflect there meets what lies below.
+  float under_f0 = 0.0f, under_f90 = 0.0f;
   // Glass: colour of what enters and goes straight on (refraction bends nothing here), times 1 - F at the
   // surface; and what the inside absorbs on the way, per metre.
   Vec3 transmission{0.0f}, absorption{0.0f};
+  // Over all that: sheen (colour, roughness), and a clear coat of index 1.5 (weight, GGX width).
+  Vec3 sheen{0.0f};
+  float sheen_roughness = 0.0f;
+  float coat = 0.0f, coat_alpha = 1.0f;
 
-  bool has_specular() const { return max_component(f0) > 0.0f; }
+  bool has_specular() const { return f90 > 0.0f || max_component(f0) > 0.0f; }
   bool has_diffuse() const { return max_component(diffuse) > 0.0f; }
+  bool has_sheen() const { return max_component(sheen) > 0.0f; }
+  bool is_covered() const { return coat > 0.0f || has_sheen(); }
 };
+
+// What the closures of a material may consist of, so that a scene can say which loops it needs: Lambert
+// alone; GGX over it; transmission, sheen or a coat too.
+enum class Layers { kLambert, kGgx, kGeneral };
 
 struct BsdfSample {
   Vec3 direction;     // local; z along the shading normal
@@ -43,21 +57,28 @@ class SeenBsdf {
 
   BsdfValue value(const Vec3& wi) const {
     if (wo_.z <= 0.0f || wi.z <= 0.0f) return {};
-    if (!glossy_) return {bsdf_.diffuse * kInvPi, wi.z * kInvPi};
-    return layered(wi);
+    if (!layered_) return {bsdf_.diffuse * kInvPi, wi.z * kInvPi};
+    return covered_ ? covered(wi) : base(wi);
   }
   // Does sample() read u_layer?
-  bool wants_layer() const { return glossy_; }
+  bool wants_layer() const { return layered_; }
   BsdfSample sample(float u_layer, const Vec2& u) const;
 
  private:
-  BsdfValue layered(const Vec3& wi) const;
+  void cover();
+  BsdfValue base(const Vec3& wi) const;
+  BsdfValue covered(const Vec3& wi) const;
 
   Bsdf bsdf_;
   Vec3 wo_{0.0f};
-  bool glossy_ = false;
-  float p_specular_ = 0.0f;  // share of samples for the GGX layer
+  bool layered_ = false, covered_ = false;
+  float p_specular_ = 0.0f;  // share of the base's samples for the GGX layer
   float smith_wo_ = 0.0f;
+  float entered_ = 0.0f;  // share that gets under the GGX layer, over its mean
+  // Shares of all samples, and what evaluating the layers over the base needs.
+  float p_coat_ = 0.0f, p_sheen_ = 0.0f;
+  float coat_smith_wo_ = 0.0f, coat_wo_ = 0.0f;
+  float sheen_wo_ = 0.0f;
 };
 
 // A SeenBsdf of which the Lambert layer is known to be all.

@@ -23,11 +23,11 @@ concept IsMaterial = requires(const M m, const Attributes& a, RecordReader& r, c
   { M::parse(r, s) } -> std::same_as<M>;
   { m.bsdf(a) } -> std::same_as<Bsdf>;
   { m.emission(a) } -> std::same_as<Vec3>;  // radiance alone, for sampling emitters
+  { m.alpha() } -> std::same_as<const Alpha&>;
+  { m.normal_map() } -> std::same_as<const NormalMap*>;  // or null
+  { m.layers() } -> std::same_as<Layers>;
   { m.emission_parts() } -> std::same_as<EmissionParts>;
-  { m.opacity(a) } -> std::same_as<float>;
-  { m.is_opaque() } -> std::same_as<bool>;
-  { m.has_layers() } -> std::same_as<bool>;  // is a Bsdf of it ever more than a Lambert layer?
-  { m.is_glass() } -> std::same_as<bool>;    // may a Bsdf of it transmit?
+  { m.is_glass() } -> std::same_as<bool>;  // may a Bsdf of it transmit?
   { m.is_emissive() } -> std::same_as<bool>;
   { m.double_sided() } -> std::same_as<bool>;
   {m.prefetch(a)};                           // says that bsdf(a) comes soon
@@ -48,14 +48,24 @@ inline Vec3 emission_at(const Material& m, const Attributes& a) {
 inline EmissionParts emission_parts(const Material& m) {
   return std::visit([](const auto& x) { return x.emission_parts(); }, m);
 }
+inline const Alpha& alpha_of(const Material& m) {
+  return std::visit([](const auto& x) -> const Alpha& { return x.alpha(); }, m);
+}
+inline const NormalMap* normal_map_of(const Material& m) {
+  return std::visit([](const auto& x) { return x.normal_map(); }, m);
+}
+inline Layers layers_of(const Material& m) {
+  return std::visit([](const auto& x) { return x.layers(); }, m);
+}
+// May a Bsdf of it have more than a Lambert layer?
+inline bool has_layers(const Material& m) {
+  return layers_of(m) != Layers::kLambert;
+}
 inline float opacity_at(const Material& m, const Attributes& a) {
-  return std::visit([&](const auto& x) { return x.opacity(a); }, m);
+  return alpha_of(m).opacity(a);
 }
 inline bool is_opaque(const Material& m) {
-  return std::visit([](const auto& x) { return x.is_opaque(); }, m);
-}
-inline bool has_layers(const Material& m) {
-  return std::visit([](const auto& x) { return x.has_layers(); }, m);
+  return alpha_of(m).is_opaque();
 }
 inline bool is_glass(const Material& m) {
   return std::visit([](const auto& x) { return x.is_glass(); }, m);

@@ -1,9 +1,15 @@
 // Texture lookup in linear light. Colours read one texel, opacity four (docs/maths.md, "Textures").
 #pragma once
 
+#include <optional>
+
 #include "common/scene/scene.h"
 
 namespace kiln {
+
+struct Range {
+  float low, high;
+};
 
 class TextureSampler {
  public:
@@ -20,6 +26,11 @@ class TextureSampler {
   void prefetch(const Vec2 (&uv)[2]) const { __builtin_prefetch(texels_ + color_index(uv) * texel_bytes_); }
   // The alpha channel, filtered bilinearly since a cutoff is not linear; 1 where there is none.
   float alpha(const Vec2 (&uv)[2]) const;
+  // Extremes of the alpha channel: of the whole texture, and of all texels that alpha() may read on a
+  // triangle with these coordinates at its corners; the latter nothing where the triangle is larger than the
+  // texture.
+  Range alpha_range() const;
+  std::optional<Range> alpha_range(const Vec2 (&a)[2], const Vec2 (&b)[2], const Vec2 (&c)[2]) const;
 
   // For integrals over the image.
   const Texture& texture() const { return *texture_; }

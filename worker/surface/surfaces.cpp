@@ -10,6 +10,7 @@ Expected<std::unique_ptr<Surfaces>> Surfaces::create(Scene scene, std::vector<st
     s->materials_.push_back(std::move(material));
   }
   s->make_kinds();
+  s->make_covers();
   return s;
 }
 
@@ -25,11 +26,59 @@ void Surfaces::make_kinds() {
       faces_.push_back(make_faces(mesh, own ? &i.to_world : nullptr));
       shared[i.mesh] = faces_.back().data();
     }
-    kinds_.push_back({&material, shared[i.mesh], own ? nullptr : &i.to_world, is_double_sided(material),
-                      kiln::is_emissive(material), kiln::is_glass(material),
-                      reads_uv(material, 0) && !mesh.uv[0].empty(),
-                      !mesh.colors.empty() || (reads_uv(material, 1) && !mesh.uv[1].empty())});
+    kinds_.push_back(
+        {&material, shared[i.mesh], own ? nullptr : &i.to_world, is_double_sided(material),
+         kiln::is_emissive(material), kiln::is_glass(material), reads_uv(material, 0) && !mesh.uv[0].empty(),
+         !mesh.colors.empty() || (reads_uv(material, 1) && !mesh.uv[1].empty()), normal_map_of(material)});
   }
+}
+
+void Surfaces::make_covers() {
+  covers_.resize(kinds_.size());
+  for (uint32_t i = 0; i < kinds_.size(); ++i) {
+    if (!has_alpha(i)) continue;
+    const Alpha& alpha = alpha_of(material(i));
+    const size_t count = scene_.meshes[scene_.instances[i].mesh].triangles.size();
+    covers_[i].reserve(count);
+    for (uint32_t t = 0; t < count; ++t) {
+      const Range r = alpha.bounds({attributes(i, t, 0, 0), attributes(i, t, 1, 0), attributes(i, t, 0, 1)});
+      covers_[i].push_back(r.low >= 1.0f ? Cover::kOpaque : r.high <= 0.0f ? Cover::kClear : Cover::kMixed);
+    }
+  }
+}
+
+void Surfaces::texture_edges(uint32_t instance, uint32_t triangle, uint32_t set, Vec2& d1, Vec2& d2) const {
+  const Mesh& m = scene_.meshes[scene_.instances[instance].mesh];
+  d1 = d2 = Vec2(0.0f);
+  if (m.uv[set].empty()) return;
+  const UVec3& t = m.triangles[triangle];
+  d1 = m.uv[set][t.y] - m.uv[set][t.x];
+  d2 = m.uv[set][t.z] - m.uv[set][t.x];
+}
+
+Vec3 Surfaces::mapped_normal(uint32_t instance, uint32_t triangle, const SurfacePoint& at) const {
+  const SurfaceKind& kind = kinds_[instance];
+  const NormalMap& map = *kind.normal_map;
+  const TextureUse& use = map.use();
+  Vec2 uv1, uv2;
+  texture_edges(instance, triangle, use.uv_set, uv1, uv2);
+  const Vec2 d1(use.m[0] * uv1.x + use.m[1] * uv1.y, use.m[3] * uv1.x + use.m[4] * uv1.y);
+  const Vec2 d2(use.m[0] * uv2.x + use.m[1] * uv2.y, use.m[3] * uv2.x + use.m[4] * uv2.y);
+  const float determinant = d1.x * d2.y - d2.x * d1.y;
+  const Face& f = kind.faces[triangle];
+  Vec3 along_u = f.e1 * d2.y - f.e2 * d1.y, along_v = f.e2 * d1.x - f.e1 * d2.x;
+  if (determinant < 0.0f) along_u = -along_u, along_v = -along_v;
+  if (kind.to_world) {
+    along_u = transform_vector(*kind.to_world, along_u);
+    along_v = transform_vector(*kind.to_world, along_v);
+  }
+  const Vec3 x = normalize_or(along_u - at.ns * dot(along_u, at.ns), Vec3(0.0f));
+  if (x == Vec3(0.0f)) return at.ns;  // coordinates without area: there is no frame
+  Vec3 y = cross(at.ns, x);           // of the file's convention: against growing v
+  if (dot(y, along_v) > 0.0f) y = -y;
+  const Vec3 n = map.normal(at.attributes);
+  const Vec3 tilted = normalize_or(x * n.x + y * n.y + at.ns * n.z, at.ns);
+  return dot(tilted, at.ng) > 0.0f ? tilted : at.ns;
 }
 
 void Surfaces::corners(uint32_t instance, uint32_t triangle, Vec3 (&p)[3]) const {

@@ -21,10 +21,14 @@ struct SurfaceKind {
   const Face* faces;
   const Mat4x3* to_world;  // null: the faces are in world space
   bool double_sided, emissive;
-  bool glass;     // lets light straight through: its back faces are met from inside
-  bool textured;  // reads TEXCOORD_0
-  bool extras;    // reads TEXCOORD_1 or has vertex colours
+  bool glass;                   // lets light straight through: its back faces are met from inside
+  bool textured;                // reads TEXCOORD_0
+  bool extras;                  // reads TEXCOORD_1 or has vertex colours
+  const NormalMap* normal_map;  // or null
 };
+
+// What alpha makes of a triangle, as far as its texels tell: kMixed may be of one kind after all.
+enum class Cover : uint8_t { kOpaque, kClear, kMixed };
 
 class Surfaces final : public Transparency {
  public:
@@ -43,6 +47,15 @@ class Surfaces final : public Transparency {
   }
   SurfacePoint at(uint32_t instance, uint32_t triangle, float b1, float b2) const;
   Attributes attributes(uint32_t instance, uint32_t triangle, float b1, float b2) const;
+  // The shading normal at a point of the triangle that at() gave, tilted by the material's normal map; on the
+  // side of ng. The tangent frame is that of the triangle's own texture coordinates (not MikkTSpace's, whose
+  // tangents are interpolated between triangles).
+  Vec3 mapped_normal(uint32_t instance, uint32_t triangle, const SurfacePoint& at) const;
+  // Where is an alpha test needed? kOpaque everywhere on instances without alpha.
+  Cover cover(uint32_t instance, uint32_t triangle) const {
+    const std::vector<Cover>& covers = covers_[instance];
+    return covers.empty() ? Cover::kOpaque : covers[triangle];
+  }
   // World-space corners.
   void corners(uint32_t instance, uint32_t triangle, Vec3 (&p)[3]) const;
 
@@ -57,9 +70,12 @@ class Surfaces final : public Transparency {
   Scene scene_;
   std::vector<Material> materials_;
   void make_kinds();
+  void make_covers();
+  void texture_edges(uint32_t instance, uint32_t triangle, uint32_t set, Vec2& d1, Vec2& d2) const;
   void add_extras(uint32_t instance, uint32_t triangle, float b1, float b2, Attributes& a) const;
-  std::vector<std::vector<Face>> faces_;  // of a mesh that many instances share, or of one instance
-  std::vector<SurfaceKind> kinds_;        // by instance
+  std::vector<std::vector<Face>> faces_;    // of a mesh that many instances share, or of one instance
+  std::vector<SurfaceKind> kinds_;          // by instance
+  std::vector<std::vector<Cover>> covers_;  // by instance; empty: without alpha
 };
 
 }  // namespace kiln

@@ -1,0 +1,53 @@
+// The alpha behaviour that all materials share (glTF 2.0, 3.9.4): a factor, its texture and a mode.
+#pragma once
+
+#include "worker/materials/attributes.h"
+
+namespace kiln {
+
+class Alpha {
+ public:
+  Alpha() = default;
+  // `texture` is the base colour's.
+  Alpha(RecordReader& r, float factor, const TextureSampler& texture) : factor_(factor), texture_(texture) {
+    const std::string word = r.word("alpha_mode", "opaque");
+    mode_ = word == "mask" ? kMask : word == "blend" ? kBlend : kOpaque;
+    cutoff_ = r.number("alpha_cutoff", 0.5f);
+    if (mode_ != kOpaque && texture_) whole_ = texture_.alpha_range();
+  }
+  bool is_opaque() const { return mode_ == kOpaque; }
+  float opacity(const Attributes& a) const {
+    if (mode_ == kOpaque) return 1.0f;
+    const float factor = factor_ * a.color.w;
+    return covered(texture_ ? factor * texture_.alpha(a.uv) : factor);
+  }
+  // Bounds of opacity() over a triangle; they may be wider than what it reaches.
+  Range bounds(const Attributes (&corners)[3]) const {
+    if (mode_ == kOpaque) return {1.0f, 1.0f};
+    Range color{corners[0].color.w, corners[0].color.w};
+    for (const Attributes& c : corners) {
+      color.low = std::min(color.low, c.color.w);
+      color.high = std::max(color.high, c.color.w);
+    }
+    Range texels = whole_;
+    if (texture_) texels = texture_.alpha_range(corners[0].uv, corners[1].uv, corners[2].uv).value_or(whole_);
+    // Factors are not negative. Interpolation rounds: a few units in the last place are let go.
+    constexpr float kSlack = 0x1p-20f;
+    const float low = factor_ * color.low * texels.low, high = factor_ * color.high * texels.high;
+    const bool exact = color.low == color.high && texels.low == texels.high;
+    return {covered(exact ? low : low * (1.0f - kSlack)), covered(exact ? high : high * (1.0f + kSlack))};
+  }
+
+ private:
+  float covered(float alpha) const {
+    if (mode_ == kMask) return alpha >= cutoff_ ? 1.0f : 0.0f;
+    return std::clamp(alpha, 0.0f, 1.0f);
+  }
+
+  enum Mode { kOpaque, kMask, kBlend } mode_ = kOpaque;
+  float cutoff_ = 0.5f, factor_ = 1.0f;
+  TextureSampler texture_;
+  Range whole_{1.0f, 1.0f};  // of the texture
+};
+
+}  // namespace kiln
