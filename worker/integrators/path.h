@@ -378,8 +378,12 @@ void PathIntegrator<kFeatures>::reflect(Wave& w, uint32_t bounces) const {
     SurfacePoint& at = p.vertex;
     if (dot(p.direction, at.ns) >= 0.0f) at.ns = at.ng;  // seen from below the shading horizon
     p.frame = Frame(at.ns);
-    p.bsdf = Seen(bsdf_at(*surfaces_.kind(p.hit.instance).material, at.attributes),
-                  p.frame.to_local(-p.direction));
+    const Material& material = *surfaces_.kind(p.hit.instance).material;
+    const Vec3 wo = p.frame.to_local(-p.direction);
+    if constexpr (has(kLayers))
+      p.bsdf = SeenBsdf(bsdf_at(material, at.attributes), wo);
+    else
+      p.bsdf = SeenLambert(albedo_at(material, at.attributes), wo);
     p.origin = offset_origin(at.position, at.ng, at.error);
   }
   gather<false>(w, bounces);

@@ -85,7 +85,7 @@ class SeenBsdf {
 class SeenLambert {
  public:
   SeenLambert() = default;
-  SeenLambert(const Bsdf& bsdf, const Vec3& wo) : albedo_(wo.z > 0.0f ? bsdf.diffuse : Vec3(0.0f)) {}
+  SeenLambert(const Vec3& albedo, const Vec3& wo) : albedo_(wo.z > 0.0f ? albedo : Vec3(0.0f)) {}
   BsdfValue value(const Vec3& wi) const { return {albedo_ * kInvPi, wi.z * kInvPi}; }
   BsdfSample sample(float, const Vec2& u) const {
     const Vec3 wi = cosine_hemisphere(u);
