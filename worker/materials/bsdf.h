@@ -53,7 +53,10 @@ Vec3 straight_through(const Bsdf& bsdf, float cos);
 class SeenBsdf {
  public:
   SeenBsdf() = default;  // black
-  SeenBsdf(const Bsdf& bsdf, const Vec3& wo);
+  SeenBsdf(const Bsdf& bsdf, const Vec3& wo) : bsdf_(bsdf) { look(wo); }
+  // The same in two steps: fill in layers(), then look. Nothing is copied.
+  Bsdf& layers() { return bsdf_; }
+  void look(const Vec3& wo);
 
   BsdfValue value(const Vec3& wi) const {
     if (wo_.z <= 0.0f || wi.z <= 0.0f) return {};
