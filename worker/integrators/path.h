@@ -158,13 +158,14 @@ void PathIntegrator<kFeatures>::consider(Wave& w, uint32_t i, uint32_t bounces, 
     direction_pdf = value.pdf;
   }
   if (s.pdf > 0.0f) contribution *= s.pdf / (s.pdf + direction_pdf);
-  Ray ray{p.origin, s.direction};
-  if (!s.far) {
-    ray.direction = vertex.position + s.segment - ray.origin;
-    ray.far = 1.0f;
-  }
-  w.rays[w.shadow_count] = ray;
-  w.shadows[w.shadow_count++] = {s.direction, contribution, i};
+  Ray& ray = w.rays[w.shadow_count];
+  ray.origin = p.origin;
+  ray.direction = s.far ? s.direction : vertex.position + s.segment - p.origin;
+  ray.far = s.far ? Ray().far : 1.0f;
+  Shadow& shadow = w.shadows[w.shadow_count++];
+  shadow.direction = s.direction;
+  shadow.contribution = contribution;
+  shadow.path = i;
 }
 
 // Light that reaches the vertices from the lights themselves.

@@ -29,7 +29,8 @@ void Surfaces::make_kinds() {
     kinds_.push_back(
         {&material, shared[i.mesh], own ? nullptr : &i.to_world, is_double_sided(material),
          kiln::is_emissive(material), kiln::is_glass(material), reads_uv(material, 0) && !mesh.uv[0].empty(),
-         !mesh.colors.empty() || (reads_uv(material, 1) && !mesh.uv[1].empty()), normal_map_of(material)});
+         !mesh.colors.empty() || reads_uv(material, 1) || (reads_uv(material, 0) && mesh.uv[0].empty()),
+         normal_map_of(material)});
   }
 }
 
@@ -93,12 +94,15 @@ void Surfaces::add_extras(uint32_t instance, uint32_t triangle, float b1, float 
   const Mesh& m = scene_.meshes[scene_.instances[instance].mesh];
   const UVec3& t = m.triangles[triangle];
   const float b0 = 1.0f - b1 - b2;
-  if (!m.uv[1].empty()) a.uv[1] = m.uv[1][t.x] * b0 + m.uv[1][t.y] * b1 + m.uv[1][t.z] * b2;
+  if (m.uv[0].empty()) a.uv[0] = Vec2(0.0f);
+  a.uv[1] = m.uv[1].empty() ? Vec2(0.0f) : m.uv[1][t.x] * b0 + m.uv[1][t.y] * b1 + m.uv[1][t.z] * b2;
   if (!m.colors.empty()) a.color = m.colors[t.x] * b0 + m.colors[t.y] * b1 + m.colors[t.z] * b2;
 }
 
 void Surfaces::interpolate(uint32_t instance, uint32_t triangle, float b1, float b2, Attributes& a) const {
+  // All that the material reads is written: the point may have been another before.
   const SurfaceKind& kind = kinds_[instance];
+  a.color = Vec4(1.0f);
   if (kind.textured) {
     const Face& f = kind.faces[triangle];
     a.uv[0] = f.uv[0] * (1.0f - b1 - b2) + f.uv[1] * b1 + f.uv[2] * b2;
@@ -131,7 +135,6 @@ void Surfaces::at(uint32_t instance, uint32_t triangle, float b1, float b2, Surf
     s.ns = f.smooth ? normalize_or(transform_normal(m, s.ns), s.ng) : s.ng;
   }
   if (dot(s.ns, s.ng) <= 0.0f) s.ns = s.ng;  // a normal that contradicts its winding says nothing
-  s.attributes = {};  // it may have been another point before
   interpolate(instance, triangle, b1, b2, s.attributes);
 }
 

@@ -23,7 +23,7 @@ struct SurfaceKind {
   bool double_sided, emissive;
   bool glass;                   // lets light straight through: its back faces are met from inside
   bool textured;                // reads TEXCOORD_0
-  bool extras;                  // reads TEXCOORD_1 or has vertex colours
+  bool extras;                  // reads TEXCOORD_1, has vertex colours, or lacks the TEXCOORD_0 it reads
   const NormalMap* normal_map;  // or null
 };
 
@@ -82,7 +82,6 @@ class Surfaces final : public Transparency {
   void make_kinds();
   void make_covers();
   void texture_edges(uint32_t instance, uint32_t triangle, uint32_t set, Vec2& d1, Vec2& d2) const;
-  // Leaves what the instance does not have as it is.
   void interpolate(uint32_t instance, uint32_t triangle, float b1, float b2, Attributes& a) const;
   void add_extras(uint32_t instance, uint32_t triangle, float b1, float b2, Attributes& a) const;
   std::vector<std::vector<Face>> faces_;    // of a mesh that many instances share, or of one instance
