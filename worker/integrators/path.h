@@ -105,6 +105,15 @@ class PathIntegrator final : public Integrator {
   Vec3 emitted(const Path& p, const SurfacePoint& at) const;
   Vec3 missed(const Path& p, uint32_t bounces) const;
 
+  // Balance heuristic: the share of a find by a strategy of density `pdf`, where the other has `other`. What
+  // the other cannot find stays, whichever is asked for.
+  float share(Strategies own, float pdf, float other) const {
+    if constexpr (has(kOneStrategy))
+      if (settings_.strategies != Strategies::kBoth && other > 0.0f)
+        return settings_.strategies == own ? 1.0f : 0.0f;
+    return pdf / (pdf + other);
+  }
+
   static void draw(const Wave& w, uint32_t dimension, float (&out)[2][kBatch]) {
     w.samples.pairs(dimension, w.live, w.count, out[0], out[1]);
   }
@@ -156,7 +165,7 @@ void PathIntegrator<kFeatures>::consider(Wave& w, uint32_t i, const LightSample&
     if (!(max_component(contribution) > 0.0f)) return;
     direction_pdf = value.pdf;
   }
-  if (s.pdf > 0.0f) contribution *= s.pdf / (s.pdf + direction_pdf);
+  if (s.pdf > 0.0f) contribution *= share(Strategies::kLights, s.pdf, direction_pdf);
   Ray ray{p.origin, s.direction};
   if (!s.far) {
     ray.direction = p.vertex.position + s.segment - ray.origin;
@@ -246,7 +255,7 @@ Vec3 PathIntegrator<kFeatures>::emitted(const Path& p, const SurfacePoint& at) c
   if constexpr (has(kGlass)) distance = p.glass.distance;
   const float other = lights_.local.pdf(p.vertex.position, p.vertex.ns, p.hit.instance, p.hit.triangle,
                                         std::abs(dot(p.direction, at.ng)), distance);
-  return emission * (p.pdf / (p.pdf + other));
+  return emission * share(Strategies::kPaths, p.pdf, other);
 }
 
 template <uint32_t kFeatures>
@@ -256,7 +265,7 @@ Vec3 PathIntegrator<kFeatures>::missed(const Path& p, uint32_t bounces) const {
     return Vec3(0.0f);
   if constexpr (has(kSkyImage)) {
     const uint32_t texel = p.hit.triangle;  // put there by trace()
-    return environment.radiance(texel) * (p.pdf / (p.pdf + environment.pdf(texel)));
+    return environment.radiance(texel) * share(Strategies::kPaths, p.pdf, environment.pdf(texel));
   }
   return environment.radiance(p.direction);
 }
