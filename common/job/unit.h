@@ -53,7 +53,7 @@ struct UnitResult {
   uint32_t site_count = 0, plane_count = 0;
   std::vector<double> moments;                         // [site][plane], plane order of moment_plane_names()
   uint64_t rays = 0;                                   // all rays traced
-  uint64_t nonfinite = 0;                              // contributions dropped because they were not finite
+  uint64_t nonfinite = 0;                              // samples with a contribution dropped: not finite
   uint32_t nonfinite_texel = 0, nonfinite_sample = 0;  // the first of them, to replay
   double seconds = 0;                                  // of one thread; for the report only
 };
