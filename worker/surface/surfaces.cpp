@@ -97,15 +97,13 @@ void Surfaces::add_extras(uint32_t instance, uint32_t triangle, float b1, float 
   if (!m.colors.empty()) a.color = m.colors[t.x] * b0 + m.colors[t.y] * b1 + m.colors[t.z] * b2;
 }
 
-Attributes Surfaces::attributes(uint32_t instance, uint32_t triangle, float b1, float b2) const {
+void Surfaces::interpolate(uint32_t instance, uint32_t triangle, float b1, float b2, Attributes& a) const {
   const SurfaceKind& kind = kinds_[instance];
-  Attributes a;
   if (kind.textured) {
     const Face& f = kind.faces[triangle];
     a.uv[0] = f.uv[0] * (1.0f - b1 - b2) + f.uv[1] * b1 + f.uv[2] * b2;
   }
   if (kind.extras) add_extras(instance, triangle, b1, b2, a);
-  return a;
 }
 
 Transparency::Pass Surfaces::pass(uint32_t instance, uint32_t triangle, float b1, float b2,
@@ -116,10 +114,9 @@ Transparency::Pass Surfaces::pass(uint32_t instance, uint32_t triangle, float b1
   return {straight_through(bsdf, std::abs(cos)), bsdf.absorption, cos < 0.0f};
 }
 
-SurfacePoint Surfaces::at(uint32_t instance, uint32_t triangle, float b1, float b2) const {
+void Surfaces::at(uint32_t instance, uint32_t triangle, float b1, float b2, SurfacePoint& s) const {
   const SurfaceKind& kind = kinds_[instance];
   const Face& f = kind.faces[triangle];
-  SurfacePoint s;
   // Offsets from p0 keep the rounding error to that of one vertex.
   s.position = f.p0 + f.e1 * b1 + f.e2 * b2;
   s.ng = s.ns = f.ng;
@@ -134,8 +131,8 @@ SurfacePoint Surfaces::at(uint32_t instance, uint32_t triangle, float b1, float 
     s.ns = f.smooth ? normalize_or(transform_normal(m, s.ns), s.ng) : s.ng;
   }
   if (dot(s.ns, s.ng) <= 0.0f) s.ns = s.ng;  // a normal that contradicts its winding says nothing
-  s.attributes = attributes(instance, triangle, b1, b2);
-  return s;
+  s.attributes = {};  // it may have been another point before
+  interpolate(instance, triangle, b1, b2, s.attributes);
 }
 
 }  // namespace kiln
