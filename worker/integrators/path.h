@@ -105,6 +105,15 @@ class PathIntegrator final : public Integrator {
   Vec3 emitted(const Path& p, const SurfacePoint& at, uint32_t bounces) const;
   Vec3 missed(const Path& p, uint32_t bounces) const;
 
+  // Balance heuristic: the share of a find by a strategy of density `pdf`, where the other has `other`. What
+  // the other cannot find stays, whichever is asked for.
+  float share(Strategies own, float pdf, float other) const {
+    if constexpr (has(kOneStrategy))
+      if (settings_.strategies != Strategies::kBoth && other > 0.0f)
+        return settings_.strategies == own ? 1.0f : 0.0f;
+    return pdf / (pdf + other);
+  }
+
   static void draw(const Wave& w, uint32_t dimension, float (&out)[2][kBatch]) {
     w.samples.pairs(dimension, w.live, w.count, out[0], out[1]);
   }
@@ -157,7 +166,7 @@ void PathIntegrator<kFeatures>::consider(Wave& w, uint32_t i, uint32_t bounces, 
     if (!(max_component(contribution) > 0.0f)) return;
     direction_pdf = value.pdf;
   }
-  if (s.pdf > 0.0f) contribution *= s.pdf / (s.pdf + direction_pdf);
+  if (s.pdf > 0.0f) contribution *= share(Strategies::kLights, s.pdf, direction_pdf);
   Ray& ray = w.rays[w.shadow_count];
   ray.origin = p.origin;
   ray.direction = s.far ? s.direction : vertex.position + s.segment - p.origin;
@@ -249,7 +258,7 @@ Vec3 PathIntegrator<kFeatures>::emitted(const Path& p, const SurfacePoint& at, u
   if constexpr (has(kGlass)) distance = p.glass.distance;
   const float other = lights_.local.pdf(vertex.position, vertex.ns, p.hit.instance, p.hit.triangle,
                                         std::abs(dot(p.direction, at.ng)), distance);
-  return emission * (p.pdf / (p.pdf + other));
+  return emission * share(Strategies::kPaths, p.pdf, other);
 }
 
 template <uint32_t kFeatures>
@@ -259,7 +268,7 @@ Vec3 PathIntegrator<kFeatures>::missed(const Path& p, uint32_t bounces) const {
     return Vec3(0.0f);
   if constexpr (has(kSkyImage)) {
     const uint32_t texel = p.hit.triangle;  // put there by trace()
-    return environment.radiance(texel) * (p.pdf / (p.pdf + environment.pdf(texel)));
+    return environment.radiance(texel) * share(Strategies::kPaths, p.pdf, environment.pdf(texel));
   }
   return environment.radiance(p.direction);
 }
