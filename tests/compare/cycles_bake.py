@@ -17,6 +17,7 @@ if "bool" not in numpy.__dict__:
     numpy.bool = bool  # Debian's importer is older than its numpy and asks for the alias that was removed
 
 LUMINANCE = numpy.array([0.2126, 0.7152, 0.0722])
+SUBTEXELS = 4  # a side; see bake()
 MEASURED = 1  # class of validity.exr
 
 
@@ -221,8 +222,12 @@ def one_mesh():
 
 
 def bake(target, width, height, job, seed):
-    """E by Cycles: height x width x 4, the last channel 1 where a texel's centre lies on a triangle."""
-    image = bpy.data.images.new("bake", width, height, alpha=True, float_buffer=True)
+    """E by Cycles: height x width x 4, the last channel 1 where a texel lies on triangles all over.
+
+    Cycles 3.4 spreads the samples of a texel over the half of its width about its centre and over the one triangle
+    there, Kiln over all of the texel. So Cycles bakes SUBTEXELS^2 smaller texels, and their mean is the texel's.
+    """
+    image = bpy.data.images.new("bake", width * SUBTEXELS, height * SUBTEXELS, alpha=True, float_buffer=True)
     image.colorspace_settings.name = "Non-Color"
     for material in target.data.materials:
         node = material.node_tree.nodes.new("ShaderNodeTexImage")
@@ -234,7 +239,7 @@ def bake(target, width, height, job, seed):
     scene.render.threads_mode = "FIXED"
     scene.render.threads = job["threads"]
     cycles = scene.cycles
-    cycles.samples, cycles.seed = job["samples"], seed
+    cycles.samples, cycles.seed = max(job["samples"] // SUBTEXELS ** 2, 1), seed
     cycles.use_adaptive_sampling = cycles.use_denoising = False
     cycles.sample_clamp_direct = cycles.sample_clamp_indirect = 0
     cycles.blur_glossy = cycles.light_sampling_threshold = 0
@@ -247,8 +252,11 @@ def bake(target, width, height, job, seed):
     bpy.context.view_layer.objects.active = target
     bpy.ops.object.bake(type="DIFFUSE", pass_filter={"DIRECT", "INDIRECT"}, margin=0, use_clear=True)
     pixels = pixels_of(image)
-    pixels[..., :3] *= math.pi
     bpy.data.images.remove(image)
+    fine = pixels.reshape(height, SUBTEXELS, width, SUBTEXELS, 4)
+    pixels = fine.mean(axis=(1, 3))
+    pixels[..., :3] *= math.pi
+    pixels[..., 3] = fine[..., 3].min(axis=(1, 3))
     return pixels
 
 
