@@ -29,7 +29,7 @@ ALLOWANCE = 0.005
 
 # Texels per metre of the real scenes, for a few thousand texels each.
 REAL = [("bevy_CornellBox", 0.06, {}), ("MixedLightingExample", 8, {"environment": [300, 300, 300]}),
-        ("pc_house", 4, {"sun_angle": 0.53}), ("zdm2", 0.3, {"sun_angle": 0.53}), ("veach-bidir", 3, {}),
+        ("pc_house", 16, {"sun_angle": 0.53}), ("zdm2", 0.3, {"sun_angle": 0.53}), ("veach-bidir", 3, {}),
         ("living-room", 4, {}), ("staircase", 3, {})]
 
 
