@@ -13,6 +13,10 @@
 
 namespace kiln {
 
+// By what emissive triangles and the environment's image are found: both, weighted against each other, or one
+// alone. Other lights have one way only, which stays.
+enum class Strategies { kBoth, kLights, kPaths };
+
 // What every unit of a job shares; shipped once. Everything that decides a byte of the result is here or
 // in the unit.
 struct TransportSettings {
@@ -23,6 +27,7 @@ struct TransportSettings {
   Sampler sampler = Sampler::kOwen;
   std::string isa = "avx2";  // Embree's kernels: "sse2", "sse4.2", "avx", "avx2", "avx512"
   PrimaryDensity primary = PrimaryDensity::kMixed;  // not sent: tests/bench/convergence.cpp alone changes it
+  Strategies strategies = Strategies::kBoth;        // not sent: tests/equivalence alone changes it
 };
 
 struct JobSpec {
@@ -48,7 +53,7 @@ struct UnitResult {
   uint32_t site_count = 0, plane_count = 0;
   std::vector<double> moments;                         // [site][plane], plane order of moment_plane_names()
   uint64_t rays = 0;                                   // all rays traced
-  uint64_t nonfinite = 0;                              // contributions dropped because they were not finite
+  uint64_t nonfinite = 0;                              // samples with a contribution dropped: not finite
   uint32_t nonfinite_texel = 0, nonfinite_sample = 0;  // the first of them, to replay
   double seconds = 0;                                  // of one thread; for the report only
 };

@@ -1,19 +1,12 @@
 #include "common/math/sequence_batch.h"
 
-// Where the processor has AVX2 the loops run eight samples wide. They work on integers and on one exact
-// conversion, so every version gives the same bits.
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_THREAD__) && \
-    !defined(__SANITIZE_ADDRESS__)
-#define KILN_WIDE __attribute__((target_clones("avx2", "default"), optimize("O3")))
-#else
-#define KILN_WIDE
-#endif
+#include "common/base/wide.h"
 
 namespace kiln {
 namespace {
 
 // As reverse_bits, in shifts alone: vector registers have no byte swap of 32 bits before AVX2.
-[[gnu::always_inline]] inline uint32_t reversed(uint32_t x) {
+KILN_INLINE uint32_t reversed(uint32_t x) {
   x = x >> 16 | x << 16;
   x = (x >> 8 & 0x00ff00ffu) | (x & 0x00ff00ffu) << 8;
   x = (x >> 4 & 0x0f0f0f0fu) | (x & 0x0f0f0f0fu) << 4;
@@ -21,10 +14,10 @@ namespace {
   return (x >> 1 & 0x55555555u) | (x & 0x55555555u) << 1;
 }
 // As unit_float: 23 bits fit a signed integer, whose conversion vector registers have.
-[[gnu::always_inline]] inline float unit(uint32_t bits) {
+KILN_INLINE float unit(uint32_t bits) {
   return (static_cast<float>(static_cast<int32_t>(bits >> 9)) + 0.5f) * 0x1p-23f;
 }
-[[gnu::always_inline]] inline uint32_t scrambled(uint32_t x, uint32_t seed, uint32_t odd) {
+KILN_INLINE uint32_t scrambled(uint32_t x, uint32_t seed, uint32_t odd) {
   x ^= x * 0x3d20adeau;
   x += seed;
   x *= odd;
@@ -36,6 +29,7 @@ struct Seeds {
   uint32_t order, first, second;
 };
 
+// Eight samples at a time where the processor can: integers, and one exact conversion.
 KILN_WIDE void owen_pairs(const uint32_t* __restrict sample, size_t count, Seeds s, float* __restrict x,
                           float* __restrict y) {
   const uint32_t odd[3] = {s.order >> 16 | 1, s.first >> 16 | 1, s.second >> 16 | 1};

@@ -31,6 +31,13 @@ struct PassPoint {
   double converged_share = 0;  // of the measured texels
 };
 
+// A sample with light beyond what a float holds, which was left out: the first of a unit.
+struct NonfinitePlace {
+  uint32_t x = 0, y = 0, page = 0;  // the texel
+  std::string instance;
+  uint32_t site = 0, sample = 0;  // to replay: a unit of this one site and sample
+};
+
 struct BakeReport {
   std::filesystem::path scene_path;
   BakeSettings settings;
@@ -44,6 +51,7 @@ struct BakeReport {
   std::vector<StageTime> stages;
   std::vector<PassPoint> passes;
   FarmStatistics farm;
+  std::vector<NonfinitePlace> nonfinite;
   uint64_t texels_by_class[kValidityClasses] = {};
   bool complete = true;  // false: stopped by the time limit
   double total_seconds = 0;

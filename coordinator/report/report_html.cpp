@@ -203,7 +203,10 @@ std::string facts(const BakeReport& r) {
   for (int i = 0; i < kValidityClasses; ++i)
     row(text("texels {}", validity_name(static_cast<Validity>(i))), text("{}", r.texels_by_class[i]));
   row("units answered twice / given to another", text("{} / {}", r.farm.duplicates, r.farm.reassigned));
-  row("contributions that were not finite", text("{}", r.farm.nonfinite));
+  row("samples with light beyond float", text("{}", r.farm.nonfinite));
+  for (const NonfinitePlace& p : r.nonfinite)
+    row("- first of a unit", text("texel ({}, {}) of page {}, '{}', site {}, sample {}", p.x, p.y, p.page,
+                                  p.instance, p.site, p.sample));
   return out + "</table>\n";
 }
 

@@ -63,6 +63,15 @@ void write_farm(JsonWriter& w, const FarmStatistics& f) {
   w.end_array().end_object();
 }
 
+void write_nonfinite(JsonWriter& w, const BakeReport& r) {
+  w.key("nonfinite").begin_array();
+  for (const NonfinitePlace& p : r.nonfinite) {
+    w.begin_object().pair("x", p.x).pair("y", p.y).pair("page", p.page).pair("instance", p.instance);
+    w.pair("site", p.site).pair("sample", p.sample).end_object();
+  }
+  w.end_array();
+}
+
 }  // namespace
 
 std::string_view validity_name(Validity v) {
@@ -102,6 +111,7 @@ std::string report_json(const BakeReport& r) {
   w.end_array();
   write_passes(w, r);
   write_farm(w, r.farm);
+  write_nonfinite(w, r);
   w.key("notes").begin_array();
   for (const ImportNote& n : r.notes)
     w.begin_object().pair("kind", note_kind(n.kind)).pair("what", n.what).end_object();

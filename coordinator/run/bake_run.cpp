@@ -14,6 +14,7 @@
 #include "coordinator/plan/schedule.h"
 #include "coordinator/post/stage.h"
 #include "coordinator/report/preview.h"
+#include "coordinator/run/nonfinite.h"
 
 namespace kiln {
 namespace {
@@ -82,14 +83,15 @@ PassPoint measure(const Accumulator& sums, size_t sites, double error, double z)
 // Runs pass after pass until every texel has converged, has its most samples, or time is up.
 class Baking {
  public:
-  Baking(const BakeRequest& request, const Atlas& atlas, Farm& farm, Accumulator& sums, BakeReport& report,
+  Baking(const BakeRequest& request, const Preflight& pre, Farm& farm, Accumulator& sums, BakeReport& report,
          const Progress& progress)
       : settings_(request.settings),
         farm_(farm),
         sums_(sums),
         report_(report),
         progress_(progress),
-        site_count_(atlas.sites.size()),
+        site_count_(pre.atlas.sites.size()),
+        nonfinite_(pre.atlas, pre.imported.scene),
         z_(normal_interval(settings_.confidence)) {
     for (uint32_t i = 0; i < site_count_; ++i) active_.push_back(i);
   }
@@ -107,6 +109,8 @@ class Baking {
       }
       drop_converged();
     }
+    report_.nonfinite = nonfinite_.places();
+    if (const std::string s = nonfinite_.sentence(); !s.empty()) report_.warnings.push_back(s);
     return {};
   }
 
@@ -116,7 +120,10 @@ class Baking {
     const double before = watch_.seconds();
     return farm_.run_pass(
         std::move(units), deadline,
-        [&](const WorkUnit& unit, const UnitResult& result) { return sums_.add(unit, result); },
+        [&](const WorkUnit& unit, const UnitResult& result) {
+          nonfinite_.add(unit, result);
+          return sums_.add(unit, result);
+        },
         [&](const FarmProgress& f) {
           BakeProgress b;
           b.stage = "bake";
@@ -153,6 +160,7 @@ class Baking {
   BakeReport& report_;
   const Progress& progress_;
   const size_t site_count_;
+  NonfiniteLog nonfinite_;
   const double z_;
   std::vector<uint32_t> active_;
   uint64_t next_unit_ = 0;
@@ -239,7 +247,7 @@ Expected<BakeReport> run_bake(const BakeRequest& request, const Progress& progre
   {
     const StageTimer timer(report.stages, "bake");
     KILN_TRY(const std::unique_ptr<Farm> farm, Farm::start(farm_settings(request), job, chunks));
-    KILN_TRY_STATUS(Baking(request, pre.atlas, *farm, sums, report, progress).run());
+    KILN_TRY_STATUS(Baking(request, pre, *farm, sums, report, progress).run());
     report.farm = farm->statistics();
   }
   Lightmap map = sums.resolve(pre.atlas);

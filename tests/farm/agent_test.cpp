@@ -153,7 +153,7 @@ TEST(Agent, AResultIsKeptUntilItsDigestIsAcknowledged) {
 }
 
 TEST(Agent, SigtermFinishesWhatRunsAndHandsBackTheRest) {
-  const StubOptions stub("slow=300");
+  const StubOptions stub("slow=2000");
   RawListener listener;
   const TestJob job;
   WorkerProcess worker(listener.port());

@@ -7,6 +7,7 @@
 #include "common/base/format.h"
 #include "common/base/hash.h"
 #include "worker/bake/film.h"
+#include "worker/bake/recentre.h"
 #include "worker/sites/places.h"
 #include "worker/surface/coincident.h"
 
@@ -18,6 +19,7 @@ class PathBaker final : public Baker {
   PathBaker(Atlas atlas, const TransportSettings& settings) : atlas_(std::move(atlas)), settings_(settings) {}
 
   Status build(Scene scene, unsigned threads) {
+    recentre(scene);
     KILN_TRY(surfaces_, Surfaces::create(std::move(scene), warnings_));
     KILN_TRY(auto tracer, Tracer::create(surfaces_->scene(), *surfaces_, settings_.isa, threads));
     tracer_ = with_coincident_rule(std::move(tracer), *surfaces_);

@@ -25,11 +25,12 @@ class Film {
     for (int i = 0; i < splats.count; ++i) {
       const Vec3& d = splats.items[i].direction;
       const Vec3& c = splats.items[i].contribution;
-      if (!is_finite(c)) {
+      const Vec3 with = e + c * std::max(0.0f, dot(d, normal));
+      if (!is_finite(with)) {  // nor is it if c is not
         finite = false;
         continue;
       }
-      e += c * std::max(0.0f, dot(d, normal));
+      e = with;
       float f[kMaxBasisFunctions];
       evaluate_basis(basis_, d, f);
       for (size_t k = 0; k < functions_; ++k)

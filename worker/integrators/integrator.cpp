@@ -19,7 +19,9 @@ uint32_t find_features(const Surfaces& surfaces, const Lights& lights) {
 std::unique_ptr<Integrator> Integrator::create(const Surfaces& surfaces, const Tracer& tracer,
                                                const Lights& lights, const TransportSettings& settings,
                                                uint32_t features) {
-  const IntegratorFactory factory = features & kGlass    ? integrator_of_everything()
+  if (settings.strategies != Strategies::kBoth) features |= kOneStrategy;
+  const bool everything = features & (kGlass | kOneStrategy);
+  const IntegratorFactory factory = everything           ? integrator_of_everything()
                                     : features & kLayers ? layered_integrators()[features & kAllLights]
                                                          : lambert_integrators()[features & kAllLights];
   return factory(surfaces, tracer, lights, settings);

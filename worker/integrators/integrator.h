@@ -33,12 +33,13 @@ struct Splats {
 // What paths of a scene can meet, found before a ray is traced. An integrator is compiled for each set, and
 // holds nothing else: no branch, no state, no random number of what is not there.
 enum Feature : uint32_t {
-  kLocalLights = 1,  // lamps or emissive triangles
-  kSuns = 2,         // directional lights
-  kSkyImage = 4,     // an environment that is worth sampling
-  kLayers = 8,       // a material that is more than a Lambert layer
-  kGlass = 16,       // a material that light goes straight through
-  kAllFeatures = 31,
+  kLocalLights = 1,   // lamps or emissive triangles
+  kSuns = 2,          // directional lights
+  kSkyImage = 4,      // an environment that is worth sampling
+  kLayers = 8,        // a material that is more than a Lambert layer
+  kGlass = 16,        // a material that light goes straight through
+  kOneStrategy = 32,  // other Strategies than both: of no scene, asked for by settings
+  kAllFeatures = 63,
 };
 uint32_t find_features(const Surfaces& surfaces, const Lights& lights);
 

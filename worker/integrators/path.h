@@ -54,7 +54,7 @@ class PathIntegrator final : public Integrator {
   // A path on its way from a texel. Its vertex is where light is gathered: the texel itself (any linear
   // measure of the incident light is wanted, sampled with the mixed hemisphere) or a reflecting point.
   struct Path {
-    SurfacePoint vertex;
+    SurfacePoint vertices[2];    // the vertex after b reflections is number b mod 2
     Frame frame{Vec3(0, 0, 1)};  // around the shading normal
     Seen bsdf;                   // of a reflecting vertex
     Vec3 origin, direction;      // of the ray: offset, and behind the glass that was passed
@@ -91,7 +91,7 @@ class PathIntegrator final : public Integrator {
   template <bool kTexel>
   void gather(Wave& w, uint32_t bounces) const;
   template <bool kTexel>
-  void consider(Wave& w, uint32_t i, const LightSample& s) const;
+  void consider(Wave& w, uint32_t i, uint32_t bounces, const LightSample& s) const;
   template <bool kTexel>
   void trace_shadows(Wave& w) const;
   void leave_texel(Wave& w) const;
@@ -102,8 +102,17 @@ class PathIntegrator final : public Integrator {
   void reflect(Wave& w, uint32_t bounces) const;
   void finish(Wave& w, uint32_t i) const;
   // Radiance of the emissive surface that was hit or of the environment, weighted against light sampling.
-  Vec3 emitted(const Path& p, const SurfacePoint& at) const;
+  Vec3 emitted(const Path& p, const SurfacePoint& at, uint32_t bounces) const;
   Vec3 missed(const Path& p, uint32_t bounces) const;
+
+  // Balance heuristic: the share of a find by a strategy of density `pdf`, where the other has `other`. What
+  // the other cannot find stays, whichever is asked for.
+  float share(Strategies own, float pdf, float other) const {
+    if constexpr (has(kOneStrategy))
+      if (settings_.strategies != Strategies::kBoth && other > 0.0f)
+        return settings_.strategies == own ? 1.0f : 0.0f;
+    return pdf / (pdf + other);
+  }
 
   static void draw(const Wave& w, uint32_t dimension, float (&out)[2][kBatch]) {
     w.samples.pairs(dimension, w.live, w.count, out[0], out[1]);
@@ -126,9 +135,9 @@ template <uint32_t kFeatures>
 void PathIntegrator<kFeatures>::start(Wave& w) const {
   for (uint32_t i = 0; i < w.tasks.size(); ++i) {
     Path& p = w.paths[i];
-    p.vertex = w.tasks[i].receiver;
-    p.frame = Frame(p.vertex.ns);
-    p.origin = offset_origin(p.vertex.position, p.vertex.ng, p.vertex.error);
+    const SurfacePoint& at = p.vertices[0] = w.tasks[i].receiver;
+    p.frame = Frame(at.ns);
+    p.origin = offset_origin(at.position, at.ng, at.error);
     p.throughput = Vec3(1.0f);
     p.sum = Vec3(0.0f);
     if constexpr (has(kGlass)) p.glass = {0.0f, Vec3(0.0f), 0};
@@ -141,11 +150,12 @@ void PathIntegrator<kFeatures>::start(Wave& w) const {
 // Takes up a light sample unless it carries nothing to the vertex.
 template <uint32_t kFeatures>
 template <bool kTexel>
-void PathIntegrator<kFeatures>::consider(Wave& w, uint32_t i, const LightSample& s) const {
+void PathIntegrator<kFeatures>::consider(Wave& w, uint32_t i, uint32_t bounces, const LightSample& s) const {
   if (!(max_component(s.weight) > 0.0f) || (kTexel && s.indirect_only)) return;
   const Path& p = w.paths[i];
+  const SurfacePoint& vertex = p.vertices[bounces & 1];
   const Vec3 local = p.frame.to_local(s.direction);
-  if (local.z <= 0.0f || dot(s.direction, p.vertex.ng) <= 0.0f) return;
+  if (local.z <= 0.0f || dot(s.direction, vertex.ng) <= 0.0f) return;
   Vec3 contribution = s.weight;
   float direction_pdf = 0.0f;
   if constexpr (kTexel) {
@@ -156,14 +166,15 @@ void PathIntegrator<kFeatures>::consider(Wave& w, uint32_t i, const LightSample&
     if (!(max_component(contribution) > 0.0f)) return;
     direction_pdf = value.pdf;
   }
-  if (s.pdf > 0.0f) contribution *= s.pdf / (s.pdf + direction_pdf);
-  Ray ray{p.origin, s.direction};
-  if (!s.far) {
-    ray.direction = p.vertex.position + s.segment - ray.origin;
-    ray.far = 1.0f;
-  }
-  w.rays[w.shadow_count] = ray;
-  w.shadows[w.shadow_count++] = {s.direction, contribution, i};
+  if (s.pdf > 0.0f) contribution *= share(Strategies::kLights, s.pdf, direction_pdf);
+  Ray& ray = w.rays[w.shadow_count];
+  ray.origin = p.origin;
+  ray.direction = s.far ? s.direction : vertex.position + s.segment - p.origin;
+  ray.far = s.far ? Ray().far : 1.0f;
+  Shadow& shadow = w.shadows[w.shadow_count++];
+  shadow.direction = s.direction;
+  shadow.contribution = contribution;
+  shadow.path = i;
 }
 
 // Light that reaches the vertices from the lights themselves.
@@ -178,8 +189,8 @@ void PathIntegrator<kFeatures>::gather(Wave& w, uint32_t bounces) const {
         if (local.wants_choice()) draw_singles(w, dimension(bounces, kLocalLight), w.u);
         if (local.wants_point()) draw(w, dimension(bounces, kLocalPoint), w.v);
         for (size_t k = 0; k < w.count; ++k) {
-          const SurfacePoint& at = w.paths[w.live[k]].vertex;
-          consider<kTexel>(w, w.live[k],
+          const SurfacePoint& at = w.paths[w.live[k]].vertices[bounces & 1];
+          consider<kTexel>(w, w.live[k], bounces,
                            local.sample(surfaces_, at.position, at.ns, w.u[0][k], pair(w.v, k)));
         }
       }
@@ -190,15 +201,15 @@ void PathIntegrator<kFeatures>::gather(Wave& w, uint32_t bounces) const {
         if (suns.wants_choice()) draw_singles(w, dimension(bounces, kSun), w.u);
         if (suns.wants_point()) draw(w, dimension(bounces, kSunPoint), w.v);
         for (size_t k = 0; k < w.count; ++k)
-          if (suns.may_light(w.paths[w.live[k]].vertex.ns))
-            consider<kTexel>(w, w.live[k], suns.sample(w.u[0][k], pair(w.v, k)));
+          if (suns.may_light(w.paths[w.live[k]].vertices[bounces & 1].ns))
+            consider<kTexel>(w, w.live[k], bounces, suns.sample(w.u[0][k], pair(w.v, k)));
       }
     }
     if constexpr (has(kSkyImage)) {
       if (lights_.environment.wants_sampling()) {
         draw(w, dimension(bounces, kEnvironment), w.u);
         lights_.environment.sample(w.u[0], w.u[1], w.count, w.sky);
-        for (size_t k = 0; k < w.count; ++k) consider<kTexel>(w, w.live[k], w.sky[k]);
+        for (size_t k = 0; k < w.count; ++k) consider<kTexel>(w, w.live[k], bounces, w.sky[k]);
       }
     }
     trace_shadows<kTexel>(w);
@@ -233,20 +244,21 @@ void PathIntegrator<kFeatures>::leave_texel(Wave& w) const {
     p.direction = p.first_direction = p.frame.to_world(local);
     p.pdf = p.first_pdf = primary_pdf(settings_.primary, local.z);
     // Below the surface no light arrives from.
-    if (dot(p.direction, p.vertex.ng) > 0.0f) w.live[kept++] = w.live[k];
+    if (dot(p.direction, p.vertices[0].ng) > 0.0f) w.live[kept++] = w.live[k];
   }
   w.count = kept;
 }
 
 template <uint32_t kFeatures>
-Vec3 PathIntegrator<kFeatures>::emitted(const Path& p, const SurfacePoint& at) const {
+Vec3 PathIntegrator<kFeatures>::emitted(const Path& p, const SurfacePoint& at, uint32_t bounces) const {
+  const SurfacePoint& vertex = p.vertices[bounces & 1];
   const Vec3 emission = emission_at(*surfaces_.kind(p.hit.instance).material, at.attributes);
   if (!(max_component(emission) > 0.0f)) return Vec3(0.0f);
   float distance = p.hit.t;
   if constexpr (has(kGlass)) distance = p.glass.distance;
-  const float other = lights_.local.pdf(p.vertex.position, p.vertex.ns, p.hit.instance, p.hit.triangle,
+  const float other = lights_.local.pdf(vertex.position, vertex.ns, p.hit.instance, p.hit.triangle,
                                         std::abs(dot(p.direction, at.ng)), distance);
-  return emission * (p.pdf / (p.pdf + other));
+  return emission * share(Strategies::kPaths, p.pdf, other);
 }
 
 template <uint32_t kFeatures>
@@ -256,7 +268,7 @@ Vec3 PathIntegrator<kFeatures>::missed(const Path& p, uint32_t bounces) const {
     return Vec3(0.0f);
   if constexpr (has(kSkyImage)) {
     const uint32_t texel = p.hit.triangle;  // put there by trace()
-    return environment.radiance(texel) * (p.pdf / (p.pdf + environment.pdf(texel)));
+    return environment.radiance(texel) * share(Strategies::kPaths, p.pdf, environment.pdf(texel));
   }
   return environment.radiance(p.direction);
 }
@@ -275,7 +287,7 @@ void PathIntegrator<kFeatures>::trace(Wave& w, uint32_t bounces) const {
       uint32_t key = dimension(bounces, kDirection);
       if constexpr (has(kGlass)) key += p.glass.passes << 24;
       ++task.splats.rays;
-      p.hit = tracer_.intersect({p.origin, p.direction}, task.stream.bits(key));
+      ::new (&p.hit) Hit(tracer_.intersect({p.origin, p.direction}, task.stream.bits(key)));
       if (p.hit.valid()) {
         surfaces_.prefetch(p.hit.instance, p.hit.triangle);
       } else if (has(kSkyImage) && lights_.environment.wants_sampling()) {
@@ -308,7 +320,8 @@ auto PathIntegrator<kFeatures>::arrive(Path& p, Task& task, uint32_t bounces) co
     return Arrival::kEnds;
   }
   const SurfaceKind& kind = surfaces_.kind(hit.instance);
-  SurfacePoint at = surfaces_.at(hit.instance, hit.triangle, hit.b1, hit.b2);
+  SurfacePoint& at = p.vertices[(bounces + 1) & 1];
+  surfaces_.at(hit.instance, hit.triangle, hit.b1, hit.b2, at);
   // The map belongs to the front; seen from behind its normals are turned round as a whole.
   if (kind.normal_map && may_reflect(bounces))
     at.ns = surfaces_.mapped_normal(hit.instance, hit.triangle, at);
@@ -327,14 +340,13 @@ auto PathIntegrator<kFeatures>::arrive(Path& p, Task& task, uint32_t bounces) co
     at.ns = -at.ns;
   }
   if (kind.emissive && counts(bounces) && (!leaves || kind.double_sided))
-    p.sum += p.throughput * emitted(p, at);
+    p.sum += p.throughput * emitted(p, at, bounces);
   if (kind.textured) prefetch_textures(*kind.material, at.attributes);
   if constexpr (has(kGlass)) {
     if (kind.glass && passes_glass(p, at, bsdf_at(*kind.material, at.attributes), leaves, task, bounces))
       return Arrival::kPasses;
     p.glass = {0.0f, p.glass.absorption, 0};
   }
-  p.vertex = at;
   return may_reflect(bounces) ? Arrival::kReflects : Arrival::kEnds;
 }
 
@@ -375,11 +387,15 @@ template <uint32_t kFeatures>
 void PathIntegrator<kFeatures>::reflect(Wave& w, uint32_t bounces) const {
   for (size_t k = 0; k < w.count; ++k) {
     Path& p = w.paths[w.live[k]];
-    SurfacePoint& at = p.vertex;
+    SurfacePoint& at = p.vertices[bounces & 1];
     if (dot(p.direction, at.ns) >= 0.0f) at.ns = at.ng;  // seen from below the shading horizon
     p.frame = Frame(at.ns);
-    p.bsdf = Seen(bsdf_at(*surfaces_.kind(p.hit.instance).material, at.attributes),
-                  p.frame.to_local(-p.direction));
+    const Material& material = *surfaces_.kind(p.hit.instance).material;
+    const Vec3 wo = p.frame.to_local(-p.direction);
+    if constexpr (has(kLayers))
+      ::new (&p.bsdf.layers()) Bsdf(bsdf_at(material, at.attributes)), p.bsdf.look(wo);
+    else
+      p.bsdf = SeenLambert(albedo_at(material, at.attributes), wo);
     p.origin = offset_origin(at.position, at.ng, at.error);
   }
   gather<false>(w, bounces);
@@ -396,7 +412,7 @@ void PathIntegrator<kFeatures>::reflect(Wave& w, uint32_t bounces) const {
     p.pdf = s.pdf;
     p.throughput *= s.weight;
     // Nothing leaks through the surface itself.
-    bool goes_on = max_component(p.throughput) > 0.0f && dot(p.direction, p.vertex.ng) > 0.0f;
+    bool goes_on = max_component(p.throughput) > 0.0f && dot(p.direction, p.vertices[bounces & 1].ng) > 0.0f;
     if (roulette && goes_on) {
       const float survival = std::min(1.0f, max_component(p.throughput));
       goes_on = w.u[1][k] < survival;

@@ -3,6 +3,7 @@
 #include <bit>
 #include <cstring>
 
+#include "common/base/wide.h"
 #include "common/math/sequence.h"
 
 namespace kiln {
@@ -16,11 +17,11 @@ constexpr float kGrazing = 0.2f;
 constexpr float kLeastCosine = 1e-3f;
 
 template <class Lanes>
-Lanes at_least(const Lanes& a, float b) {
+KILN_INLINE Lanes at_least(const Lanes& a, float b) {
   return a > b ? a : Lanes{} + b;
 }
 template <class Lanes>
-Lanes root(const Lanes& a) {
+KILN_INLINE Lanes root(const Lanes& a) {
   Lanes out;
   for (size_t i = 0; i < sizeof(Lanes) / sizeof(float); ++i) out[i] = std::sqrt(a[i]);
   return out;
@@ -35,7 +36,7 @@ uint64_t key_of(float u, const Vec3& p) {
 
 // Mean of max(0, x) for x spread evenly over `half` on both sides of c.
 template <class Lanes>
-Lanes mean_cosine(const Lanes& c, const Lanes& half) {
+KILN_INLINE Lanes mean_cosine(const Lanes& c, const Lanes& half) {
   const Lanes above = at_least(c + half, 0.0f);
   return c > half ? c : above * above / (4.0f * half);
 }
@@ -45,7 +46,7 @@ Lanes mean_cosine(const Lanes& c, const Lanes& half) {
 // Bounds of section 4 and the importance of section 5.1: strength cos(theta') cos(theta_i') / d^2, where the
 // angles are the least ones that the bounds leave open. Departure: d^2 is the mean over the lights, which is
 // that of their centroid plus their variance, instead of the centre's, clamped.
-LightTree::Lanes LightTree::importance(const Group& a, const Vec3& p, const Vec3& n) {
+KILN_INLINE void LightTree::importance(const Group& a, const Vec3& p, const Vec3& n, Lanes& out) {
   const Lanes zero = {}, one = zero + 1.0f;
   const Lanes dx = p.x - a.x, dy = p.y - a.y, dz = p.z - a.z;
   const Lanes d2 = dx * dx + dy * dy + dz * dz, r2 = a.radius * a.radius;
@@ -71,14 +72,15 @@ LightTree::Lanes LightTree::importance(const Group& a, const Vec3& p, const Vec3
                       (kGrazing + (1.0f - kGrazing) * mean_cosine(cos_i, half)) /
                       at_least(d2 + a.spread2, 1e-36f);
   const auto excluded = (cos_m < a.cos_emission) | (cos_r < -kSlack) | (d2 > a.reach2);
-  return excluded ? zero : value;
+  out = excluded ? zero : value;
 }
 
-void LightTree::weigh(int32_t node, const Vec3& p, const Vec3& n, Weights& out) const {
+KILN_WIDE void LightTree::weigh(int32_t node, const Vec3& p, const Vec3& n, Weights& out) const {
   out.width = node == 0 ? root_width_ : kWidth;
   const Group* group = groups_.data() + node;
   for (int i = 0; i < out.width; i += kLanes) {
-    const Lanes lanes = importance(*group++, p, n);
+    Lanes lanes;
+    importance(*group++, p, n, lanes);
     std::memcpy(out.of + i, &lanes, sizeof lanes);
   }
   double sum = 0;

@@ -33,9 +33,9 @@ class LightTree {
   static constexpr int kDeepest = 20;                       // levels that fit
 
  private:
-  typedef float Lanes __attribute__((vector_size(16)));  // what every x86-64 has
-  static constexpr int kLanes = 4;
-  // Four children side by side.
+  typedef float Lanes __attribute__((vector_size(32)));
+  static constexpr int kLanes = 8;
+  // Eight children side by side.
   struct alignas(64) Group {  // 64 bytes a child
     Lanes x, y, z, radius;    // sphere
     Lanes axis_x, axis_y, axis_z, cos_normals, sin_normals, cos_emission;
@@ -48,12 +48,12 @@ class LightTree {
   class Builder;
   // Weights of a node's children, running sums.
   struct Weights {
-    alignas(16) float of[kRootWidth];
+    alignas(32) float of[kRootWidth];
     double upto[kRootWidth];
     int width;
     double total() const { return upto[width - 1]; }
   };
-  static Lanes importance(const Group& group, const Vec3& p, const Vec3& n);
+  static inline void importance(const Group& group, const Vec3& p, const Vec3& n, Lanes& out);
   void weigh(int32_t node, const Vec3& p, const Vec3& n, Weights& out) const;
 
   std::vector<Group> groups_;  // the root first

@@ -102,9 +102,13 @@ Vec3 straight_through(const Bsdf& bsdf, float cos) {
   return through;
 }
 
-SeenBsdf::SeenBsdf(const Bsdf& bsdf, const Vec3& wo) : bsdf_(bsdf), wo_(wo), covered_(bsdf.is_covered()) {
+void SeenBsdf::look(const Vec3& wo) {
+  const Bsdf& bsdf = bsdf_;
+  wo_ = wo;
+  covered_ = bsdf.is_covered();
   layered_ = covered_ || bsdf.has_specular();
   if (!layered_) return;
+  p_specular_ = smith_wo_ = p_coat_ = p_sheen_ = 0.0f;
   if (bsdf.has_specular()) {
     p_specular_ = specular_probability(bsdf, wo);
     smith_wo_ = smith(wo.z, bsdf.alpha);

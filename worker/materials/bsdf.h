@@ -53,7 +53,10 @@ Vec3 straight_through(const Bsdf& bsdf, float cos);
 class SeenBsdf {
  public:
   SeenBsdf() = default;  // black
-  SeenBsdf(const Bsdf& bsdf, const Vec3& wo);
+  SeenBsdf(const Bsdf& bsdf, const Vec3& wo) : bsdf_(bsdf) { look(wo); }
+  // The same in two steps: fill in layers(), then look. Nothing is copied.
+  Bsdf& layers() { return bsdf_; }
+  void look(const Vec3& wo);
 
   BsdfValue value(const Vec3& wi) const {
     if (wo_.z <= 0.0f || wi.z <= 0.0f) return {};
@@ -85,7 +88,7 @@ class SeenBsdf {
 class SeenLambert {
  public:
   SeenLambert() = default;
-  SeenLambert(const Bsdf& bsdf, const Vec3& wo) : albedo_(wo.z > 0.0f ? bsdf.diffuse : Vec3(0.0f)) {}
+  SeenLambert(const Vec3& albedo, const Vec3& wo) : albedo_(wo.z > 0.0f ? albedo : Vec3(0.0f)) {}
   BsdfValue value(const Vec3& wi) const { return {albedo_ * kInvPi, wi.z * kInvPi}; }
   BsdfSample sample(float, const Vec2& u) const {
     const Vec3 wi = cosine_hemisphere(u);

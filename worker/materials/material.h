@@ -22,6 +22,7 @@ concept IsMaterial = requires(const M m, const Attributes& a, RecordReader& r, c
   { M::kType } -> std::convertible_to<std::string_view>;
   { M::parse(r, s) } -> std::same_as<M>;
   { m.bsdf(a) } -> std::same_as<Bsdf>;
+  { m.albedo(a) } -> std::same_as<Vec3>;    // bsdf(a).diffuse, where layers() is kLambert
   { m.emission(a) } -> std::same_as<Vec3>;  // radiance alone, for sampling emitters
   { m.alpha() } -> std::same_as<const Alpha&>;
   { m.normal_map() } -> std::same_as<const NormalMap*>;  // or null
@@ -41,6 +42,9 @@ Expected<Material> parse_material(const Record& record, const Scene& scene,
 
 inline Bsdf bsdf_at(const Material& m, const Attributes& a) {
   return std::visit([&](const auto& x) { return x.bsdf(a); }, m);
+}
+inline Vec3 albedo_at(const Material& m, const Attributes& a) {
+  return std::visit([&](const auto& x) { return x.albedo(a); }, m);
 }
 inline Vec3 emission_at(const Material& m, const Attributes& a) {
   return std::visit([&](const auto& x) { return x.emission(a); }, m);

@@ -27,9 +27,7 @@ MetallicRoughness MetallicRoughness::parse(RecordReader& r, const Scene& scene) 
 }
 
 Bsdf MetallicRoughness::bsdf(const Attributes& a) const {
-  Vec3 color = base_color_ * Vec3(a.color);
-  if (base_texture_) color *= base_texture_.color(a.uv);
-  color = glm::min(color, Vec3(1.0f));  // albedo above 1 would make energy out of nothing
+  const Vec3 color = albedo(a);
   Bsdf b;
   if (!reflects_ && !extra_) {
     b.diffuse = color;

@@ -12,6 +12,11 @@ class MetallicRoughness {
  public:
   static constexpr std::string_view kType = "metallic_roughness";
   static MetallicRoughness parse(RecordReader& r, const Scene& scene);
+  Vec3 albedo(const Attributes& a) const {
+    Vec3 color = base_color_ * Vec3(a.color);
+    if (base_texture_) color *= base_texture_.color(a.uv);
+    return glm::min(color, Vec3(1.0f));  // above 1 would make energy out of nothing
+  }
   Bsdf bsdf(const Attributes& a) const;
   Vec3 emission(const Attributes& a) const;
   EmissionParts emission_parts() const {

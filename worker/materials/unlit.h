@@ -20,6 +20,7 @@ class Unlit {
     m.double_sided_ = r.number("double_sided", 0.0f) != 0.0f;
     return m;
   }
+  Vec3 albedo(const Attributes&) const { return Vec3(0.0f); }
   Bsdf bsdf(const Attributes&) const { return {}; }
   Vec3 emission(const Attributes& a) const {
     const Vec3 color = base_color_ * Vec3(a.color);

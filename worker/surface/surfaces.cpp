@@ -29,7 +29,8 @@ void Surfaces::make_kinds() {
     kinds_.push_back(
         {&material, shared[i.mesh], own ? nullptr : &i.to_world, is_double_sided(material),
          kiln::is_emissive(material), kiln::is_glass(material), reads_uv(material, 0) && !mesh.uv[0].empty(),
-         !mesh.colors.empty() || (reads_uv(material, 1) && !mesh.uv[1].empty()), normal_map_of(material)});
+         !mesh.colors.empty() || reads_uv(material, 1) || (reads_uv(material, 0) && mesh.uv[0].empty()),
+         normal_map_of(material)});
   }
 }
 
@@ -93,19 +94,20 @@ void Surfaces::add_extras(uint32_t instance, uint32_t triangle, float b1, float 
   const Mesh& m = scene_.meshes[scene_.instances[instance].mesh];
   const UVec3& t = m.triangles[triangle];
   const float b0 = 1.0f - b1 - b2;
-  if (!m.uv[1].empty()) a.uv[1] = m.uv[1][t.x] * b0 + m.uv[1][t.y] * b1 + m.uv[1][t.z] * b2;
+  if (m.uv[0].empty()) a.uv[0] = Vec2(0.0f);
+  a.uv[1] = m.uv[1].empty() ? Vec2(0.0f) : m.uv[1][t.x] * b0 + m.uv[1][t.y] * b1 + m.uv[1][t.z] * b2;
   if (!m.colors.empty()) a.color = m.colors[t.x] * b0 + m.colors[t.y] * b1 + m.colors[t.z] * b2;
 }
 
-Attributes Surfaces::attributes(uint32_t instance, uint32_t triangle, float b1, float b2) const {
+void Surfaces::interpolate(uint32_t instance, uint32_t triangle, float b1, float b2, Attributes& a) const {
+  // All that the material reads is written: the point may have been another before.
   const SurfaceKind& kind = kinds_[instance];
-  Attributes a;
+  a.color = Vec4(1.0f);
   if (kind.textured) {
     const Face& f = kind.faces[triangle];
     a.uv[0] = f.uv[0] * (1.0f - b1 - b2) + f.uv[1] * b1 + f.uv[2] * b2;
   }
   if (kind.extras) add_extras(instance, triangle, b1, b2, a);
-  return a;
 }
 
 Transparency::Pass Surfaces::pass(uint32_t instance, uint32_t triangle, float b1, float b2,
@@ -116,10 +118,9 @@ Transparency::Pass Surfaces::pass(uint32_t instance, uint32_t triangle, float b1
   return {straight_through(bsdf, std::abs(cos)), bsdf.absorption, cos < 0.0f};
 }
 
-SurfacePoint Surfaces::at(uint32_t instance, uint32_t triangle, float b1, float b2) const {
+void Surfaces::at(uint32_t instance, uint32_t triangle, float b1, float b2, SurfacePoint& s) const {
   const SurfaceKind& kind = kinds_[instance];
   const Face& f = kind.faces[triangle];
-  SurfacePoint s;
   // Offsets from p0 keep the rounding error to that of one vertex.
   s.position = f.p0 + f.e1 * b1 + f.e2 * b2;
   s.ng = s.ns = f.ng;
@@ -134,8 +135,7 @@ SurfacePoint Surfaces::at(uint32_t instance, uint32_t triangle, float b1, float 
     s.ns = f.smooth ? normalize_or(transform_normal(m, s.ns), s.ng) : s.ng;
   }
   if (dot(s.ns, s.ng) <= 0.0f) s.ns = s.ng;  // a normal that contradicts its winding says nothing
-  s.attributes = attributes(instance, triangle, b1, b2);
-  return s;
+  interpolate(instance, triangle, b1, b2, s.attributes);
 }
 
 }  // namespace kiln

@@ -23,7 +23,7 @@ struct SurfaceKind {
   bool double_sided, emissive;
   bool glass;                   // lets light straight through: its back faces are met from inside
   bool textured;                // reads TEXCOORD_0
-  bool extras;                  // reads TEXCOORD_1 or has vertex colours
+  bool extras;                  // reads TEXCOORD_1, has vertex colours, or lacks the TEXCOORD_0 it reads
   const NormalMap* normal_map;  // or null
 };
 
@@ -45,8 +45,18 @@ class Surfaces final : public Transparency {
     __builtin_prefetch(face);
     __builtin_prefetch(&face->n);
   }
-  SurfacePoint at(uint32_t instance, uint32_t triangle, float b1, float b2) const;
-  Attributes attributes(uint32_t instance, uint32_t triangle, float b1, float b2) const;
+  SurfacePoint at(uint32_t instance, uint32_t triangle, float b1, float b2) const {
+    SurfacePoint point;
+    at(instance, triangle, b1, b2, point);
+    return point;
+  }
+  // Written in its place: a copy right behind its computation would stall on every store.
+  void at(uint32_t instance, uint32_t triangle, float b1, float b2, SurfacePoint& out) const;
+  Attributes attributes(uint32_t instance, uint32_t triangle, float b1, float b2) const {
+    Attributes a;
+    interpolate(instance, triangle, b1, b2, a);
+    return a;
+  }
   // The shading normal at a point of the triangle that at() gave, tilted by the material's normal map; on the
   // side of ng. The tangent frame is that of the triangle's own texture coordinates (not MikkTSpace's, whose
   // tangents are interpolated between triangles).
@@ -72,6 +82,7 @@ class Surfaces final : public Transparency {
   void make_kinds();
   void make_covers();
   void texture_edges(uint32_t instance, uint32_t triangle, uint32_t set, Vec2& d1, Vec2& d2) const;
+  void interpolate(uint32_t instance, uint32_t triangle, float b1, float b2, Attributes& a) const;
   void add_extras(uint32_t instance, uint32_t triangle, float b1, float b2, Attributes& a) const;
   std::vector<std::vector<Face>> faces_;    // of a mesh that many instances share, or of one instance
   std::vector<SurfaceKind> kinds_;          // by instance

@@ -1,0 +1,28 @@
+// Where light was beyond what floats hold, gathered from the results of units.
+#pragma once
+
+#include "common/atlas/atlas.h"
+#include "common/job/unit.h"
+#include "coordinator/report/report.h"
+
+namespace kiln {
+
+class NonfiniteLog {
+ public:
+  // Both outlive the log.
+  NonfiniteLog(const Atlas& atlas, const Scene& scene) : atlas_(atlas), scene_(scene) {}
+  void add(const WorkUnit& unit, const UnitResult& result);
+  // By texel, then sample, whatever the order of arrival; the first kMost of them.
+  const std::vector<NonfinitePlace>& places() const { return places_; }
+  // One sentence for the user; empty if all was finite.
+  std::string sentence() const;
+
+ private:
+  static constexpr size_t kMost = 16;
+  const Atlas& atlas_;
+  const Scene& scene_;
+  uint64_t count_ = 0;
+  std::vector<NonfinitePlace> places_;
+};
+
+}  // namespace kiln
