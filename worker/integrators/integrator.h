@@ -61,7 +61,7 @@ class Integrator {
   // Samples that go through the scene side by side, stage by stage: one stage's code and data stay warm, one
   // sample waits for memory while the others are worked on, and shadow rays are traced together. What a
   // sample gives does not depend on which others share its batch.
-  static constexpr size_t kBatch = 64;
+  static constexpr size_t kBatch = 32;
   // What sample() works in; one for each thread that calls it.
   class Workspace {
    public:

@@ -41,6 +41,10 @@ class PathIntegrator final : public Integrator {
  private:
   static constexpr bool has(Feature f) { return kFeatures & f; }
   static constexpr int kStrategies = has(kLocalLights) + has(kSuns) + has(kSkyImage);
+  // A path keeps the vertex it comes from where an emitter that it meets will ask for it. The vertex after b
+  // reflections is number b mod kVertices.
+  static constexpr uint32_t kVertices = has(kLocalLights) ? 2 : 1;
+  static constexpr uint32_t slot(uint32_t bounces) { return bounces % kVertices; }
   using Seen = std::conditional_t<has(kLayers), SeenBsdf, SeenLambert>;
 
   // A ray's way through glass since the last vertex.
@@ -54,7 +58,7 @@ class PathIntegrator final : public Integrator {
   // A path on its way from a texel. Its vertex is where light is gathered: the texel itself (any linear
   // measure of the incident light is wanted, sampled with the mixed hemisphere) or a reflecting point.
   struct Path {
-    SurfacePoint vertices[2];    // the vertex after b reflections is number b mod 2
+    SurfacePoint vertices[kVertices];
     Frame frame{Vec3(0, 0, 1)};  // around the shading normal
     Seen bsdf;                   // of a reflecting vertex
     Vec3 origin, direction;      // of the ray: offset, and behind the glass that was passed
@@ -153,7 +157,7 @@ template <bool kTexel>
 void PathIntegrator<kFeatures>::consider(Wave& w, uint32_t i, uint32_t bounces, const LightSample& s) const {
   if (!(max_component(s.weight) > 0.0f) || (kTexel && s.indirect_only)) return;
   const Path& p = w.paths[i];
-  const SurfacePoint& vertex = p.vertices[bounces & 1];
+  const SurfacePoint& vertex = p.vertices[slot(bounces)];
   const Vec3 local = p.frame.to_local(s.direction);
   if (local.z <= 0.0f || dot(s.direction, vertex.ng) <= 0.0f) return;
   Vec3 contribution = s.weight;
@@ -189,7 +193,7 @@ void PathIntegrator<kFeatures>::gather(Wave& w, uint32_t bounces) const {
         if (local.wants_choice()) draw_singles(w, dimension(bounces, kLocalLight), w.u);
         if (local.wants_point()) draw(w, dimension(bounces, kLocalPoint), w.v);
         for (size_t k = 0; k < w.count; ++k) {
-          const SurfacePoint& at = w.paths[w.live[k]].vertices[bounces & 1];
+          const SurfacePoint& at = w.paths[w.live[k]].vertices[slot(bounces)];
           consider<kTexel>(w, w.live[k], bounces,
                            local.sample(surfaces_, at.position, at.ns, w.u[0][k], pair(w.v, k)));
         }
@@ -201,7 +205,7 @@ void PathIntegrator<kFeatures>::gather(Wave& w, uint32_t bounces) const {
         if (suns.wants_choice()) draw_singles(w, dimension(bounces, kSun), w.u);
         if (suns.wants_point()) draw(w, dimension(bounces, kSunPoint), w.v);
         for (size_t k = 0; k < w.count; ++k)
-          if (suns.may_light(w.paths[w.live[k]].vertices[bounces & 1].ns))
+          if (suns.may_light(w.paths[w.live[k]].vertices[slot(bounces)].ns))
             consider<kTexel>(w, w.live[k], bounces, suns.sample(w.u[0][k], pair(w.v, k)));
       }
     }
@@ -251,7 +255,7 @@ void PathIntegrator<kFeatures>::leave_texel(Wave& w) const {
 
 template <uint32_t kFeatures>
 Vec3 PathIntegrator<kFeatures>::emitted(const Path& p, const SurfacePoint& at, uint32_t bounces) const {
-  const SurfacePoint& vertex = p.vertices[bounces & 1];
+  const SurfacePoint& vertex = p.vertices[slot(bounces)];
   const Vec3 emission = emission_at(*surfaces_.kind(p.hit.instance).material, at.attributes);
   if (!(max_component(emission) > 0.0f)) return Vec3(0.0f);
   float distance = p.hit.t;
@@ -320,7 +324,7 @@ auto PathIntegrator<kFeatures>::arrive(Path& p, Task& task, uint32_t bounces) co
     return Arrival::kEnds;
   }
   const SurfaceKind& kind = surfaces_.kind(hit.instance);
-  SurfacePoint& at = p.vertices[(bounces + 1) & 1];
+  SurfacePoint& at = p.vertices[slot(bounces + 1)];
   surfaces_.at(hit.instance, hit.triangle, hit.b1, hit.b2, at);
   // The map belongs to the front; seen from behind its normals are turned round as a whole.
   if (kind.normal_map && may_reflect(bounces))
@@ -387,7 +391,7 @@ template <uint32_t kFeatures>
 void PathIntegrator<kFeatures>::reflect(Wave& w, uint32_t bounces) const {
   for (size_t k = 0; k < w.count; ++k) {
     Path& p = w.paths[w.live[k]];
-    SurfacePoint& at = p.vertices[bounces & 1];
+    SurfacePoint& at = p.vertices[slot(bounces)];
     if (dot(p.direction, at.ns) >= 0.0f) at.ns = at.ng;  // seen from below the shading horizon
     p.frame = Frame(at.ns);
     const Material& material = *surfaces_.kind(p.hit.instance).material;
@@ -412,7 +416,8 @@ void PathIntegrator<kFeatures>::reflect(Wave& w, uint32_t bounces) const {
     p.pdf = s.pdf;
     p.throughput *= s.weight;
     // Nothing leaks through the surface itself.
-    bool goes_on = max_component(p.throughput) > 0.0f && dot(p.direction, p.vertices[bounces & 1].ng) > 0.0f;
+    bool goes_on =
+        max_component(p.throughput) > 0.0f && dot(p.direction, p.vertices[slot(bounces)].ng) > 0.0f;
     if (roulette && goes_on) {
       const float survival = std::min(1.0f, max_component(p.throughput));
       goes_on = w.u[1][k] < survival;
