@@ -139,7 +139,12 @@ template <uint32_t kFeatures>
 void PathIntegrator<kFeatures>::start(Wave& w) const {
   for (uint32_t i = 0; i < w.tasks.size(); ++i) {
     Path& p = w.paths[i];
-    const SurfacePoint& at = p.vertices[0] = w.tasks[i].receiver;
+    const SurfacePoint& receiver = w.tasks[i].receiver;
+    SurfacePoint& at = p.vertices[0];  // what it is made of matters to nobody
+    at.position = receiver.position;
+    at.ng = receiver.ng;
+    at.ns = receiver.ns;
+    at.error = receiver.error;
     p.frame = Frame(at.ns);
     p.origin = offset_origin(at.position, at.ng, at.error);
     p.throughput = Vec3(1.0f);
