@@ -15,6 +15,46 @@ bool is_emissive(const Record& material) {
          (p && std::any_of(p->numbers.begin(), p->numbers.end(), [](double v) { return v > 0; }));
 }
 
+bool has_texture(const Record& record, std::string_view name) {
+  const Property* p = record.find(name);
+  return p && p->texture.texture >= 0;
+}
+// Is the property there and above 0? `absent` is what the format takes where it is not said.
+bool is_positive(const Record& record, std::string_view name, bool absent = false) {
+  const Property* p = record.find(name);
+  if (!p) return absent;
+  return std::any_of(p->numbers.begin(), p->numbers.end(), [](double v) { return v > 0; });
+}
+bool is_lambert(const Record& m) {
+  if (m.type == "unlit") return true;
+  return !is_positive(m, "metallic", true) && !is_positive(m, "specular", true) &&
+         !is_positive(m, "clearcoat") && !is_positive(m, "sheen_color") && !is_positive(m, "transmission");
+}
+
+// What light transport does without for these materials.
+void find_left_out_of_materials(const Scene& scene, std::vector<std::string>& out) {
+  const auto none = [&](const auto& has) {
+    return std::none_of(scene.materials.begin(), scene.materials.end(), has);
+  };
+  if (none([](const Record& m) { return !is_lambert(m); })) {
+    out.push_back("every surface is Lambert: no glossy layer is evaluated or sampled");
+  } else if (none([](const Record& m) {
+               return is_positive(m, "clearcoat") || is_positive(m, "sheen_color");
+             })) {
+    out.push_back("no clear coat and no sheen: no layers over the base");
+  }
+  if (none([](const Record& m) { return is_positive(m, "transmission"); }))
+    out.push_back("no glass: shadow rays carry no colour, paths pass no surface");
+  if (none([](const Record& m) { return has_texture(m, "normal_texture"); }))
+    out.push_back("no normal maps: no tangent frames");
+  if (none([](const Record& m) {
+        const Property* p = m.find("alpha_mode");
+        return p && p->word != "opaque";
+      }))
+    out.push_back("every surface is opaque: no ray runs an alpha test");
+  if (scene.textures.empty()) out.push_back("no textures: none is loaded or sent");
+}
+
 std::vector<std::string> find_left_out(const Scene& scene, const BakeSettings& settings) {
   std::vector<std::string> out;
   const auto has_light = [&](std::string_view type) {
@@ -26,14 +66,10 @@ std::vector<std::string> find_left_out(const Scene& scene, const BakeSettings& s
   for (const Record& l : scene.lights)
     if (l.type == "environment" && (!l.find("image") || l.find("image")->texture.texture < 0))
       out.push_back("the environment is constant: it needs no sampling table and no rays of its own");
-  if (!has_light("point") && !has_light("spot") &&
+  if (!has_light("point") && !has_light("spot") && !has_light("ies") &&
       std::none_of(scene.materials.begin(), scene.materials.end(), is_emissive))
-    out.push_back("no lamps and no emissive surfaces: no local light is sampled");
-  if (std::none_of(scene.materials.begin(), scene.materials.end(), [](const Record& m) {
-        const Property* p = m.find("alpha_mode");
-        return p && p->word != "opaque";
-      }))
-    out.push_back("every surface is opaque: no ray runs an alpha test");
+    out.push_back("no lamps and no emissive surfaces: no light tree, no local light is sampled");
+  find_left_out_of_materials(scene, out);
   std::set<uint32_t> seen;
   bool shared = false;
   for (const Instance& i : scene.instances) shared |= !seen.insert(i.mesh).second;
