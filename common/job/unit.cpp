@@ -15,6 +15,7 @@ Bytes write_job(const JobSpec& job) {
   w.put(job.transport.max_bounces);
   w.put(job.transport.seed);
   w.put(static_cast<uint32_t>(job.transport.sampler));
+  w.put<uint8_t>(job.transport.watertight);
   w.put_string(job.transport.isa);
   return w.take();
 }
@@ -32,6 +33,7 @@ Expected<JobSpec> read_job(std::span<const std::byte> bytes) {
   job.transport.seed = r.get<uint64_t>();
   const auto sampler = r.get<uint32_t>();
   job.transport.sampler = static_cast<Sampler>(sampler);
+  job.transport.watertight = r.get<uint8_t>() != 0;
   job.transport.isa = r.get_string();
   if (!r.at_end()) return fail(ErrorKind::kProtocol, "a job description is damaged");
   if (sampler >= kSamplers)

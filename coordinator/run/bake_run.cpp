@@ -240,6 +240,7 @@ Expected<BakeReport> run_bake(const BakeRequest& request, const Progress& progre
   job.transport.max_bounces = request.settings.max_bounces;
   job.transport.seed = request.settings.seed;
   KILN_TRY(job.transport.sampler, find_sampler(request.settings.sampler));
+  job.transport.watertight = request.settings.watertight;
   job.transport.isa = request.settings.isa;
   report.scene_id = job.scene.hex();
 

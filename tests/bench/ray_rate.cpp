@@ -150,7 +150,8 @@ Status bench(const std::string& path, const BakeSettings& settings, uint32_t sam
   KILN_TRY(const Atlas atlas, build_atlas(imported.scene, a));
   std::vector<std::string> warnings;
   KILN_TRY(const auto surfaces, Surfaces::create(std::move(imported.scene), warnings));
-  KILN_TRY(const auto tracer, Tracer::create(surfaces->scene(), *surfaces, settings.isa, 2));
+  KILN_TRY(const auto tracer,
+           Tracer::create(surfaces->scene(), *surfaces, settings.isa, 2, settings.watertight));
   KILN_TRY(const Lights lights, Lights::create(*surfaces, warnings));
   const Workload workload{atlas, *surfaces, lights, {}, samples};
 

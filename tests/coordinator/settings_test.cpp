@@ -31,6 +31,7 @@ TEST(Settings, ErrorsNameTheOptionAndTheValue) {
                                                                                     {"basis", "sg"},
                                                                                     {"isa", "neon"},
                                                                                     {"sampler", "sobol"},
+                                                                                    {"watertight", "yes"},
                                                                                     {"seed", "-3"},
                                                                                     {"workers", "1e9"}}) {
     const Status status = set_option(s, name, value, "test");
@@ -52,12 +53,18 @@ TEST(Settings, WhoSetItIsKept) {
 TEST(Job, RoundTripsAndRefusesASamplerThatDoesNotExist) {
   JobSpec job;
   job.id = 7;
-  job.transport = {.basis = 0, .direct = false, .max_bounces = 3, .seed = 11, .sampler = Sampler::kPmj02};
+  job.transport = {.basis = 0,
+                   .direct = false,
+                   .max_bounces = 3,
+                   .seed = 11,
+                   .sampler = Sampler::kPmj02,
+                   .watertight = true};
   Bytes bytes = write_job(job);
   const auto back = read_job(bytes);
   ASSERT_TRUE(back);
   EXPECT_EQ(write_job(*back), bytes);
   EXPECT_EQ(back->transport.sampler, Sampler::kPmj02);
+  EXPECT_TRUE(back->transport.watertight);
   job.transport.sampler = Sampler::kOwen;
   EXPECT_NE(write_job(job), bytes);  // it decides bytes of the result, so it is part of the job's
   job.transport.sampler = static_cast<Sampler>(kSamplers);

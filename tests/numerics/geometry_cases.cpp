@@ -101,6 +101,17 @@ Measured leak() {
   return {0, dark / dark_area / (lit / lit_area), 1e-4};
 }
 
+// A closed ball of 16,384 triangles under a sky, seen from inside: what comes in comes through edges.
+Measured closed_ball(bool watertight) {
+  TransportSettings settings;
+  settings.watertight = watertight;
+  SceneMaker m;
+  m.lambert(Vec3(0.5f));
+  m.sphere({0, 0, 0}, 1, 64, 0, true);
+  const MeanE e = mean_e(bake(m.environment(Vec3(1.0f)).take(), 8, 1024, settings));
+  return {0, e.value / M_PI, watertight ? 0 : 1e-5};
+}
+
 }  // namespace
 
 void add_geometry_cases(std::vector<Case>& cases) {
@@ -122,6 +133,10 @@ void add_geometry_cases(std::vector<Case>& cases) {
   cases.push_back({"a slit of a thousandth of the room",
                    "E behind it over Lambert's polygon formula of the part that shines; four standard errors",
                    slit});
+  cases.push_back({"a closed ball of 16,384 triangles", "E inside over that of the sky outside; goal 1e-5",
+                   [] { return closed_ball(false); }});
+  cases.push_back({"the same, --watertight on", "E inside over that of the sky outside",
+                   [] { return closed_ball(true); }});
   cases.push_back(
       {"a wall of 10 m, 1 mm thick", "E on its dark side over E on the lit side; goal 1e-4", leak});
 }

@@ -121,7 +121,8 @@ class EmbreeTracer final : public Tracer {
     if (device_) rtcReleaseDevice(device_);
   }
 
-  Status build(const Scene& scene, const Transparency& surface, const std::string& isa, unsigned threads);
+  Status build(const Scene& scene, const Transparency& surface, const std::string& isa, unsigned threads,
+               bool watertight);
 
   Hit intersect(const Ray& ray, uint32_t key) const override {
     QueryContext context;
@@ -175,6 +176,7 @@ class EmbreeTracer final : public Tracer {
   RTCScene root_ = nullptr;
   std::vector<RTCScene> children_;
   bool glass_ = false;
+  RTCSceneFlags flags_ = RTC_SCENE_FLAG_NONE;
   ssize_t memory_ = 0;
 };
 
@@ -229,6 +231,7 @@ RTCGeometry EmbreeTracer::triangles(const Mesh& mesh, const Mat4x3* to_world, co
 
 RTCScene EmbreeTracer::child(const Mesh& mesh, const Filters& filters) {
   RTCScene scene = rtcNewScene(device_);
+  rtcSetSceneFlags(scene, flags_);
   RTCGeometry g = triangles(mesh, nullptr, filters);
   rtcAttachGeometry(scene, g);
   rtcReleaseGeometry(g);
@@ -238,7 +241,7 @@ RTCScene EmbreeTracer::child(const Mesh& mesh, const Filters& filters) {
 }
 
 Status EmbreeTracer::build(const Scene& scene, const Transparency& surface, const std::string& isa,
-                           unsigned threads) {
+                           unsigned threads, bool watertight) {
   if (!processor_has(isa))
     return fail(
         ErrorKind::kInvalidInput,
@@ -256,7 +259,9 @@ Status EmbreeTracer::build(const Scene& scene, const Transparency& surface, cons
   std::vector<uint32_t> uses(scene.meshes.size(), 0);
   for (const Instance& i : scene.instances) ++uses[i.mesh];
 
+  if (watertight) flags_ = RTC_SCENE_FLAG_ROBUST;
   root_ = rtcNewScene(device_);
+  rtcSetSceneFlags(root_, flags_);
   std::map<std::pair<uint32_t, Filters>, RTCScene> shared;  // by mesh and how it is filtered
   for (uint32_t i = 0; i < scene.instances.size(); ++i) {
     const Instance& instance = scene.instances[i];
@@ -288,9 +293,9 @@ Status EmbreeTracer::build(const Scene& scene, const Transparency& surface, cons
 }  // namespace
 
 Expected<std::unique_ptr<Tracer>> Tracer::create(const Scene& scene, const Transparency& transparency,
-                                                 const std::string& isa, unsigned threads) {
+                                                 const std::string& isa, unsigned threads, bool watertight) {
   auto tracer = std::make_unique<EmbreeTracer>();
-  KILN_TRY_STATUS(tracer->build(scene, transparency, isa, threads));
+  KILN_TRY_STATUS(tracer->build(scene, transparency, isa, threads, watertight));
   return std::unique_ptr<Tracer>(std::move(tracer));
 }
 

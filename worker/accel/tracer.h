@@ -46,10 +46,12 @@ class Transparency {
 
 class Tracer {
  public:
+  // `watertight`: Embree's robust mode, in which no ray passes between triangles that share an edge.
   // `scene` and `transparency` outlive the tracer. Fails (kInvalidInput) when this processor lacks `isa`, and
   // (kInternal) on any Embree error.
   static Expected<std::unique_ptr<Tracer>> create(const Scene& scene, const Transparency& transparency,
-                                                  const std::string& isa, unsigned threads);
+                                                  const std::string& isa, unsigned threads,
+                                                  bool watertight = false);
   virtual ~Tracer() = default;
 
   // Nearest surface. A partly opaque point is met with the probability of its opacity, decided by a hash

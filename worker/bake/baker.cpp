@@ -21,7 +21,8 @@ class PathBaker final : public Baker {
   Status build(Scene scene, unsigned threads) {
     recentre(scene);
     KILN_TRY(surfaces_, Surfaces::create(std::move(scene), warnings_));
-    KILN_TRY(auto tracer, Tracer::create(surfaces_->scene(), *surfaces_, settings_.isa, threads));
+    KILN_TRY(auto tracer,
+             Tracer::create(surfaces_->scene(), *surfaces_, settings_.isa, threads, settings_.watertight));
     tracer_ = with_coincident_rule(std::move(tracer), *surfaces_);
     KILN_TRY(lights_, Lights::create(*surfaces_, warnings_));
     integrator_ =
