@@ -25,7 +25,7 @@ struct TransportSettings {
   uint32_t max_bounces = 64;
   uint64_t seed = 0;
   Sampler sampler = Sampler::kOwen;
-  bool watertight = false;  // no ray passes between triangles that share an edge; slower
+  bool watertight = false;   // no ray passes between triangles that share an edge; slower
   std::string isa = "avx2";  // Embree's kernels: "sse2", "sse4.2", "avx", "avx2", "avx512"
   PrimaryDensity primary = PrimaryDensity::kMixed;  // not sent: tests/bench/convergence.cpp alone changes it
   Strategies strategies = Strategies::kBoth;        // not sent: tests/equivalence alone changes it

@@ -63,8 +63,6 @@ class SeenBsdf {
     if (!layered_) return {bsdf_.diffuse * kInvPi, wi.z * kInvPi};
     return covered_ ? covered(wi) : base(wi);
   }
-  // Does sample() read u_layer?
-  bool wants_layer() const { return layered_; }
   BsdfSample sample(float u_layer, const Vec2& u) const;
 
  private:
