@@ -1,7 +1,7 @@
 #!/bin/sh
 # Every table and plot of docs/performance.md, in its order, from one command on an idle machine:
 #   tests/bench/performance.sh [BUILD]
-# Scenes of ../shared/scenes that are absent are passed over, saying so. About half an hour.
+# Scenes of ../shared/scenes that are absent are passed over, saying so. About a quarter of an hour.
 set -eu
 root=$(CDPATH= cd -- "$(dirname -- "$0")/../.." && pwd)
 bin="${1:-$root/build}/bin"
