@@ -42,3 +42,5 @@ kiln_require_header(KILN_FLATBUFFERS_INCLUDE flatbuffers/flatbuffers.h libflatbu
 if(NOT KILN_FLATC)
   message(FATAL_ERROR "flatc not found: install the Debian package flatbuffers-compiler (./kiln does this)")
 endif()
+
+kiln_require_header(KILN_EIGEN_INCLUDE eigen3/Eigen/Sparse libeigen3-dev)

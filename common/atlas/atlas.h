@@ -6,30 +6,37 @@
 #include <vector>
 
 #include "common/base/bytes.h"
+#include "common/base/figures.h"
 #include "common/base/status.h"
 #include "common/scene/scene.h"
+#include "common/unwrap/mesh_charts.h"
 
 namespace kiln {
 
-// Charts of one mesh, shared by its instances. `corner_uv` holds 3 lightmap coordinates per triangle in a
-// space of the mesh's own (authored TEXCOORD_1, or projected metres); placements map it to texels.
-struct MeshCharts {
-  std::vector<Vec2> corner_uv;
-  std::vector<uint32_t> chart_of_triangle;
-  uint32_t chart_count = 0;
-  bool generated = false;  // no usable TEXCOORD_1: charts are ours
-};
-
-// Texel coordinates of a chart's point: uv * scale + offset, on `page`. Texel (x, y) covers
-// [x, x+1) x [y, y+1); a bilinear lookup at texel coordinates c touches the centres around c.
+// Texel coordinates of a chart's point: (turned ? uv.yx : uv) * scale + offset, on `page`. A chart turned by
+// 90 degrees has one negative scale, so that it is not mirrored. Texel (x, y) covers [x, x+1) x [y, y+1); a
+// bilinear lookup at texel coordinates c touches the centres around c.
 struct ChartPlacement {
   Vec2 scale{1.0f}, offset{0.0f};
   uint32_t page = 0;
+  uint32_t turned = 0;  // 0 or 1
+
+  DVec2 to_texels(const DVec2& uv) const {
+    return (turned ? DVec2(uv.y, uv.x) : uv) * DVec2(scale) + DVec2(offset);
+  }
 };
 
+// A face on its page. Whatever finds or evaluates sites takes its corners from here, so that the same bits
+// come out everywhere.
+inline Triangle2 texel_triangle(const MeshCharts& charts, const ChartPlacement& place, size_t face) {
+  Triangle2 t = uv_triangle(charts, face);
+  for (DVec2& c : t.c) c = place.to_texels(c);
+  return t;
+}
+
 // Surface points of the valid texels, in Morton order of world position. 64 candidate points a texel
-// (Hammersley set, see site_point); a record says which lie on which (instance, triangle).
-// Record: valid mask lo, hi; then per pair: cover lo, hi, instance, triangle. (Roughton 2019, 4.2.)
+// (Hammersley set, see site_point); a record says which lie on which (instance, face).
+// Record: valid mask lo, hi; then per pair: cover lo, hi, instance, face. (Roughton 2019, 4.2.)
 struct TexelSites {
   std::vector<uint32_t> texel;       // (page * height + y) * width + x
   std::vector<uint32_t> first_word;  // size texel.size() + 1
@@ -45,12 +52,14 @@ struct AtlasStatistics {
   uint64_t covered_texels = 0;     // texels with a site
   uint64_t overlapped_points = 0;  // site points claimed twice; the first triangle has them
   uint32_t generated_meshes = 0;   // meshes whose charts are ours
+  std::vector<StageTime> steps;    // where the time went
 };
 
 struct Atlas {
   uint32_t width = 0, height = 0, pages = 1;
   bool packed = false;                         // layout pack; else the file's own atlas
-  std::vector<MeshCharts> meshes;              // by mesh
+  std::vector<MeshCharts> charts;              // by mesh; then those of instances that were cut
+  std::vector<uint32_t> charts_of_instance;    // index into charts
   std::vector<uint32_t> instance_first_chart;  // by instance, size + 1: index into placements
   std::vector<ChartPlacement> placements;      // by (instance, chart)
   std::vector<uint32_t> owner;                 // by texel: placement index + 1 whose bilinear footprint
@@ -59,6 +68,7 @@ struct Atlas {
   std::vector<std::string> warnings;  // for the report, one sentence each
   AtlasStatistics statistics;         // coordinator only: not sent
 
+  const MeshCharts& of_instance(size_t instance) const { return charts[charts_of_instance[instance]]; }
   uint64_t texel_count() const { return uint64_t{width} * height * pages; }
   // Packing efficiency: share of all texels that belong to a chart.
   double used_share() const {
@@ -92,7 +102,7 @@ struct SitePick {
   uint32_t instance, triangle;
   float b1, b2;
 };
-SitePick pick_site(const Atlas& atlas, const Scene& scene, uint32_t site, float u);
+SitePick pick_site(const Atlas& atlas, uint32_t site, float u);
 
 // What a worker needs of the atlas, as one chunk.
 Bytes write_atlas(const Atlas& atlas);

@@ -57,7 +57,7 @@ Status number_placements(const Scene& scene, Atlas& atlas) {
   atlas.instance_first_chart.clear();
   for (const Instance& instance : scene.instances) {
     atlas.instance_first_chart.push_back(static_cast<uint32_t>(count));
-    count += atlas.meshes[instance.mesh].chart_count;
+    count += atlas.of_instance(&instance - scene.instances.data()).chart_count;
     if (count >= uint64_t{1} << 31)
       return fail(ErrorKind::kInvalidInput, "the scene has more than 2^31 charts");
   }

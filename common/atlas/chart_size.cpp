@@ -1,6 +1,6 @@
 #include "common/atlas/chart_size.h"
 
-#include "common/atlas/triangle2.h"
+#include "common/raster/triangle2.h"
 #include "common/base/parallel.h"
 
 namespace kiln {
@@ -58,11 +58,11 @@ double page_texels(const Steps& s, uint32_t max_page_size) {
 }  // namespace
 
 std::vector<MeshChartBoxes> chart_boxes(const Atlas& atlas, unsigned threads) {
-  std::vector<MeshChartBoxes> result(atlas.meshes.size());
+  std::vector<MeshChartBoxes> result(atlas.charts.size());
   parallel_for(
       result.size(),
       [&](size_t m) {
-        const MeshCharts& charts = atlas.meshes[m];
+        const MeshCharts& charts = atlas.charts[m];
         result[m].triangles = triangles_by_chart(charts);
         for (uint32_t chart = 0; chart < charts.chart_count; ++chart) {
           const double inf = std::numeric_limits<double>::infinity();
@@ -90,19 +90,20 @@ std::vector<ChartSize> chart_sizes(const Scene& scene, const Atlas& atlas,
       [&](size_t i) {
         const Instance& instance = scene.instances[i];
         const Mesh& mesh = scene.meshes[instance.mesh];
-        const MeshCharts& charts = atlas.meshes[instance.mesh];
+        const MeshCharts& charts = atlas.of_instance(i);
+        const uint32_t set = atlas.charts_of_instance[i];
         std::vector<Measure> measures(charts.chart_count);
-        for (size_t t = 0; t < mesh.triangles.size(); ++t) {
-          const UVec3& v = mesh.triangles[t];
-          const Vec3& a = mesh.positions[v.x];
-          add_triangle(DVec3(transform_vector(instance.to_world, mesh.positions[v.y] - a)),
-                       DVec3(transform_vector(instance.to_world, mesh.positions[v.z] - a)),
-                       uv_triangle(charts, t), measures[charts.chart_of_triangle[t]]);
+        for (size_t f = 0; f < charts.face_count(); ++f) {
+          Vec3 c[3];
+          face_corners(mesh, charts, f, c);
+          add_triangle(DVec3(transform_vector(instance.to_world, c[1] - c[0])),
+                       DVec3(transform_vector(instance.to_world, c[2] - c[0])), uv_triangle(charts, f),
+                       measures[charts.chart_of_face[f]]);
         }
         for (uint32_t chart = 0; chart < charts.chart_count; ++chart)
           sizes[atlas.instance_first_chart[i] + chart] = {
-              static_cast<uint32_t>(i), instance.mesh, chart,
-              metres_of(measures[chart], boxes[instance.mesh].boxes[chart]), measures[chart].area};
+              static_cast<uint32_t>(i), set, chart, metres_of(measures[chart], boxes[set].boxes[chart]),
+              measures[chart].area};
       },
       threads);
   return sizes;

@@ -1,7 +1,8 @@
 // How many texels each (instance, chart) gets.
 #pragma once
 
-#include "common/atlas/charts.h"
+#include "common/atlas/atlas.h"
+#include "common/unwrap/charts.h"
 
 namespace kiln {
 
@@ -13,11 +14,12 @@ struct MeshChartBoxes {
   ChartTriangles triangles;
   std::vector<ChartBox> boxes;  // by chart
 };
+// By set of charts.
 std::vector<MeshChartBoxes> chart_boxes(const Atlas& atlas, unsigned threads);
 
 // Extent of a placed chart in metres: a chart of one texel a metre is `metres` texels wide and high.
 struct ChartSize {
-  uint32_t instance, mesh, chart;
+  uint32_t instance, charts, chart;  // charts: index into Atlas::charts
   DVec2 metres;
   double square_metres;
 };

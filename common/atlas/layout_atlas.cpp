@@ -1,7 +1,7 @@
 #include <set>
 
-#include "common/atlas/charts.h"
-#include "common/atlas/footprint.h"
+#include "common/unwrap/charts.h"
+#include "common/raster/footprint.h"
 #include "common/atlas/layout.h"
 #include "common/atlas/sites.h"
 #include "common/base/format.h"
@@ -35,12 +35,12 @@ bool leaves_unit_square(const MeshCharts& charts) {
 Status read_charts(const Scene& scene, Atlas& atlas, unsigned threads) {
   const size_t count = scene.meshes.size();
   std::vector<std::string> why(count);
-  atlas.meshes.resize(count);
+  atlas.charts.resize(count);
   parallel_for(
       count,
       [&](size_t m) {
         if (auto charts = authored_charts(scene.meshes[m]))
-          atlas.meshes[m] = std::move(*charts);
+          atlas.charts[m] = std::move(*charts);
         else
           why[m] = charts.error().message;
       },
@@ -53,7 +53,7 @@ Status read_charts(const Scene& scene, Atlas& atlas, unsigned threads) {
           text("layout atlas needs a usable lightmap coordinate set on every object; one that {}: {}",
                trouble, list_names(instances_where(scene, [&](uint32_t m) { return why[m] == trouble; }))));
   std::vector<char> outside(count);
-  for (size_t m = 0; m < count; ++m) outside[m] = leaves_unit_square(atlas.meshes[m]);
+  for (size_t m = 0; m < count; ++m) outside[m] = leaves_unit_square(atlas.charts[m]);
   const std::vector<std::string> names = instances_where(scene, [&](uint32_t m) { return outside[m]; });
   if (!names.empty())
     return fail(
@@ -61,9 +61,9 @@ Status read_charts(const Scene& scene, Atlas& atlas, unsigned threads) {
         text("layout atlas needs TEXCOORD_1 within [0, 1], which it leaves on {}", list_names(names)));
   for (size_t m = 0; m < count; ++m)  // of meshes without an instance
     if (!why[m].empty()) {
-      atlas.meshes[m].corner_uv.resize(3 * scene.meshes[m].triangles.size());
-      atlas.meshes[m].chart_of_triangle.resize(scene.meshes[m].triangles.size());
-      atlas.meshes[m].chart_count = 1;
+      atlas.charts[m].corner_uv.resize(3 * scene.meshes[m].triangles.size());
+      atlas.charts[m].chart_of_face.resize(scene.meshes[m].triangles.size());
+      atlas.charts[m].chart_count = 1;
     }
   return {};
 }
@@ -96,9 +96,9 @@ Status judge_overlap(const Scene& scene, const SiteOverlap& overlap, Atlas& atla
 void own_footprints(const Scene& scene, Atlas& atlas) {
   atlas.owner.assign(atlas.texel_count(), 0);
   for (size_t i = 0; i < scene.instances.size(); ++i) {
-    const MeshCharts& charts = atlas.meshes[scene.instances[i].mesh];
-    for (size_t t = 0; t < charts.chart_of_triangle.size(); ++t) {
-      const uint32_t placement = atlas.instance_first_chart[i] + charts.chart_of_triangle[t];
+    const MeshCharts& charts = atlas.of_instance(i);
+    for (size_t t = 0; t < charts.chart_of_face.size(); ++t) {
+      const uint32_t placement = atlas.instance_first_chart[i] + charts.chart_of_face[t];
       const Triangle2 triangle = texel_triangle(charts, atlas.placements[placement], t);
       for_each_footprint_span(triangle, atlas.width, atlas.height, [&](uint32_t y, uint32_t x0, uint32_t x1) {
         for (uint32_t x = x0; x <= x1; ++x)
@@ -109,14 +109,14 @@ void own_footprints(const Scene& scene, Atlas& atlas) {
 }
 
 // A texel with sites goes to the chart that has most of them (the first of several).
-void own_by_sites(const Scene& scene, Atlas& atlas) {
+void own_by_sites(Atlas& atlas) {
   const TexelSites& s = atlas.sites;
   std::vector<std::pair<uint32_t, uint32_t>> points;  // placement, count
   for (size_t i = 0; i < s.size(); ++i) {
     points.clear();
     for (uint32_t w = s.first_word[i] + 2; w < s.first_word[i + 1]; w += 4) {
       const uint32_t* pair = &s.words[w];
-      const uint32_t chart = atlas.meshes[scene.instances[pair[2]].mesh].chart_of_triangle[pair[3]];
+      const uint32_t chart = atlas.of_instance(pair[2]).chart_of_face[pair[3]];
       const uint32_t placement = atlas.instance_first_chart[pair[2]] + chart;
       const auto n = static_cast<uint32_t>(std::popcount(pair[0]) + std::popcount(pair[1]));
       const auto known =
@@ -140,13 +140,14 @@ Expected<Atlas> layout_from_file(const Scene& scene, const AtlasSettings& settin
   atlas.width = settings.width;
   atlas.height = settings.height;
   KILN_TRY_STATUS(read_charts(scene, atlas, settings.threads));
+  for (const Instance& instance : scene.instances) atlas.charts_of_instance.push_back(instance.mesh);
   KILN_TRY_STATUS(number_placements(scene, atlas));
   for (ChartPlacement& place : atlas.placements)
     place.scale = Vec2(static_cast<float>(atlas.width), static_cast<float>(atlas.height));
-  KILN_TRY(const SiteOverlap overlap, find_sites(scene, atlas, settings.threads));
+  KILN_TRY(const SiteOverlap overlap, find_sites(atlas, settings.threads));
   KILN_TRY_STATUS(judge_overlap(scene, overlap, atlas));
   own_footprints(scene, atlas);
-  own_by_sites(scene, atlas);
+  own_by_sites(atlas);
   for (uint32_t owner : atlas.owner) atlas.statistics.mask_texels += owner != 0;
   atlas.statistics.overlapped_points = overlap.points;
   return atlas;

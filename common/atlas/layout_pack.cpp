@@ -1,10 +1,10 @@
 // Charts at their size in the world, laid on texel centres and packed. (O'Donnell 2018, chart masks and
 // atlas packing; Roughton 2019, 4.1.)
 #include "common/atlas/chart_size.h"
-#include "common/atlas/charts.h"
-#include "common/atlas/footprint.h"
+#include "common/unwrap/charts.h"
+#include "common/raster/footprint.h"
 #include "common/atlas/layout.h"
-#include "common/atlas/pack.h"
+#include "common/pack/pack.h"
 #include "common/atlas/sites.h"
 #include "common/base/check.h"
 #include "common/base/format.h"
@@ -17,7 +17,7 @@ constexpr uint32_t kMaxPages = 64;
 
 // What a mask depends on: the border lies on centres, so steps and chart fix scale and phase.
 struct MaskKey {
-  uint32_t mesh, chart;
+  uint32_t charts, chart;
   Steps steps;
   auto operator<=>(const MaskKey&) const = default;
 };
@@ -32,7 +32,7 @@ struct Masks {
 Masks distinct_masks(const std::vector<ChartSize>& sizes, const std::vector<Steps>& steps) {
   Masks masks;
   std::vector<std::pair<MaskKey, uint32_t>> all(sizes.size());
-  for (uint32_t p = 0; p < sizes.size(); ++p) all[p] = {{sizes[p].mesh, sizes[p].chart, steps[p]}, p};
+  for (uint32_t p = 0; p < sizes.size(); ++p) all[p] = {{sizes[p].charts, sizes[p].chart, steps[p]}, p};
   std::sort(all.begin(), all.end());
   masks.of_placement.resize(sizes.size());
   for (const auto& [key, placement] : all) {
@@ -72,8 +72,8 @@ void make_masks(const Atlas& atlas, const std::vector<MeshChartBoxes>& boxes, Ma
                [&](size_t chunk) {
                  for (size_t k = chunk * kChunk; k < std::min(masks.keys.size(), (chunk + 1) * kChunk); ++k) {
                    const MaskKey& key = masks.keys[k];
-                   const MeshChartBoxes& mesh = boxes[key.mesh];
-                   masks.images[k] = make_mask(atlas.meshes[key.mesh], mesh.triangles.of(key.chart),
+                   const MeshChartBoxes& mesh = boxes[key.charts];
+                   masks.images[k] = make_mask(atlas.charts[key.charts], mesh.triangles.of(key.chart),
                                                mesh.boxes[key.chart], key.steps);
                  }
                },
@@ -106,7 +106,7 @@ void apply_packing(const PackResult& packed, const Masks& masks, const std::vect
   for (uint32_t p = 0; p < atlas.placements.size(); ++p) {
     const MaskKey& key = masks.keys[masks.of_placement[p]];
     const PackPlace& at = packed.places[p];
-    const ChartBox& box = boxes[key.mesh].boxes[key.chart];
+    const ChartBox& box = boxes[key.charts].boxes[key.chart];
     ChartPlacement& place = atlas.placements[p] = on_centres(box, key.steps);
     place.page = at.page;
     for (int axis = 0; axis < 2; ++axis)  // once more from double: one rounding, not two
@@ -132,7 +132,7 @@ void choose_charts(const Scene& scene, const AtlasSettings& settings, Atlas& atl
       made.size(), [&](size_t m) { made[m] = charts_for_packing(scene.meshes[m], settings.crease_degrees); },
       settings.threads);
   std::vector<std::string> absent;
-  atlas.meshes.resize(made.size());
+  atlas.charts.resize(made.size());
   for (size_t m = 0; m < made.size(); ++m) {
     if (!made[m].complaint.empty())
       atlas.warnings.push_back(
@@ -140,7 +140,7 @@ void choose_charts(const Scene& scene, const AtlasSettings& settings, Atlas& atl
     else if (made[m].charts.generated)
       absent.push_back(mesh_name(scene, m));
     atlas.statistics.generated_meshes += made[m].charts.generated;
-    atlas.meshes[m] = std::move(made[m].charts);
+    atlas.charts[m] = std::move(made[m].charts);
   }
   if (!absent.empty())
     atlas.warnings.push_back(
@@ -165,7 +165,12 @@ void warn_of_limited(const Scene& scene, const std::vector<ChartSize>& sizes, co
 Expected<Atlas> layout_packed(const Scene& scene, const AtlasSettings& settings) {
   Atlas atlas;
   atlas.packed = true;
-  choose_charts(scene, settings, atlas);
+  std::vector<StageTime>& steps_taken = atlas.statistics.steps;
+  {
+    const StageTimer timer(steps_taken, "charts");
+    choose_charts(scene, settings, atlas);
+  }
+  for (const Instance& instance : scene.instances) atlas.charts_of_instance.push_back(instance.mesh);
   KILN_TRY_STATUS(number_placements(scene, atlas));
   if (atlas.placements.empty()) return atlas;
 
@@ -185,15 +190,22 @@ Expected<Atlas> layout_packed(const Scene& scene, const AtlasSettings& settings)
     steps[p] = chart_steps(sizes[p], settings.texels_per_metre, settings.max_page_size);
   warn_of_limited(scene, sizes, steps, atlas);
   Masks masks = distinct_masks(sizes, steps);
-  make_masks(atlas, boxes, masks, settings.threads);
+  {
+    const StageTimer timer(steps_taken, "masks");
+    make_masks(atlas, boxes, masks, settings.threads);
+  }
   std::vector<const BitImage*> items(sizes.size());
   for (size_t p = 0; p < items.size(); ++p) items[p] = &masks.images[masks.of_placement[p]];
-  const PackResult packed =
-      pack_masks(items, {.max_page_size = settings.max_page_size, .max_pages = kMaxPages});
+  PackResult packed;
+  {
+    const StageTimer timer(steps_taken, "pack");
+    packed = pack_masks(items, {.max_page_size = settings.max_page_size, .max_pages = kMaxPages});
+  }
   if (!packed.fits || uint64_t{packed.width} * packed.height * packed.pages > settings.max_texels)
     return refuse();
   apply_packing(packed, masks, boxes, atlas);
-  KILN_TRY(const SiteOverlap overlap, find_sites(scene, atlas, settings.threads));
+  const StageTimer timer(steps_taken, "sites");
+  KILN_TRY(const SiteOverlap overlap, find_sites(atlas, settings.threads));
   atlas.statistics.distinct_masks = masks.keys.size();
   atlas.statistics.overlapped_points = overlap.points;
   return atlas;

@@ -84,7 +84,7 @@ void order_sites(const Scene& scene, Atlas& atlas, unsigned threads) {
                  threads);
   };
   chunked([&](size_t i) {
-    positions[i] = world_position(scene, pick_site(atlas, scene, static_cast<uint32_t>(i), 0.0f));
+    positions[i] = world_position(scene, pick_site(atlas, static_cast<uint32_t>(i), 0.0f));
   });
   const Bounds bounds = bounds_of(positions);
   // Sites arrive in order of texel, so the index breaks ties by texel.

@@ -2,32 +2,33 @@
 #pragma once
 
 #include "common/atlas/atlas.h"
-#include "common/atlas/triangle2.h"
+#include "common/raster/triangle2.h"
 
 namespace kiln {
 
 class SitePicker {
  public:
-  // `atlas` and `scene` outlive the picker.
-  SitePicker(const Atlas& atlas, const Scene& scene, uint32_t site);
-  // As pick_site(atlas, scene, site, u), bit for bit.
+  // `atlas` outlives the picker.
+  SitePicker(const Atlas& atlas, uint32_t site);
+  // As pick_site(atlas, site, u), bit for bit.
   SitePick pick(float u) { return at(index(u)); }
   uint32_t count() const { return count_; }  // valid points
   uint32_t index(float u) const {            // of the point that pick(u) takes
     return std::min(static_cast<uint32_t>(static_cast<float>(count_) * u), count_ - 1);
   }
   SitePick at(uint32_t index);
-  // Of the triangle of the last pick: twice its area in texels.
+  // Of the face of the last pick: twice its area in texels.
   double twice_texel_area() const { return whole_ < 0 ? -whole_ : whole_; }
 
  private:
   void enter(const uint32_t* pair);
 
   const Atlas& atlas_;
-  const Scene& scene_;
   const uint32_t* pairs_;              // of the site's record
-  const uint32_t* entered_ = nullptr;  // the pair whose triangle the members below are of
+  const uint32_t* entered_ = nullptr;  // the pair whose face the members below are of
   Triangle2 corners_;
+  uint32_t triangle_ = 0;
+  const FacePart* part_ = nullptr;
   double whole_ = 0;
   double x_, y_;  // of the texel
   uint32_t count_ = 0;

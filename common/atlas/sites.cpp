@@ -1,10 +1,10 @@
-// Bands of rows are independent, so they run in parallel; within one everything is in (instance, triangle)
+// Bands of rows are independent, so they run in parallel; within one everything is in (instance, face)
 // order, so the result does not depend on threads.
 #include "common/atlas/sites.h"
 
 #include <bit>
 
-#include "common/atlas/coverage.h"
+#include "common/raster/coverage.h"
 #include "common/base/check.h"
 #include "common/base/format.h"
 #include "common/base/parallel.h"
@@ -15,18 +15,18 @@ namespace {
 constexpr uint32_t kBandRows = 16;
 
 struct Item {
-  uint32_t instance, triangle;
+  uint32_t instance, face;
 };
 
-Triangle2 corners(const Scene& scene, const Atlas& atlas, const Item& item, uint32_t& page) {
-  const MeshCharts& charts = atlas.meshes[scene.instances[item.instance].mesh];
+Triangle2 corners(const Atlas& atlas, const Item& item, uint32_t& page) {
+  const MeshCharts& charts = atlas.of_instance(item.instance);
   const ChartPlacement& place =
-      atlas.placements[atlas.instance_first_chart[item.instance] + charts.chart_of_triangle[item.triangle]];
+      atlas.placements[atlas.instance_first_chart[item.instance] + charts.chart_of_face[item.face]];
   page = place.page;
-  return texel_triangle(charts, place, item.triangle);
+  return texel_triangle(charts, place, item.face);
 }
 
-// Triangles by the bands that they touch, in order.
+// Faces by the bands that they touch, in order.
 struct Bands {
   uint32_t per_page;
   std::vector<size_t> first;
@@ -35,31 +35,31 @@ struct Bands {
 };
 
 template <class Visit>
-void for_each_band(const Scene& scene, const Atlas& atlas, uint32_t per_page, const Visit& visit) {
-  for (uint32_t i = 0; i < scene.instances.size(); ++i) {
-    const size_t triangles = scene.meshes[scene.instances[i].mesh].triangles.size();
-    for (uint32_t t = 0; t < triangles; ++t) {
+void for_each_band(const Atlas& atlas, uint32_t per_page, const Visit& visit) {
+  for (uint32_t i = 0; i < atlas.charts_of_instance.size(); ++i) {
+    const size_t faces = atlas.of_instance(i).face_count();
+    for (uint32_t f = 0; f < faces; ++f) {
       uint32_t page;
-      const Triangle2 triangle = corners(scene, atlas, {i, t}, page);
+      const Triangle2 triangle = corners(atlas, {i, f}, page);
       if (triangle.max_y() < 0 || triangle.min_y() >= atlas.height) continue;
       const double low = std::max(0.0, triangle.min_y()),
                    high = std::min(atlas.height - 0.5, triangle.max_y());
       const uint32_t last = static_cast<uint32_t>(high) / kBandRows;
       for (uint32_t band = static_cast<uint32_t>(low) / kBandRows; band <= last; ++band)
-        visit(size_t{page} * per_page + band, Item{i, t});
+        visit(size_t{page} * per_page + band, Item{i, f});
     }
   }
 }
 
-Bands make_bands(const Scene& scene, const Atlas& atlas) {
+Bands make_bands(const Atlas& atlas) {
   Bands bands;
   bands.per_page = (atlas.height + kBandRows - 1) / kBandRows;
   bands.first.resize(size_t{atlas.pages} * bands.per_page + 1);
-  for_each_band(scene, atlas, bands.per_page, [&](size_t band, const Item&) { ++bands.first[band + 1]; });
+  for_each_band(atlas, bands.per_page, [&](size_t band, const Item&) { ++bands.first[band + 1]; });
   for (size_t b = 1; b < bands.first.size(); ++b) bands.first[b] += bands.first[b - 1];
   bands.items.resize(bands.first.back());
   std::vector<size_t> next(bands.first.begin(), bands.first.end() - 1);
-  for_each_band(scene, atlas, bands.per_page,
+  for_each_band(atlas, bands.per_page,
                 [&](size_t band, const Item& item) { bands.items[next[band]++] = item; });
   return bands;
 }
@@ -76,7 +76,7 @@ struct BandSites {
 };
 
 // Ordered by texel, in order of items within one.
-std::vector<Cover> covers_of_band(const Scene& scene, const Atlas& atlas, const Bands& bands, size_t band) {
+std::vector<Cover> covers_of_band(const Atlas& atlas, const Bands& bands, size_t band) {
   const uint32_t y0 = static_cast<uint32_t>(band % bands.per_page) * kBandRows;
   const TexelRect clip{0, y0, atlas.width, std::min(y0 + kBandRows, atlas.height)};
   std::vector<Cover> found;
@@ -84,7 +84,7 @@ std::vector<Cover> covers_of_band(const Scene& scene, const Atlas& atlas, const 
   for (size_t i = bands.first[band]; i < bands.first[band + 1]; ++i) {
     const Item& item = bands.items[i];
     uint32_t page;
-    for_each_cover(corners(scene, atlas, item, page), clip, [&](uint32_t x, uint32_t y, uint64_t mask) {
+    for_each_cover(corners(atlas, item, page), clip, [&](uint32_t x, uint32_t y, uint64_t mask) {
       const uint32_t texel = (y - y0) * atlas.width + x;
       found.push_back({mask, texel, item});
       ++next[texel + 1];
@@ -116,7 +116,7 @@ void note_overlap(std::span<const Cover> covers, uint32_t texel, SiteOverlap& ov
         const Item pair[2] = {covers[a].item, covers[b].item};
         for (int k = 0; k < 2; ++k) {
           overlap.instance[k] = pair[k].instance;
-          overlap.triangle[k] = pair[k].triangle;
+          overlap.face[k] = pair[k].face;
         }
         return;
       }
@@ -127,9 +127,9 @@ void put_mask(std::vector<uint32_t>& words, uint64_t mask) {
   words.push_back(static_cast<uint32_t>(mask >> 32));
 }
 
-BandSites sites_of_band(const Scene& scene, const Atlas& atlas, const Bands& bands, size_t band) {
+BandSites sites_of_band(const Atlas& atlas, const Bands& bands, size_t band) {
   BandSites sites;
-  const std::vector<Cover> covers = covers_of_band(scene, atlas, bands, band);
+  const std::vector<Cover> covers = covers_of_band(atlas, bands, band);
   const size_t page = band / bands.per_page, row = band % bands.per_page * kBandRows;
   const auto first_texel = static_cast<uint32_t>((page * atlas.height + row) * atlas.width);
   for (size_t i = 0, end; i < covers.size(); i = end) {
@@ -147,7 +147,7 @@ BandSites sites_of_band(const Scene& scene, const Atlas& atlas, const Bands& ban
       if (!mine) continue;
       put_mask(sites.words, mine);
       sites.words.push_back(covers[k].item.instance);
-      sites.words.push_back(covers[k].item.triangle);
+      sites.words.push_back(covers[k].item.face);
     }
     sites.texel.push_back(texel);
     sites.record_words.push_back(static_cast<uint32_t>(sites.words.size() - begin));
@@ -166,12 +166,12 @@ void add_overlap(SiteOverlap& sum, const SiteOverlap& band) {
 
 }  // namespace
 
-Expected<SiteOverlap> find_sites(const Scene& scene, Atlas& atlas, unsigned threads) {
+Expected<SiteOverlap> find_sites(Atlas& atlas, unsigned threads) {
   KILN_CHECK(atlas.texel_count() <= uint64_t{1} << 31);
-  const Bands bands = make_bands(scene, atlas);
+  const Bands bands = make_bands(atlas);
   std::vector<BandSites> parts(bands.count());
   parallel_for(
-      parts.size(), [&](size_t b) { parts[b] = sites_of_band(scene, atlas, bands, b); }, threads);
+      parts.size(), [&](size_t b) { parts[b] = sites_of_band(atlas, bands, b); }, threads);
   size_t texels = 0, words = 0;
   for (const BandSites& part : parts) {
     texels += part.texel.size();

@@ -120,7 +120,7 @@ Expected<SplitMesh*> GltfWriter::split_mesh(uint32_t instance) {
   if (const auto it = split_.find(in.mesh); it != split_.end()) return &it->second;
   SplitMesh s;
   const Mesh& mesh = c_.scene.meshes[in.mesh];
-  const MeshCharts& charts = c_.atlas.meshes[in.mesh];
+  const MeshCharts& charts = c_.atlas.of_instance(instance);
   const Json primitive = doc_["meshes"][in.file_mesh]["primitives"][in.file_primitive];
   KILN_TRY(const std::vector<uint32_t> corners, buffer_.triangle_corners(doc_, primitive));
   struct Key {
@@ -135,12 +135,12 @@ Expected<SplitMesh*> GltfWriter::split_mesh(uint32_t instance) {
       if (at >= corners.size())
         return fail(ErrorKind::kInternal, text("mesh '{}' lost triangle {} of the file", mesh.name, t));
       const Vec2 uv = charts.corner_uv[3 * t + c];
-      const auto [it, added] = made.try_emplace({corners[at], charts.chart_of_triangle[t], uv.x, uv.y},
+      const auto [it, added] = made.try_emplace({corners[at], charts.chart_of_face[t], uv.x, uv.y},
                                                 static_cast<uint32_t>(s.source.size()));
       if (added) {
         s.source.push_back(corners[at]);
         s.chart_uv.push_back(uv);
-        s.chart.push_back(charts.chart_of_triangle[t]);
+        s.chart.push_back(charts.chart_of_face[t]);
       }
       s.indices.push_back(it->second);
     }
@@ -156,7 +156,7 @@ Expected<Json> GltfWriter::primitive_of(uint32_t instance) {
   std::vector<Vec2> uv(s->source.size());
   for (size_t v = 0; v < uv.size(); ++v) {
     const ChartPlacement& place = c_.atlas.placements[c_.atlas.instance_first_chart[instance] + s->chart[v]];
-    const Vec2 texels = s->chart_uv[v] * place.scale + place.offset;
+    const Vec2 texels(place.to_texels(DVec2(s->chart_uv[v])));
     uv[v] = texels / Vec2(c_.atlas.width, c_.atlas.height);
   }
   primitive["attributes"] = s->attributes;

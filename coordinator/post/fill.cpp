@@ -3,7 +3,8 @@
 
 namespace kiln {
 
-void fill_invalid(Lightmap& map, const Atlas& atlas, const BakeSettings&) {
+Figures fill_invalid(Lightmap& map, const PostContext& context) {
+  const Atlas& atlas = context.atlas;
   std::vector<uint32_t> open;
   for (size_t t = 0; t < map.validity.size(); ++t)
     if (atlas.owner[t] != 0 && !is_set(map.validity[t])) open.push_back(static_cast<uint32_t>(t));
@@ -16,6 +17,7 @@ void fill_invalid(Lightmap& map, const Atlas& atlas, const BakeSettings&) {
   // What saw only the inside of geometry and has no neighbour stays black: its radiance means nothing.
   for (const uint32_t t : open)
     for (std::vector<float>& plane : map.planes.data) plane[t] = 0.0f;
+  return {};
 }
 
 }  // namespace kiln

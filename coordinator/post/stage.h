@@ -6,15 +6,23 @@
 #include <string_view>
 
 #include "common/atlas/atlas.h"
+#include "common/base/figures.h"
 #include "common/job/settings.h"
 #include "coordinator/lightmap/lightmap.h"
 
 namespace kiln {
 
+struct PostContext {
+  const Scene& scene;
+  const Atlas& atlas;
+  const BakeSettings& settings;
+};
+
 struct PostStage {
   std::string_view name;
   std::string_view about;
-  void (*run)(Lightmap&, const Atlas&, const BakeSettings&);
+  // What it has to say of its work goes into the report.
+  Figures (*run)(Lightmap&, const PostContext&);
 };
 
 // In the order of running.
@@ -23,9 +31,9 @@ std::span<const PostStage> post_stages();
 // Texels of a chart without a measurement (no site, or inside geometry) take the mean of their set 3x3
 // neighbours of the same chart, ring by ring, until none can be filled. (O'Donnell 2018, "Correct bilinear
 // interpolation"; departure: repeated, and never across charts.)
-void fill_invalid(Lightmap& map, const Atlas& atlas, const BakeSettings& settings);
+Figures fill_invalid(Lightmap& map, const PostContext& context);
 
 // Empty texels take the mean of their set 3x3 neighbours of any chart, settings.dilate times.
-void dilate(Lightmap& map, const Atlas& atlas, const BakeSettings& settings);
+Figures dilate(Lightmap& map, const PostContext& context);
 
 }  // namespace kiln

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/atlas/atlas.h"
+#include "common/base/figures.h"
 #include "common/job/settings.h"
 #include "coordinator/dispatch/farm.h"
 #include "coordinator/encode/output.h"
@@ -14,11 +15,6 @@
 #include "coordinator/plan/plan.h"
 
 namespace kiln {
-
-struct StageTime {
-  std::string name;
-  double seconds = 0;
-};
 
 // State after a pass: one point of the curve of error against run time.
 struct PassPoint {
@@ -48,10 +44,12 @@ struct BakeReport {
   uint32_t width = 0, height = 0, pages = 0;
   uint64_t charts = 0, owned_texels = 0;
   std::string scene_id;
+  AtlasStatistics atlas;
   std::vector<StageTime> stages;
   std::vector<PassPoint> passes;
   FarmStatistics farm;
   std::vector<NonfinitePlace> nonfinite;
+  Figures post;
   uint64_t texels_by_class[kValidityClasses] = {};
   bool complete = true;  // false: stopped by the time limit
   double total_seconds = 0;

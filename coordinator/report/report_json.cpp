@@ -29,6 +29,13 @@ void write_settings(JsonWriter& w, const BakeSettings& settings) {
   w.end_object();
 }
 
+void write_times(JsonWriter& w, const char* key, const std::vector<StageTime>& times) {
+  w.key(key).begin_array();
+  for (const StageTime& s : times)
+    w.begin_object().pair("name", s.name).pair("seconds", s.seconds).end_object();
+  w.end_array();
+}
+
 void write_atlas(JsonWriter& w, const BakeReport& r) {
   w.key("atlas").begin_object();
   w.pair("layout", r.layout).pair("width", r.width).pair("height", r.height).pair("pages", r.pages);
@@ -38,7 +45,9 @@ void write_atlas(JsonWriter& w, const BakeReport& r) {
   w.key("texels_by_class").begin_object();
   for (int i = 0; i < kValidityClasses; ++i)
     w.pair(validity_name(static_cast<Validity>(i)), r.texels_by_class[i]);
-  w.end_object().end_object();
+  w.end_object();
+  write_times(w, "steps", r.atlas.steps);
+  w.end_object();
 }
 
 void write_passes(JsonWriter& w, const BakeReport& r) {
@@ -105,9 +114,10 @@ std::string report_json(const BakeReport& r) {
   w.key("left_out").begin_array();
   for (const std::string& s : r.plan.left_out) w.value(s);
   w.end_array().end_object();
-  w.key("stages").begin_array();
-  for (const StageTime& s : r.stages)
-    w.begin_object().pair("name", s.name).pair("seconds", s.seconds).end_object();
+  write_times(w, "stages", r.stages);
+  w.key("post").begin_array();
+  for (const Figure& f : r.post)
+    w.begin_object().pair("name", f.name).pair("value", f.value).pair("unit", f.unit).end_object();
   w.end_array();
   write_passes(w, r);
   write_farm(w, r.farm);

@@ -85,13 +85,12 @@ bool SurfaceLook::visible(const Fragment& f) const {
 }
 
 Vec2 SurfaceLook::texel_coordinates(const Fragment& f, uint32_t& page) const {
-  const uint32_t mesh = scene_.instances[f.instance].mesh;
-  const MeshCharts& charts = atlas_.meshes[mesh];
+  const MeshCharts& charts = atlas_.of_instance(f.instance);
   const ChartPlacement& place =
-      atlas_.placements[atlas_.instance_first_chart[f.instance] + charts.chart_of_triangle[f.triangle]];
+      atlas_.placements[atlas_.instance_first_chart[f.instance] + charts.chart_of_face[f.triangle]];
   const Vec2* uv = &charts.corner_uv[3 * size_t{f.triangle}];
   page = place.page;
-  return (uv[0] * (1.0f - f.b1 - f.b2) + uv[1] * f.b1 + uv[2] * f.b2) * place.scale + place.offset;
+  return Vec2(place.to_texels(DVec2(uv[0] * (1.0f - f.b1 - f.b2) + uv[1] * f.b1 + uv[2] * f.b2)));
 }
 
 size_t SurfaceLook::texel(const Fragment& f) const {

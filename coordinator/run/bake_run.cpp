@@ -48,18 +48,6 @@ FarmSettings farm_settings(const BakeRequest& request) {
   return f;
 }
 
-// Adds the seconds since its making to a list when it ends.
-class StageTimer {
- public:
-  StageTimer(std::vector<StageTime>& times, std::string name) : times_(times), name_(std::move(name)) {}
-  ~StageTimer() { times_.push_back({name_, watch_.seconds()}); }
-
- private:
-  std::vector<StageTime>& times_;
-  std::string name_;
-  Stopwatch watch_;
-};
-
 PassPoint measure(const Accumulator& sums, size_t sites, double error, double z) {
   PassPoint point;
   double squares = 0;
@@ -227,6 +215,7 @@ Expected<BakeReport> run_bake(const BakeRequest& request, const Progress& progre
   KILN_TRY_STATUS(prepare_output_folder(request.output, pre.plan.output_bytes));
   report.notes = pre.imported.notes;
   report.warnings = pre.atlas.warnings;
+  report.atlas = pre.atlas.statistics;
   report.plan = pre.plan;
 
   ChunkStore chunks;
@@ -255,7 +244,8 @@ Expected<BakeReport> run_bake(const BakeRequest& request, const Progress& progre
   for (const PostStage& stage : post_stages()) {
     const StageTimer timer(report.stages, std::string(stage.name));
     progress({.stage = std::string(stage.name)});
-    stage.run(map, pre.atlas, request.settings);
+    for (Figure& figure : stage.run(map, {pre.imported.scene, pre.atlas, request.settings}))
+      report.post.push_back(std::move(figure));
   }
   count_classes(map, pre.atlas, report);
   progress({.stage = "publish"});

@@ -1,4 +1,4 @@
-#include "common/atlas/charts.h"
+#include "common/unwrap/charts.h"
 
 #include "tests/atlas/shapes.h"
 
@@ -10,7 +10,7 @@ TEST(Charts, SharedSidesConnectAndGapsPart) {
   EXPECT_EQ(authored_charts(plane(8, 1, Uv::kUnit))->chart_count, 1u);
   const MeshCharts six = *authored_charts(box(Vec3(1), Uv::kUnit));
   EXPECT_EQ(six.chart_count, 6u);
-  for (uint32_t t = 0; t < 12; ++t) EXPECT_EQ(six.chart_of_triangle[t], t / 2);
+  for (uint32_t t = 0; t < 12; ++t) EXPECT_EQ(six.chart_of_face[t], t / 2);
   EXPECT_FALSE(six.generated);
 }
 
@@ -76,7 +76,7 @@ TEST(Charts, TrianglesByChartListsEachOnce) {
   std::vector<int> seen(12);
   for (uint32_t c = 0; c < charts.chart_count; ++c)
     for (uint32_t t : by.of(c)) {
-      EXPECT_EQ(charts.chart_of_triangle[t], c);
+      EXPECT_EQ(charts.chart_of_face[t], c);
       ++seen[t];
     }
   EXPECT_EQ(seen, std::vector<int>(12, 1));

@@ -1,8 +1,8 @@
-#include "common/atlas/footprint.h"
+#include "common/raster/footprint.h"
 
 #include <array>
 
-#include "common/atlas/bit_image.h"
+#include "common/raster/bit_image.h"
 #include "tests/atlas/shapes.h"
 
 namespace kiln {

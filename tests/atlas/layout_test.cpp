@@ -1,5 +1,5 @@
 #include "common/atlas/atlas.h"
-#include "common/atlas/triangle2.h"
+#include "common/raster/triangle2.h"
 #include "tests/atlas/shapes.h"
 
 namespace kiln {
@@ -12,7 +12,7 @@ bool mentions(const std::string& message, const std::string& part) {
 
 uint32_t placement_of(const Scene& scene, const Atlas& atlas, uint32_t instance, uint32_t triangle) {
   return atlas.instance_first_chart[instance] +
-         atlas.meshes[scene.instances[instance].mesh].chart_of_triangle[triangle];
+         atlas.of_instance(instance).chart_of_face[triangle];
 }
 
 Scene mixed_scene() {
@@ -34,8 +34,8 @@ TEST(LayoutPack, EveryTexelABilinearLookupReachesIsOwned) {
     const Atlas atlas = *build_atlas(scene, pack_at(density));
     Random random(21);
     for (uint32_t i = 0; i < scene.instances.size(); ++i) {
-      const MeshCharts& charts = atlas.meshes[scene.instances[i].mesh];
-      for (uint32_t t = 0; t < charts.chart_of_triangle.size(); ++t) {
+      const MeshCharts& charts = atlas.of_instance(i);
+      for (uint32_t t = 0; t < charts.chart_of_face.size(); ++t) {
         const uint32_t p = placement_of(scene, atlas, i, t);
         const Triangle2 c = texel_triangle(charts, atlas.placements[p], t);
         for (int k = 0; k < 20; ++k) {
@@ -63,8 +63,8 @@ TEST(LayoutPack, ChartBoxesLieOnTexelCentres) {
   const Atlas atlas = *build_atlas(scene, pack_at(5.7f));
   std::vector<DVec2> low(atlas.placements.size(), DVec2(1e9)), high(atlas.placements.size(), DVec2(-1e9));
   for (uint32_t i = 0; i < scene.instances.size(); ++i) {
-    const MeshCharts& charts = atlas.meshes[scene.instances[i].mesh];
-    for (uint32_t t = 0; t < charts.chart_of_triangle.size(); ++t) {
+    const MeshCharts& charts = atlas.of_instance(i);
+    for (uint32_t t = 0; t < charts.chart_of_face.size(); ++t) {
       const uint32_t p = placement_of(scene, atlas, i, t);
       for (const DVec2& c : texel_triangle(charts, atlas.placements[p], t).c) {
         low[p] = glm::min(low[p], c);
@@ -85,8 +85,8 @@ TEST(LayoutPack, DensityAndShapeFollowTheWorld) {
   const Atlas atlas = *build_atlas(scene, pack_at(4));
   const auto extent = [&](uint32_t i) {
     DVec2 low(1e9), high(-1e9);
-    const MeshCharts& charts = atlas.meshes[scene.instances[i].mesh];
-    for (uint32_t t = 0; t < charts.chart_of_triangle.size(); ++t)
+    const MeshCharts& charts = atlas.of_instance(i);
+    for (uint32_t t = 0; t < charts.chart_of_face.size(); ++t)
       for (const DVec2& c : texel_triangle(charts, atlas.placements[placement_of(scene, atlas, i, t)], t).c) {
         low = glm::min(low, c);
         high = glm::max(high, c);
@@ -99,8 +99,8 @@ TEST(LayoutPack, DensityAndShapeFollowTheWorld) {
   }
   EXPECT_NEAR(extent(2).x, 128, 1e-2);
   EXPECT_NEAR(extent(2).y, 32, 1e-2);
-  EXPECT_EQ(atlas.meshes[0].generated, false);
-  EXPECT_EQ(atlas.meshes[1].generated, true);
+  EXPECT_EQ(atlas.charts[0].generated, false);
+  EXPECT_EQ(atlas.charts[1].generated, true);
   EXPECT_EQ(atlas.statistics.generated_meshes, 1u);
 }
 
@@ -186,7 +186,7 @@ TEST(LayoutPack, AMeshWithUnusableCoordinatesIsNamed) {
   const Atlas atlas = *build_atlas(scene_of({flat}), pack_at(4));
   ASSERT_EQ(atlas.warnings.size(), 1u);
   EXPECT_TRUE(mentions(atlas.warnings[0], "'crumpled'")) << atlas.warnings[0];
-  EXPECT_TRUE(atlas.meshes[0].generated);
+  EXPECT_TRUE(atlas.charts[0].generated);
 }
 
 TEST(LayoutPack, DegenerateAndEmptyInput) {

@@ -1,4 +1,4 @@
-#include "common/atlas/pack.h"
+#include "common/pack/pack.h"
 
 #include "tests/atlas/shapes.h"
 

@@ -1,6 +1,6 @@
-#include "common/atlas/charts.h"
-#include "common/atlas/triangle2.h"
-#include "common/atlas/unwrap_simple.h"
+#include "common/unwrap/charts.h"
+#include "common/raster/triangle2.h"
+#include "common/unwrap/unwrap_simple.h"
 #include "tests/atlas/shapes.h"
 
 namespace kiln {
@@ -22,7 +22,7 @@ size_t overlapping_pairs(const MeshCharts& charts) {
 
 size_t flips(const MeshCharts& charts) {
   size_t count = 0;
-  for (size_t t = 0; t < charts.chart_of_triangle.size(); ++t) count += area2(uv_triangle(charts, t)) < 0;
+  for (size_t t = 0; t < charts.chart_of_face.size(); ++t) count += area2(uv_triangle(charts, t)) < 0;
   return count;
 }
 
@@ -45,7 +45,7 @@ TEST(Unwrap, NeverOverlapsNorFlips) {
     const MeshCharts charts = unwrap_simple(m, 60);
     EXPECT_EQ(overlapping_pairs(charts), 0u) << m.name;
     EXPECT_EQ(flips(charts), 0u) << m.name;
-    for (uint32_t chart : charts.chart_of_triangle) EXPECT_LT(chart, charts.chart_count);
+    for (uint32_t chart : charts.chart_of_face) EXPECT_LT(chart, charts.chart_count);
   }
   EXPECT_LE(unwrap_simple(sphere(24, 1), 60).chart_count, 16u);
   EXPECT_LE(unwrap_simple(spiral(4, 48), 60).chart_count, 8u);
@@ -66,7 +66,7 @@ TEST(Unwrap, DegenerateFacesDoNoHarm) {
   m.triangles.push_back({3, 3, 3});
   m.triangles.push_back({0, 1, 2});  // a line
   const MeshCharts charts = unwrap_simple(m, 60);
-  for (uint32_t chart : charts.chart_of_triangle) EXPECT_LT(chart, charts.chart_count);
+  for (uint32_t chart : charts.chart_of_face) EXPECT_LT(chart, charts.chart_count);
   for (const Vec2& uv : charts.corner_uv) EXPECT_TRUE(std::isfinite(uv.x) && std::isfinite(uv.y));
   EXPECT_EQ(unwrap_simple(Mesh{}, 60).chart_count, 0u);
 }

@@ -76,7 +76,7 @@ double run_integrator(const Workload& w, const Tracer& tracer) {
   double sum = 0;
   for (size_t begin = 0; begin < w.atlas.sites.size(); begin += stride)
     for (size_t site = begin; site < std::min(begin + kRun, w.atlas.sites.size()); ++site) {
-      SitePicker picker(w.atlas, w.surfaces.scene(), static_cast<uint32_t>(site));
+      SitePicker picker(w.atlas, static_cast<uint32_t>(site));
       for (uint32_t i = 0; i < w.samples; i += Integrator::kBatch) {
         const size_t count = std::min<size_t>(Integrator::kBatch, w.samples - i);
         for (uint32_t k = 0; k < count; ++k) {

@@ -195,7 +195,7 @@ double run(const Workload& w, const Integrator& integrator, double& sum) {
   const Stopwatch watch;
   const size_t stride = std::max<size_t>(1, w.atlas.sites.size() / 512);
   for (uint32_t site = 0; site < w.atlas.sites.size(); site += static_cast<uint32_t>(stride)) {
-    SitePicker picker(w.atlas, w.surfaces->scene(), site);
+    SitePicker picker(w.atlas, site);
     for (uint32_t first = 0; first < 64; first += kBatch) {
       for (uint32_t k = 0; k < kBatch; ++k) {
         const SampleStream stream(0, w.atlas.sites.texel[site], first + k);

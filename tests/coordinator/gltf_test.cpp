@@ -41,12 +41,12 @@ TEST(GltfOutput, EveryTriangleKeepsItsPlaceAndGetsItsTexels) {
     ASSERT_EQ(ma.triangles.size(), mb.triangles.size());
     ASSERT_EQ(mb.uv[1].size(), mb.positions.size());
     for (size_t t = 0; t < ma.triangles.size(); ++t) {
-      const uint32_t chart = w.atlas.meshes[a.mesh].chart_of_triangle[t];
+      const uint32_t chart = w.atlas.charts[a.mesh].chart_of_face[t];
       const ChartPlacement& place = w.atlas.placements[w.atlas.instance_first_chart[i] + chart];
       for (int c = 0; c < 3; ++c) {
         EXPECT_EQ(transform_point(a.to_world, ma.positions[ma.triangles[t][c]]),
                   transform_point(b.to_world, mb.positions[mb.triangles[t][c]]));
-        const Vec2 texels = w.atlas.meshes[a.mesh].corner_uv[3 * t + c] * place.scale + place.offset;
+        const Vec2 texels(place.to_texels(DVec2(w.atlas.charts[a.mesh].corner_uv[3 * t + c])));
         const Vec2 written = mb.uv[1][mb.triangles[t][c]] * Vec2(w.atlas.width, w.atlas.height);
         EXPECT_NEAR(written.x, texels.x, 1e-3f);
         EXPECT_NEAR(written.y, texels.y, 1e-3f);

@@ -44,7 +44,7 @@ Validity kind(const Drawn& d, int x, int y) {
 
 TEST(Fill, TakesTheMeanOfItsOwnChartOnly) {
   Drawn d = draw({"24z", "##z", "..z"});
-  fill_invalid(d.map, d.atlas, {});
+  fill_invalid(d.map, {{}, d.atlas, {}});
   EXPECT_FLOAT_EQ(at(d, 0, 1), 3);
   EXPECT_FLOAT_EQ(at(d, 1, 1), 3);  // z's are another chart
   EXPECT_EQ(kind(d, 1, 1), Validity::kFilled);
@@ -53,20 +53,20 @@ TEST(Fill, TakesTheMeanOfItsOwnChartOnly) {
 
 TEST(Fill, ReplacesWhatSawTheInsideAndGoesRingByRing) {
   Drawn d = draw({"5!!!"});
-  fill_invalid(d.map, d.atlas, {});
+  fill_invalid(d.map, {{}, d.atlas, {}});
   for (int x = 0; x < 4; ++x) EXPECT_FLOAT_EQ(at(d, x, 0), 5);
 }
 
 TEST(Fill, AChartWithNothingToFillFromStaysInsideAndBlack) {
   Drawn d = draw({"!!.", "...", "..c"});
-  fill_invalid(d.map, d.atlas, {});
+  fill_invalid(d.map, {{}, d.atlas, {}});
   EXPECT_EQ(kind(d, 0, 0), Validity::kInside);
   EXPECT_FLOAT_EQ(at(d, 0, 0), 0);
 }
 
 TEST(Fill, DoesNotCrossPages) {
   Drawn d = draw({"7", "#"}, 2);
-  fill_invalid(d.map, d.atlas, {});
+  fill_invalid(d.map, {{}, d.atlas, {}});
   EXPECT_EQ(kind(d, 0, 1), Validity::kEmpty);
 }
 
@@ -74,7 +74,7 @@ TEST(Dilate, ReachesAsFarAsAskedAndNoFurther) {
   BakeSettings settings;
   settings.dilate = 2;
   Drawn d = draw({"6....", "....."});
-  dilate(d.map, d.atlas, settings);
+  dilate(d.map, {{}, d.atlas, settings});
   EXPECT_FLOAT_EQ(at(d, 2, 1), 6);
   EXPECT_EQ(kind(d, 2, 0), Validity::kDilated);
   EXPECT_EQ(kind(d, 3, 0), Validity::kEmpty);
@@ -84,7 +84,7 @@ TEST(Dilate, ReachesAsFarAsAskedAndNoFurther) {
 TEST(Dilate, MeasuredTexelsAreNeverTouched) {
   BakeSettings settings;
   Drawn d = draw({"3.b"});
-  dilate(d.map, d.atlas, settings);
+  dilate(d.map, {{}, d.atlas, settings});
   EXPECT_FLOAT_EQ(at(d, 0, 0), 3);
   EXPECT_FLOAT_EQ(at(d, 1, 0), 2.5f);
   EXPECT_FLOAT_EQ(at(d, 2, 0), 2);

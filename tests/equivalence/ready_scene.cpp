@@ -28,7 +28,7 @@ ReadyScene::ReadyScene(Scene scene, LightChoice choice) {
 
 Integrator::Task ReadyScene::task(const TransportSettings& settings, uint32_t site, uint32_t sample) const {
   const SampleStream stream(settings.seed, atlas_.sites.texel[site], sample, settings.sampler);
-  const SitePick pick = pick_site(atlas_, surfaces_->scene(), site, stream.single(0));
+  const SitePick pick = pick_site(atlas_, site, stream.single(0));
   return {surfaces_->at(pick.instance, pick.triangle, pick.b1, pick.b2), stream, {}};
 }
 

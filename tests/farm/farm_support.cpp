@@ -29,7 +29,8 @@ TestJob::TestJob() {
   s.instances.push_back({0, 0, Mat4x3(1.0f), "node", 0, 0, 0});
   Atlas a;
   a.width = a.height = 4;
-  a.meshes.push_back({{{0, 0}, {1, 0}, {1, 1}, {0, 0}, {1, 1}, {0, 1}}, {0, 0}, 1, false});
+  a.charts.push_back({{{0, 0}, {1, 0}, {1, 1}, {0, 0}, {1, 1}, {0, 1}}, {0, 0}, {}, 1, false});
+  a.charts_of_instance = {0};
   a.instance_first_chart = {0, 1};
   a.placements.push_back({Vec2(4.0f), Vec2(0.0f), 0});
   a.sites.first_word = {0};

@@ -47,7 +47,7 @@ class PathBaker final : public Baker {
                                                    site, atlas_.sites.size()));
       film.clear();
       const uint32_t texel = atlas_.sites.texel[site];
-      Texel of{texel, SitePicker(atlas_, surfaces_->scene(), site), SitePlaces(*surfaces_, *tracer_)};
+      Texel of{texel, SitePicker(atlas_, site), SitePlaces(*surfaces_, *tracer_)};
       for (uint32_t done = 0; done < unit.sample_count; done += kBatch)
         sample(of, unit.first_sample + done, std::min(kBatch, unit.sample_count - done), run);
       result.moments.insert(result.moments.end(), film.sums().begin(), film.sums().begin() + film.planes());

@@ -3,7 +3,7 @@
 // Departures: the sweep decides 64 positions at once by probing some of the mask's bits (all of them for a
 // small chart) before it compares whole rows; size classes are an eighth of an octave instead of 16 texels,
 // as the sweep is cheap enough to restart that often; rows that are too full for the mask are skipped.
-#include "common/atlas/pack.h"
+#include "common/pack/pack.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,10 +1,10 @@
 // Region growing over faces, then orthogonal projection: the classic box-map idea with free axes. A region
 // keeps a face only if its projection meets no other face of the region, decided exactly with a grid of
 // faces, so spirals and stacked sheets fall into several charts.
-#include "common/atlas/unwrap_simple.h"
+#include "common/unwrap/unwrap_simple.h"
 
-#include "common/atlas/charts.h"
-#include "common/atlas/face_grid.h"
+#include "common/unwrap/charts.h"
+#include "common/unwrap/face_grid.h"
 
 namespace kiln {
 namespace {
@@ -52,7 +52,7 @@ class Unwrapper {
     steepest_ = std::cos(kSteepestDegrees * degree);
     charts_.generated = true;
     charts_.corner_uv.resize(3 * mesh.triangles.size());
-    charts_.chart_of_triangle.assign(mesh.triangles.size(), kNone);
+    charts_.chart_of_face.assign(mesh.triangles.size(), kNone);
   }
 
   MeshCharts run() {
@@ -62,7 +62,7 @@ class Unwrapper {
       return faces_.area[a] != faces_.area[b] ? faces_.area[a] > faces_.area[b] : a < b;
     });
     for (uint32_t seed : seeds)
-      if (charts_.chart_of_triangle[seed] == kNone) make_chart(seed);
+      if (charts_.chart_of_face[seed] == kNone) make_chart(seed);
     return std::move(charts_);
   }
 
@@ -78,7 +78,7 @@ class Unwrapper {
       const uint32_t face = region[i];
       for (uint32_t n = faces_.first_neighbour[face]; n < faces_.first_neighbour[face + 1]; ++n) {
         const uint32_t other = faces_.neighbour[n];
-        if (visited_[other] == mark || charts_.chart_of_triangle[other] != kNone) continue;
+        if (visited_[other] == mark || charts_.chart_of_face[other] != kNone) continue;
         visited_[other] = mark;
         if (accept(other)) region.push_back(other);
       }
@@ -161,7 +161,7 @@ class Unwrapper {
   }
 
   void store(uint32_t face, const Triangle2& flat) {
-    charts_.chart_of_triangle[face] = charts_.chart_count;
+    charts_.chart_of_face[face] = charts_.chart_count;
     for (size_t k = 0; k < 3; ++k) charts_.corner_uv[3 * size_t{face} + k] = Vec2(flat.c[k]);
   }
 

@@ -2,10 +2,11 @@
 // must agree with its mask (Roughton 2019, section 4.3: "high precision").
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <limits>
 
-#include "common/atlas/atlas.h"
+#include "common/math/vec.h"
 
 namespace kiln {
 
@@ -24,20 +25,6 @@ inline double area2(const DVec2& a, const DVec2& b, const DVec2& q) {
 }
 inline double area2(const Triangle2& t) {
   return area2(t.c[0], t.c[1], t.c[2]);
-}
-
-// The triangle in its chart's own space.
-inline Triangle2 uv_triangle(const MeshCharts& charts, size_t triangle) {
-  Triangle2 t;
-  for (size_t k = 0; k < 3; ++k) t.c[k] = DVec2(charts.corner_uv[3 * triangle + k]);
-  return t;
-}
-// The triangle on its page. Whatever finds or evaluates sites takes its corners from here, so that the
-// same bits come out everywhere.
-inline Triangle2 texel_triangle(const MeshCharts& charts, const ChartPlacement& place, size_t triangle) {
-  Triangle2 t = uv_triangle(charts, triangle);
-  for (DVec2& c : t.c) c = c * DVec2(place.scale) + DVec2(place.offset);
-  return t;
 }
 
 struct XRange {

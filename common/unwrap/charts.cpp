@@ -1,9 +1,9 @@
-#include "common/atlas/charts.h"
+#include "common/unwrap/charts.h"
 
 #include <array>
 
-#include "common/atlas/coverage.h"
-#include "common/atlas/unwrap_simple.h"
+#include "common/raster/coverage.h"
+#include "common/unwrap/unwrap_simple.h"
 #include "common/base/format.h"
 
 namespace kiln {
@@ -20,12 +20,12 @@ void bring_near(MeshCharts& charts) {
   const float inf = std::numeric_limits<float>::infinity();
   std::vector<Vec2> lo(charts.chart_count, Vec2(inf)), hi(charts.chart_count, Vec2(-inf));
   for (size_t i = 0; i < charts.corner_uv.size(); ++i) {
-    const uint32_t chart = charts.chart_of_triangle[i / 3];
+    const uint32_t chart = charts.chart_of_face[i / 3];
     lo[chart] = glm::min(lo[chart], charts.corner_uv[i]);
     hi[chart] = glm::max(hi[chart], charts.corner_uv[i]);
   }
   for (size_t i = 0; i < charts.corner_uv.size(); ++i) {
-    const uint32_t chart = charts.chart_of_triangle[i / 3];
+    const uint32_t chart = charts.chart_of_face[i / 3];
     for (int axis = 0; axis < 2; ++axis)
       if (lo[chart][axis] < -kFar || hi[chart][axis] > kFar)
         charts.corner_uv[i][axis] -= std::floor(lo[chart][axis]);
@@ -75,11 +75,11 @@ void join_at_edge(std::span<const Edge> edges, const MeshCharts& charts, const s
 
 // Chart numbers in the order of their first triangles.
 void number_charts(UnionFind& sets, MeshCharts& charts) {
-  std::vector<uint32_t> number(charts.chart_of_triangle.size());
+  std::vector<uint32_t> number(charts.chart_of_face.size());
   for (uint32_t t = 0; t < number.size(); ++t) {
     const uint32_t root = sets.find(t);
     if (root == t) number[t] = charts.chart_count++;
-    charts.chart_of_triangle[t] = number[root];
+    charts.chart_of_face[t] = number[root];
   }
 }
 
@@ -118,11 +118,11 @@ double overlap_of_chart(const MeshCharts& charts, std::span<const uint32_t> tria
 ChartTriangles triangles_by_chart(const MeshCharts& charts) {
   ChartTriangles by;
   by.first.resize(charts.chart_count + 1);
-  for (uint32_t chart : charts.chart_of_triangle) ++by.first[chart + 1];
+  for (uint32_t chart : charts.chart_of_face) ++by.first[chart + 1];
   std::partial_sum(by.first.begin(), by.first.end(), by.first.begin());
-  by.triangles.resize(charts.chart_of_triangle.size());
+  by.triangles.resize(charts.chart_of_face.size());
   std::vector<uint32_t> next(by.first.begin(), by.first.end() - 1);
-  for (uint32_t t = 0; t < by.triangles.size(); ++t) by.triangles[next[charts.chart_of_triangle[t]]++] = t;
+  for (uint32_t t = 0; t < by.triangles.size(); ++t) by.triangles[next[charts.chart_of_face[t]]++] = t;
   return by;
 }
 
@@ -141,7 +141,7 @@ Expected<MeshCharts> authored_charts(const Mesh& mesh) {
   if (flat > kMostDegenerate)
     return refuse(text("has a TEXCOORD_1 in which {:.3g} % of its surface have no area", 100 * flat));
 
-  charts.chart_of_triangle.resize(mesh.triangles.size());
+  charts.chart_of_face.resize(mesh.triangles.size());
   const std::vector<uint32_t> weld = weld_corners(mesh, mesh.uv[1]);
   const std::vector<Edge> edges = sorted_edges(weld);
   UnionFind sets(mesh.triangles.size());

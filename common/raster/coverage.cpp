@@ -1,6 +1,6 @@
-#include "common/atlas/coverage.h"
+#include "common/raster/coverage.h"
 
-#include "common/atlas/site_points.h"
+#include "common/raster/site_points.h"
 
 namespace kiln {
 HalfPlane::HalfPlane(const DVec2& from, const DVec2& to, bool positive) : origin_(from), positive_(positive) {

@@ -1,4 +1,4 @@
-#include "common/atlas/face_grid.h"
+#include "common/unwrap/face_grid.h"
 
 namespace kiln {
 

@@ -4,7 +4,7 @@
 
 #include <array>
 
-#include "common/atlas/triangle2.h"
+#include "common/raster/triangle2.h"
 
 namespace kiln {
 

@@ -3,7 +3,7 @@
 #include <array>
 #include <bit>
 
-#include "common/atlas/charts.h"
+#include "common/unwrap/charts.h"
 
 namespace kiln {
 namespace {

@@ -2,8 +2,9 @@
 #pragma once
 
 #include <span>
+#include <vector>
 
-#include "common/atlas/triangle2.h"
+#include "common/raster/triangle2.h"
 
 namespace kiln {
 

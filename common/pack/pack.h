@@ -3,7 +3,7 @@
 
 #include <span>
 
-#include "common/atlas/bit_image.h"
+#include "common/raster/bit_image.h"
 
 namespace kiln {
 

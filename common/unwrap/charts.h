@@ -4,7 +4,8 @@
 #include <numeric>
 #include <span>
 
-#include "common/atlas/atlas.h"
+#include "common/base/status.h"
+#include "common/unwrap/mesh_charts.h"
 
 namespace kiln {
 

@@ -2,7 +2,7 @@
 // overlaps the triangle. (O'Donnell 2018, chart masks; Roughton 2019, 4.1.2.)
 #pragma once
 
-#include "common/atlas/triangle2.h"
+#include "common/raster/triangle2.h"
 
 namespace kiln {
 

@@ -1,0 +1,37 @@
+// What a step of work has to say of itself, for reports.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "common/base/clock.h"
+
+namespace kiln {
+
+struct StageTime {
+  std::string name;
+  double seconds = 0;
+};
+
+// Adds the seconds since its making to a list when it ends.
+class StageTimer {
+ public:
+  StageTimer(std::vector<StageTime>& times, std::string name) : times_(times), name_(std::move(name)) {}
+  ~StageTimer() { times_.push_back({name_, watch_.seconds()}); }
+
+ private:
+  std::vector<StageTime>& times_;
+  std::string name_;
+  Stopwatch watch_;
+};
+
+// "largest step across a seam before", 0.31, "".
+struct Figure {
+  std::string name;
+  double value = 0;
+  std::string unit;
+};
+using Figures = std::vector<Figure>;
+
+}  // namespace kiln
