@@ -16,10 +16,10 @@ struct Measure {
 };
 
 void add_triangle(const DVec3& e1, const DVec3& e2, const Triangle2& uv, Measure& m) {
+  const double det = area2(uv);
+  if (det == 0) return;  // nobody sees it, or a fault of the file: it gets no texels and asks for none
   const double area = 0.5 * length(cross(e1, e2));
   m.area += area;
-  const double det = area2(uv);
-  if (det == 0) return;
   const DVec2 d1 = uv.c[1] - uv.c[0], d2 = uv.c[2] - uv.c[0];
   const DVec3 du = (e1 * d2.y - e2 * d1.y) / det, dv = (e2 * d1.x - e1 * d2.x) / det;
   m.along_u += area * dot(du, du);

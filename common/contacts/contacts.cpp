@@ -34,7 +34,6 @@ struct Found {
   uint32_t instance;
   Contact contact;
   ContactLine line;
-  Vec3 behind;  // in the plane of what is stood on, unit: away from the front of what stands there
 };
 
 // The plane and the barycentrics of a triangle that is stood on.
@@ -84,8 +83,7 @@ bool clip(DVec2& a, DVec2& b, double slack) {
 }
 
 // Where `by` rises from the front of the ground; the ends are in the plane.
-bool rising_line(const Ground& ground, const WorldTriangle& by, double texel, DVec3 (&ends)[2],
-                 DVec3& behind) {
+bool rising_line(const Ground& ground, const WorldTriangle& by, double texel, DVec3 (&ends)[2]) {
   const double level = kContactGap * texel;
   double height[3];
   for (int k = 0; k < 3; ++k) height[k] = dot(ground.normal, DVec3(by.corner[k]) - ground.origin);
@@ -107,7 +105,6 @@ bool rising_line(const Ground& ground, const WorldTriangle& by, double texel, DV
   const DVec3 flat = n / size - along * ground.normal;  // in the plane, across the line
   const DVec3 down = -level * ground.normal + level * along / dot(flat, flat) * flat;
   for (DVec3& e : ends) e += down;
-  behind = -flat / length(flat);
   return true;
 }
 
@@ -145,40 +142,31 @@ class ContactFinder::Search {
     return all;
   }
 
-  // Is there surface in the open within the reach of a bilinear lookup and of filling behind the contact?
-  // Below a solid that is wider there is nothing to keep apart: sites inside it are not used.
-  bool divides(const Found& f) const {
-    const DVec3 n(f.line.normal), a(f.line.a), b(f.line.b), behind(f.behind);
-    const double texel = texel_[f.instance];
-    for (const double share : {0.5, 0.1, 0.9})
-      for (const double texels : {3.0, 2.0, 1.0, 0.5, 0.1, 0.01}) {
-        const DVec3 at = a + share * (b - a) + texels * texel * behind + 2 * kContactGap * texel * n;
-        if (!is_buried(at, n)) return true;
-      }
-    return false;
-  }
-
   bool is_buried(uint32_t instance, uint32_t triangle, const DVec2& b) const {
     const WorldTriangle& t = triangles_[first_[instance] + triangle];
     const Ground ground(t, mirrored_[instance]);
     if (ground.flat()) return false;
-    return is_buried(ground.at(b) + 2 * kContactGap * texel_[instance] * ground.normal, ground.normal);
+    return is_buried(ground.at(b) + 2 * kContactGap * texel_[instance] * ground.normal, ground.normal,
+                     texel_[instance]);
   }
   size_t instances() const { return scene_.instances.size(); }
   double texel(uint32_t instance) const { return texel_[instance]; }
-  unsigned threads() const { return threads_; }
 
  private:
-  bool is_buried(const DVec3& at, const DVec3& up) const {
-    const TriangleTree::Hit hit = tree_->first_hit(at, up);
-    if (!hit.valid()) return false;
-    const WorldTriangle& t = triangles_[hit.triangle];
-    if (double_sided_[t.instance]) return false;
-    const DVec3 c(t.corner[0]);
-    const double facing = dot(up, cross(DVec3(t.corner[1]) - c, DVec3(t.corner[2]) - c));
-    return (facing > 0) != mirrored_[t.instance];
+  // Inner sides count first where two surfaces lie on each other: a crate on a crate hides the inside of the
+  // lower.
+  bool is_buried(const DVec3& at, const DVec3& up, double texel) const {
+    double inner = 1e300, outer = 1e300;
+    tree_->for_each_hit(at, up, outer, [&](uint32_t index, double distance) {
+      const WorldTriangle& t = triangles_[index];
+      const DVec3 c(t.corner[0]);
+      const double facing = dot(up, cross(DVec3(t.corner[1]) - c, DVec3(t.corner[2]) - c));
+      const bool is_inner = !double_sided_[t.instance] && (facing > 0) != mirrored_[t.instance];
+      double& nearest = is_inner ? inner : outer;
+      nearest = std::min(nearest, distance);
+    });
+    return inner < 1e300 && inner <= outer + kContactGap * texel;
   }
-
   // Do the triangles meet at two corners, as neighbours in a surface do?
   static int common_corners(const WorldTriangle& a, const WorldTriangle& b) {
     int count = 0;
@@ -198,19 +186,21 @@ class ContactFinder::Search {
     tree_->for_each(box, [&](uint32_t index) {
       const WorldTriangle& by = triangles_[index];
       if (!blocks_[by.instance] || &by == &on) return;
-      DVec3 ends[2], behind;
-      if (!rising_line(ground, by, texel, ends, behind)) return;
-      if (mirrored_[by.instance]) behind = -behind;
+      DVec3 ends[2];
+      if (!rising_line(ground, by, texel, ends)) return;
       DVec2 a = ground.barycentrics(ends[0]), b = ground.barycentrics(ends[1]);
-      if (!clip(a, b, slack)) return;
+      // Without slack first: clamping what reaches over a side would turn the line.
+      const DVec2 whole_a = a, whole_b = b;
+      if (!clip(a, b, 0)) {
+        a = whole_a, b = whole_b;
+        if (!clip(a, b, slack)) return;
+      }
       if (length(ground.at(a) - ground.at(b)) < kLeastLength * texel) return;
       // The next face of a surface that bends upwards: no one stands there.
       if (on.instance == by.instance && common_corners(on, by) == 2 && on_a_side(a, b)) return;
       if (b.x < a.x || (b.x == a.x && b.y < a.y)) std::swap(a, b);
-      found.push_back({on.instance,
-                       {on.triangle, a, b},
-                       {Vec3(ground.at(a)), Vec3(ground.at(b)), Vec3(ground.normal)},
-                       Vec3(behind)});
+      found.push_back(
+          {on.instance, {on.triangle, a, b}, {Vec3(ground.at(a)), Vec3(ground.at(b)), Vec3(ground.normal)}});
     });
   }
   static bool on_a_side(const DVec2& a, const DVec2& b) {
@@ -283,11 +273,8 @@ Contacts ContactFinder::find() const {
     for (end = i; end < found.size() && found[end].instance == instance;) ++end;
     const std::span<const Found> own(&found[i], end - i);
     const std::vector<bool> far = reach_far(own, search_->texel(instance));
-    std::vector<char> divides(own.size());
-    parallel_for(
-        own.size(), [&](size_t k) { divides[k] = far[k] && search_->divides(own[k]); }, search_->threads());
     for (size_t k = 0; k < own.size(); ++k) {
-      if (!divides[k]) continue;
+      if (!far[k]) continue;
       contacts.of_instance[instance].push_back(own[k].contact);
       contacts.lines.push_back(own[k].line);
     }

@@ -38,9 +38,8 @@ class ContactFinder {
 
   // Contacts of all instances. What rises less than kContactRise texels, hovers more than kContactGap of one
   // above the surface, or whose contact as a whole reaches less than kContactReach texels (the foot of a
-  // chair) is no contact. Nor is the border of a solid so wide that no lookup from one side reaches the
-  // other, nor a surface that lets light through. The same scene gives the same contacts whatever the number
-  // of threads.
+  // chair) is no contact; nor is a surface that lets light through. The same scene gives the same contacts
+  // whatever the number of threads.
   Contacts find() const;
 
   // Does a ray upwards from just above a point of an instance's triangle meet the inner side of something?
@@ -50,14 +49,13 @@ class ContactFinder {
   class Search;
   std::unique_ptr<Search> search_;
 };
-constexpr double kContactGap = 0.02, kContactRise = 0.04, kContactReach = 4;
+constexpr double kContactGap = 0.02, kContactRise = 0.04, kContactReach = 2;
 
 // The charts of one instance cut along its contacts: triangles are parted where a contact crosses them, and
 // parts on the two sides of a contact are in different charts. `base` are the charts of its mesh. Nothing is
-// cut: the result has no faces. What is too small for texels of its own, a spot or a strip below what stands
-// there
-// (`is_buried` of triangle and barycentrics), goes with a neighbour. `refused`: triangles with more contacts
-// than kMostParts allows, left whole.
+// cut: the result has no faces. What nobody sees below what stands there (`is_buried` of triangle and
+// barycentrics) gets no texels: its faces shrink to a point of a neighbour. `refused`: triangles with more
+// contacts than kMostParts allows, left whole.
 constexpr size_t kMostParts = 256;
 MeshCharts cut_charts(const Mesh& mesh, const Mat4x3& to_world, const MeshCharts& base,
                       std::span<const Contact> contacts, double texel,

@@ -6,6 +6,7 @@
 #include <array>
 #include <map>
 #include <numeric>
+#include <optional>
 #include <set>
 #include <unordered_map>
 
@@ -16,7 +17,7 @@
 namespace kiln {
 namespace {
 
-constexpr double kLeastChart = 32;  // texels: smaller ones are not cut
+constexpr double kLeastChart = 8;  // texels: smaller ones are not cut
 // Barycentrics are whole multiples of this, so that 1 - t is exact and the two triangles at a side have the
 // same points on it.
 constexpr double kGrid = 1 << 23;
@@ -325,6 +326,7 @@ class Cutter {
     uint32_t a, b;  // polygons, in order
     double length;
     bool wall;
+    DVec2 uv;  // of the middle
   };
 
   DVec2 uv_of(uint32_t triangle, const DVec2& b) const {
@@ -369,12 +371,12 @@ class Cutter {
             continue;
           const double reach = 1e-4 * length(a.uv_to - a.uv_from);
           if (length(a.uv_from - b.uv_from) > reach || length(a.uv_to - b.uv_to) > reach) continue;
-          all_meetings.push_back({a.polygon, b.polygon, a.length, wall});
+          all_meetings.push_back({a.polygon, b.polygon, a.length, wall, 0.5 * (a.uv_from + a.uv_to)});
           if (wall) {
             apart_[a.polygon].push_back(b.polygon);
             apart_[b.polygon].push_back(a.polygon);
           } else if (a.length > 8 * least()) {  // not where rounding alone makes two of one point
-            open.push_back({a.polygon, b.polygon, a.length, false});
+            open.push_back({a.polygon, b.polygon, a.length, false, {}});
           }
         }
     }
@@ -385,63 +387,71 @@ class Cutter {
     members_.resize(all_.size());
     for (uint32_t i = 0; i < all_.size(); ++i) members_[i] = {i};
     for (const Meeting& m : open) merge(set_of_[m.a], set_of_[m.b]);
-    give_away_small(all_meetings);
+    give_away(all_meetings);
   }
-  // Sets too small for texels of their own go with the neighbour with which they share most: spots, and
-  // strips below what stands there. That joins the two sides of a contact, but never three sets.
-  void give_away_small(const std::vector<Meeting>& meetings) {
+  // Sets that nobody sees get no texels: their faces shrink to a point beside the neighbour with which they
+  // share most. Spots in the open, too small for texels of their own, go with what they lie beside in the
+  // open.
+  void give_away(const std::vector<Meeting>& meetings) {
     struct Shared {
-      double open = 0, wall = 0;
+      double open = 0, all = 0, longest = 0;
+      DVec2 uv{0.0};  // of the middle of the longest side
     };
     std::map<uint32_t, std::map<uint32_t, Shared>> shared;  // by set
-    std::vector<double> border(all_.size()), area(all_.size());
-    for (const Meeting& m : meetings) {
-      const uint32_t a = set_of_[m.a], b = set_of_[m.b];
-      if (a == b) {
-        border[a] -= 2 * m.length;
-        continue;
+    for (const Meeting& m : meetings)
+      for (const auto& [a, b] :
+           {std::pair(set_of_[m.a], set_of_[m.b]), std::pair(set_of_[m.b], set_of_[m.a])}) {
+        if (a == b) continue;
+        Shared& s = shared[a][b];
+        s.all += m.length;
+        if (!m.wall) s.open += m.length;
+        if (m.length > s.longest) s.longest = m.length, s.uv = m.uv;
       }
-      (m.wall ? shared[a][b].wall : shared[a][b].open) += m.length;
-      (m.wall ? shared[b][a].wall : shared[b][a].open) += m.length;
-    }
-    for (uint32_t i = 0; i < all_.size(); ++i) {
-      const Polygon& p = *all_[i];
-      for (size_t k = 0; k < p.points.size(); ++k) {
-        const DVec2 &a = p.points[k].at, &b = p.points[(k + 1) % p.points.size()].at;
-        area[set_of_[i]] += 0.5 * (a.x * b.y - a.y * b.x);
-        border[set_of_[i]] += length(b - a);
-      }
-    }
-    constexpr double kSpot = 1.0, kStrip = 0.5;  // texels: area, width
+    constexpr double kSpot = 1.0;  // texels
+    at_point_.resize(all_.size());
     for (const auto& [set, neighbours] : shared) {
-      if (members_[set].empty()) continue;
-      const double width = border[set] > 0 ? 2 * area[set] / border[set] : 0.0;
-      const bool spot = area[set] <= kSpot * texel_ * texel_, strip = width < kStrip * texel_;
-      if (!spot && !strip) continue;
-      const bool buried = is_buried(set);  // else it is seen: only with what it lies beside in the open
-      if (!buried && !spot) continue;
+      const bool buried = is_buried(set);
+      if (members_[set].empty() || (!buried && area_of(set) > kSpot * texel_ * texel_)) continue;
       uint32_t best = set;
       double most = 0;
       for (const auto& [other, by] : neighbours) {
-        const double length = by.open + (buried ? by.wall : 0.0);
-        if (!members_[other].empty() && length > most) best = other, most = length;
+        const double length = buried ? by.all : by.open;
+        if (!members_[other].empty() && !at_point_[members_[other][0]] && length > most)
+          best = other, most = length;
       }
-      if (best != set) unite(best, set);
+      if (best == set) continue;
+      if (buried)
+        for (const uint32_t p : members_[set]) at_point_[p] = neighbours.at(best).uv;
+      unite(best, set);
     }
   }
-  bool is_buried(uint32_t set) const {
-    const Polygon* widest = nullptr;
-    double most = 0;
-    for (const uint32_t i : members_[set]) {
-      double twice = 0;
-      const Polygon& p = *all_[i];
-      for (size_t k = 0; k < p.points.size(); ++k) {
-        const DVec2 &a = p.points[k].at, &b = p.points[(k + 1) % p.points.size()].at;
-        twice += a.x * b.y - a.y * b.x;
-      }
-      if (!widest || twice > most) widest = &p, most = twice;
+  double area_of(const Polygon& p) const {
+    double twice = 0;
+    for (size_t k = 0; k < p.points.size(); ++k) {
+      const DVec2 &a = p.points[k].at, &b = p.points[(k + 1) % p.points.size()].at;
+      twice += a.x * b.y - a.y * b.x;
     }
-    return is_buried_(widest->triangle, middle_of(*widest));
+    return 0.5 * twice;
+  }
+  double area_of(uint32_t set) const {
+    double area = 0;
+    for (const uint32_t p : members_[set]) area += area_of(*all_[p]);
+    return area;
+  }
+  // Are all points that are tried buried: of each polygon the middle, those between it and the corners, and
+  // in wide ones more, half a texel apart?
+  bool is_buried(uint32_t set) const {
+    for (const uint32_t i : members_[set]) {
+      const Polygon& p = *all_[i];
+      const DVec2 middle = middle_of(p), centre = flatten(p.triangle).at(middle);
+      if (!is_buried_(p.triangle, middle)) return false;
+      for (const Point& q : p.points) {
+        const auto steps = static_cast<int>(std::clamp(length(q.at - centre) / (0.5 * texel_), 1.0, 64.0));
+        for (int s = 1; s <= steps; ++s)
+          if (!is_buried_(p.triangle, middle + (s - 0.1) / steps * (q.bary - middle))) return false;
+      }
+    }
+    return !members_[set].empty();
   }
   static DVec2 middle_of(const Polygon& p) {
     DVec2 middle(0.0);
@@ -472,7 +482,11 @@ class Cutter {
     for (uint32_t i = 0; i < all_.size(); ++i) {
       uint32_t& chart = number[set_of_[i]];
       if (chart == kNone) chart = out.chart_count++;
+      const size_t first = out.corner_uv.size();
       add_faces(*all_[i], chart, out);
+      if (at_point_[i])
+        std::fill(out.corner_uv.begin() + static_cast<std::ptrdiff_t>(first), out.corner_uv.end(),
+                  Vec2(*at_point_[i]));
     }
     return out;
   }
@@ -520,6 +534,7 @@ class Cutter {
   std::vector<std::vector<uint32_t>> apart_;  // by polygon: those on the other side of a contact
   std::vector<uint32_t> set_of_;
   std::vector<std::vector<uint32_t>> members_;
+  std::vector<std::optional<DVec2>> at_point_;  // by polygon: nobody sees it, its texel coordinates are these
 };
 
 }  // namespace
@@ -530,9 +545,8 @@ MeshCharts cut_charts(const Mesh& mesh, const Mat4x3& to_world, const MeshCharts
   if (contacts.empty()) return {};
   // First to see which charts are divided at all: most contacts run along borders, where nothing is to be
   // cut.
-  size_t ignored = 0;
   Cutter all(mesh, to_world, base, contacts, texel, is_buried);
-  all.run(ignored);
+  all.run(refused);
   const std::vector<bool> divided = all.divided();
   // A chart of few texels shows no more than a blur of what stands on it, cut or not.
   std::vector<double> area(base.chart_count);
@@ -548,7 +562,8 @@ MeshCharts cut_charts(const Mesh& mesh, const Mat4x3& to_world, const MeshCharts
         area[base.chart_of_face[c.triangle]] >= kLeastChart * texel * texel)
       needed.push_back(c);
   if (needed.empty()) return {};
-  return Cutter(mesh, to_world, base, needed, texel, is_buried).run(refused);
+  size_t again = 0;
+  return Cutter(mesh, to_world, base, needed, texel, is_buried).run(again);
 }
 
 }  // namespace kiln

@@ -57,22 +57,15 @@ TriangleTree::TriangleTree(std::span<const WorldTriangle> triangles) : triangles
 }
 
 // Moeller & Trumbore 1997, in double.
-TriangleTree::Hit TriangleTree::first_hit(const DVec3& o, const DVec3& d) const {
-  const DVec3 inv = 1.0 / d;
-  Hit hit;
-  walk([&](const Box3& b) { return b.meets(o, inv, hit.distance); },
-       [&](uint32_t index) {
-         const WorldTriangle& t = triangles_[index];
-         const DVec3 a(t.corner[0]), e1 = DVec3(t.corner[1]) - a, e2 = DVec3(t.corner[2]) - a;
-         const DVec3 p = cross(d, e2);
-         const double det = dot(e1, p);
-         if (det == 0) return;
-         const DVec3 s = o - a, q = cross(s, e1);
-         const double u = dot(s, p) / det, v = dot(d, q) / det, distance = dot(e2, q) / det;
-         if (u < 0 || v < 0 || u + v > 1 || distance <= 0 || distance >= hit.distance) return;
-         hit = {index, distance};
-       });
-  return hit;
+double TriangleTree::distance_to(uint32_t triangle, const DVec3& o, const DVec3& d) const {
+  const WorldTriangle& t = triangles_[triangle];
+  const DVec3 a(t.corner[0]), e1 = DVec3(t.corner[1]) - a, e2 = DVec3(t.corner[2]) - a;
+  const DVec3 p = cross(d, e2);
+  const double det = dot(e1, p);
+  if (det == 0) return -1;
+  const DVec3 s = o - a, q = cross(s, e1);
+  const double u = dot(s, p) / det, v = dot(d, q) / det;
+  return u < 0 || v < 0 || u + v > 1 ? -1 : dot(e2, q) / det;
 }
 
 }  // namespace kiln

@@ -60,13 +60,18 @@ class TriangleTree {
     walk([&](const Box3& b) { return b.meets(box); }, visit);
   }
 
-  struct Hit {
-    uint32_t triangle = ~0u;
-    double distance = 1e300;
-    bool valid() const { return triangle != ~0u; }
-  };
-  // The nearest triangle that a ray meets from either side.
-  Hit first_hit(const DVec3& origin, const DVec3& direction) const;
+  // Calls visit(index, distance) for triangles that a ray meets from either side no further than `end`, in no
+  // order of distance; the caller may lower `end` meanwhile, somewhat beyond it is then still visited.
+  template <class Visit>
+  void for_each_hit(const DVec3& origin, const DVec3& direction, const double& end,
+                    const Visit& visit) const {
+    const DVec3 inverse = 1.0 / direction;
+    walk([&](const Box3& b) { return b.meets(origin, inverse, 1.01 * end); },
+         [&](uint32_t index) {
+           if (const double distance = distance_to(index, origin, direction); distance > 0)
+             visit(index, distance);
+         });
+  }
 
  private:
   template <class Meets, class Visit>
@@ -86,6 +91,9 @@ class TriangleTree {
         if (meets(boxes_[i])) visit(order_[i]);
     }
   }
+
+  // Along the ray; not positive: no hit.
+  double distance_to(uint32_t triangle, const DVec3& origin, const DVec3& direction) const;
 
   struct Node {
     Box3 box;

@@ -1,4 +1,8 @@
 // scene.glb: the scene again, with TEXCOORD_1 that addresses the lightmap.
+#include <array>
+#include <map>
+
+#include "common/atlas/atlas_lookup.h"
 #include "common/base/files.h"
 #include "coordinator/encode/output.h"
 #include "coordinator/import/import.h"
@@ -12,9 +16,9 @@ struct Written {
   Atlas atlas;
 };
 
-Written write_and_read(const AtlasSettings& settings) {
+Written write_and_read(const AtlasSettings& settings, const Scene& scene = test::small_room()) {
   test::TempDir dir;
-  test::write_scene_glb(test::small_room(), dir.path() / "room.glb");
+  test::write_scene_glb(scene, dir.path() / "room.glb");
   auto before = import_scene(dir.path() / "room.glb", {});
   EXPECT_TRUE(before);
   auto atlas = build_atlas(before->scene, settings);
@@ -31,6 +35,7 @@ TEST(GltfOutput, EveryTriangleKeepsItsPlaceAndGetsItsTexels) {
   AtlasSettings settings;
   settings.layout = AtlasSettings::Layout::kPack;
   settings.texels_per_metre = 8;
+  settings.cut_contacts = false;
   const Written w = write_and_read(settings);
   ASSERT_EQ(w.after.scene.instances.size(), w.before.scene.instances.size());
   EXPECT_EQ(w.after.scene.lights.size(), w.before.scene.lights.size());
@@ -66,6 +71,85 @@ TEST(GltfOutput, TheWrittenCoordinatesAreAValidAtlas) {
   const auto atlas = build_atlas(w.after.scene, again);
   ASSERT_TRUE(atlas) << atlas.error().message;
   EXPECT_EQ(atlas->sites.size(), w.atlas.sites.size());
+}
+
+// Two instances of a 6 x 6 m floor of one quad; a wall without thickness stands on the first.
+Scene floor_with_wall() {
+  Scene s;
+  Mesh floor, wall;
+  floor.name = "floor";
+  floor.positions = {{0, 0, 0}, {0, 0, 6}, {6, 0, 6}, {6, 0, 0}};
+  floor.triangles = {{0, 1, 2}, {0, 2, 3}};
+  floor.normals.assign(4, Vec3(0, 1, 0));
+  wall.name = "wall";
+  wall.positions = {{2.2f, 0, 0}, {2.2f, 0, 6}, {2.2f, 2, 6}, {2.2f, 2, 0}};
+  wall.triangles = {{0, 1, 2}, {0, 2, 3}};
+  wall.normals.assign(4, Vec3(-1, 0, 0));
+  s.meshes = {floor, wall};
+  s.materials.push_back({"metallic_roughness", "white", Mat4x3(1.0f), {}});
+  for (int i = 0; i < 3; ++i) {
+    Instance in;
+    in.mesh = in.file_mesh = i == 2;
+    in.node = static_cast<uint32_t>(i);
+    in.name = "node" + std::to_string(i);
+    if (i == 1) in.to_world[3] = Vec3(20, 0, 0);
+    s.instances.push_back(in);
+  }
+  return s;
+}
+
+double area_of(const Scene& scene, size_t instance) {
+  double area = 0;
+  const Instance& in = scene.instances[instance];
+  const Mesh& m = scene.meshes[in.mesh];
+  for (const UVec3& t : m.triangles) {
+    const DVec3 a(transform_point(in.to_world, m.positions[t.x]));
+    area += 0.5 * length(cross(DVec3(transform_point(in.to_world, m.positions[t.y])) - a,
+                               DVec3(transform_point(in.to_world, m.positions[t.z])) - a));
+  }
+  return area;
+}
+
+TEST(GltfOutput, TrianglesAreCutWhereChartsAreAndStayClosed) {
+  AtlasSettings settings;
+  settings.layout = AtlasSettings::Layout::kPack;
+  const Written w = write_and_read(settings, floor_with_wall());
+  ASSERT_EQ(w.after.scene.instances.size(), 3u);
+  EXPECT_EQ(w.atlas.statistics.cut_charts, 1u);
+  EXPECT_EQ(w.after.scene.meshes[w.after.scene.instances[1].mesh].triangles.size(),
+            2u);  // nothing stands on it
+  const Instance& floor = w.after.scene.instances[0];
+  const Mesh& m = w.after.scene.meshes[floor.mesh];
+  EXPECT_GT(m.triangles.size(), 2u);
+  EXPECT_NEAR(area_of(w.after.scene, 0), 36.0, 36 * 1e-6);
+  const AtlasLookup lookup(w.atlas);
+  using Place = std::array<float, 3>;
+  std::map<std::pair<Place, Place>, int> sides;
+  for (const UVec3& t : m.triangles) {
+    Vec3 middle(0.0f);
+    for (int k = 0; k < 3; ++k) middle += m.positions[t[k]] / 3.0f;
+    // No triangle reaches over the wall.
+    for (int k = 0; k < 3; ++k) EXPECT_GE((m.positions[t[k]].x - 2.2f) * (middle.x - 2.2f), -1e-5f);
+    // Its middle is where the atlas has it.
+    const bool second = middle.x > middle.z;
+    const double b1 = second ? middle.z / 6 : (middle.z - middle.x) / 6;
+    const double b2 = second ? (middle.x - middle.z) / 6 : middle.x / 6;
+    const AtlasPlace place = lookup.at(0, second, b1, b2);
+    const Vec2 uv = (m.uv[1][t.x] + m.uv[1][t.y] + m.uv[1][t.z]) / 3.0f * Vec2(w.atlas.width, w.atlas.height);
+    EXPECT_NEAR(uv.x, place.texels.x, 2e-3);
+    EXPECT_NEAR(uv.y, place.texels.y, 2e-3);
+    for (int k = 0; k < 3; ++k) {
+      const Vec3 &a = m.positions[t[k]], &b = m.positions[t[(k + 1) % 3]];
+      ++sides[std::minmax(Place{a.x, a.y, a.z}, Place{b.x, b.y, b.z})];
+    }
+  }
+  for (const auto& [side, count] : sides) {
+    const auto on = [&](int axis, float value) {
+      return side.first[axis] == value && side.second[axis] == value;
+    };
+    const bool border = on(0, 0) || on(0, 6) || on(2, 0) || on(2, 6);
+    EXPECT_EQ(count, border ? 1 : 2) << side.first[0] << " " << side.first[2];
+  }
 }
 
 TEST(GltfOutput, ImagesOutsideTheScenesFolderAreNotEmbedded) {

@@ -78,13 +78,13 @@ class PathBaker final : public Baker {
     size_t from[kBatch], count = 0;
     for (size_t i = 0; i < tasks.size(); ++i) {
       if (!tasks[i].splats.inside) continue;
-      const std::optional<SurfacePoint> place = texel.places.instead_of(
+      const std::optional<SitePlaces::Place> place = texel.places.instead_of(
           texel.picker, texel.picker.index(tasks[i].stream.single(0)), run.result.rays);
       if (!place) continue;
-      again[count] = {*place, tasks[i].stream, {}};
+      again[count] = {place->point, tasks[i].stream, {}};
       again[count].splats.rays = tasks[i].splats.rays;
       from[count++] = i;
-      run.film.count_pushed();
+      if (place->moved) run.film.count_pushed();
     }
     if (count == 0) return;
     integrator_->sample(std::span(again, count), *run.workspace);

@@ -15,17 +15,18 @@ const Pushed& SitePlaces::pushed(SitePicker& picker, uint32_t index, uint64_t& r
   return found_[index].emplace(push_out(surfaces_, tracer_, at, size, rays));
 }
 
-std::optional<SurfacePoint> SitePlaces::instead_of(SitePicker& picker, uint32_t index, uint64_t& rays) {
-  if (hopeless_ || pushed(picker, index, rays).kind == Pushed::kOutside) return std::nullopt;
-  for (uint32_t step = 0; step < picker.count(); ++step) {
-    const uint32_t other = (index + step) % picker.count();
-    const Pushed& to = pushed(picker, other, rays);
-    if (to.kind == Pushed::kBuried) continue;
-    const SitePick site = picker.at(other);
-    SurfacePoint place = surfaces_.at(site.instance, site.triangle, site.b1, site.b2);
-    if (to.kind == Pushed::kMoved) place.position = to.place;
-    return place;
-  }
+std::optional<SitePlaces::Place> SitePlaces::instead_of(SitePicker& picker, uint32_t index, uint64_t& rays) {
+  if (hopeless_ || pushed(picker, index, rays).kind <= Pushed::kOutside) return std::nullopt;
+  for (const Pushed::Kind wanted : {Pushed::kOpen, Pushed::kMoved, Pushed::kOutside})
+    for (uint32_t step = 0; step < picker.count(); ++step) {
+      const uint32_t other = (index + step) % picker.count();
+      const Pushed& to = pushed(picker, other, rays);
+      if (to.kind != wanted) continue;
+      const SitePick site = picker.at(other);
+      Place place{surfaces_.at(site.instance, site.triangle, site.b1, site.b2), wanted == Pushed::kMoved};
+      if (place.moved) place.point.position = to.place;
+      return place;
+    }
   hopeless_ = true;
   return std::nullopt;
 }

@@ -14,11 +14,15 @@ class SitePlaces {
   // Both outlive this.
   SitePlaces(const Surfaces& surfaces, const Tracer& tracer) : surfaces_(surfaces), tracer_(tracer) {}
 
-  // Where to take a sample again that met a back face from point `index` of the texel's `picker`: a place
-  // beside the point or, where there is none, the next point of the texel that is outside or has one, so that
-  // sites without a place do not darken a texel that has others. Nothing if the point is outside, or if no
-  // point of the texel is of use. A function of scene and texel; what was found is kept.
-  std::optional<SurfacePoint> instead_of(SitePicker& picker, uint32_t index, uint64_t& rays);
+  struct Place {
+    SurfacePoint point;
+    bool moved;  // beside the texel's surface
+  };
+  // Where to take a sample again that met a back face from point `index` of the texel's `picker`: the next
+  // point of the texel that is outside or, where all are inside, a place beside the first that has one.
+  // Nothing if the point is outside itself, or if no point of the texel is of use. A function of scene and
+  // texel; what was found is kept.
+  std::optional<Place> instead_of(SitePicker& picker, uint32_t index, uint64_t& rays);
 
  private:
   const Pushed& pushed(SitePicker& picker, uint32_t index, uint64_t& rays);

@@ -22,11 +22,13 @@ class Push {
       : surfaces_(surfaces), tracer_(tracer), site_(site), frame_(site.ng), rays_(rays) {}
 
   Pushed run(float texel_size) {
-    if (!is_inside(site_.position)) return {};
+    const int backs = back_faces_from(site_.position);
+    if (2 * backs <= kProbes) return {4 * backs <= kProbes ? Pushed::kOpen : Pushed::kOutside};
     std::array<Exit, kRing> exits;
     const size_t found = find_exits(kReach * texel_size, exits);
     for (size_t i = 0; i < std::min(found, kTries); ++i)
-      if (const auto place = beyond(exits[i], kMargin * texel_size); place && !is_inside(*place))
+      if (const auto place = beyond(exits[i], kMargin * texel_size);
+          place && 2 * back_faces_from(*place) <= kProbes)
         return {Pushed::kMoved, *place};
     return {Pushed::kBuried};
   }
@@ -65,19 +67,19 @@ class Push {
     return found;
   }
 
-  // Do most of a fixed set of rays over the hemisphere meet back faces? The heights are quantiles of the
-  // density of primary rays, so that the answer is that of the samples of the texel.
-  bool is_inside(const Vec3& position) {
+  // How many of a fixed set of kProbes rays over the hemisphere meet back faces; the count ends once it is
+  // more than half. The heights are quantiles of the density of primary rays, so that the answer is that of
+  // the samples of the texel.
+  int back_faces_from(const Vec3& position) {
     constexpr float kHeights[3] = {0.264f, 0.618f, 0.884f};
     const Vec3 origin = offset_origin(position, site_.ng, site_.error);
     int backs = 0;
     SurfacePoint at;
-    for (int k = 0; k < kProbes; ++k) {
+    for (int k = 0; k < kProbes && 2 * backs <= kProbes; ++k) {
       const Vec3 d = frame_.to_world(spherical(kHeights[k % 3], (static_cast<float>(k) + 0.25f) / kProbes));
       backs += is_back(trace({origin, d}), d, at);
-      if (2 * backs > kProbes || 2 * (k + 1 - backs) >= kProbes) break;  // the rest cannot change it
     }
-    return 2 * backs > kProbes;
+    return backs;
   }
 
   // A place on the outer side of an exit, in the tangent plane; nothing comes between it and the exit.

@@ -9,6 +9,7 @@ namespace kiln {
 
 struct Pushed {
   enum Kind : uint8_t {
+    kOpen,     // the site sees few back faces: it stays, and may stand for others
     kOutside,  // the site does not mostly see back faces: it stays
     kMoved,    // it is inside, and `place` is outside
     kBuried    // it is inside, and nothing outside is near enough
