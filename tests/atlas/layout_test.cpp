@@ -91,7 +91,8 @@ TEST(LayoutPack, DensityAndShapeFollowTheWorld) {
         low = glm::min(low, c);
         high = glm::max(high, c);
       }
-    return high - low;
+    const bool turned = atlas.placements[placement_of(scene, atlas, i, 0)].turned;
+    return turned ? DVec2(high.y - low.y, high.x - low.x) : high - low;
   };
   for (uint32_t i : {0u, 1u}) {
     EXPECT_NEAR(extent(i).x, 32, 1e-3);
