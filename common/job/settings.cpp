@@ -101,11 +101,15 @@ Status parse_basis(BakeSettings& b, const std::string& s) {
   return {};
 }
 
-Status parse_watertight(BakeSettings& b, const std::string& s) {
+Status store_switch(bool& target, const std::string& s) {
   std::string word;
   KILN_TRY_STATUS(store_word(word, s, {"on", "off"}));
-  b.watertight = word == "on";
+  target = word == "on";
   return {};
+}
+
+std::string print_switch(bool on) {
+  return on ? "on" : "off";
 }
 
 Status parse_sampler(BakeSettings& b, const std::string& s) {
@@ -132,6 +136,22 @@ const Setting kTable[] = {
     {"texels-per-metre", "D", "1/m", "density in layout pack",
      [](B& b, S s) { return store_number(b.texels_per_metre, s, 1e-4, 1e5); },
      [](const B& b) { return print(b.texels_per_metre); }},
+    {"max-texels", "N", "texels",
+     "budget of layout pack, width x height x pages: the density is lowered to stay within; 0: none",
+     [](B& b, S s) { return store_number(b.max_texels, s, 0, 2147483648.0); },
+     [](const B& b) { return text("{}", b.max_texels); }},
+    {"page-size", "N", "texels", "largest side of a page in layout pack",
+     [](B& b, S s) { return store_number(b.page_size, s, 4, 16384); },
+     [](const B& b) { return text("{}", b.page_size); }},
+    {"power-of-two", "WORD", "", "on: both sides of a page in layout pack are powers of two",
+     [](B& b, S s) { return store_switch(b.power_of_two, s); },
+     [](const B& b) { return print_switch(b.power_of_two); }},
+    {"block-align", "WORD", "", "on: no 4x4 block of a compressed texture has two charts, in layout pack",
+     [](B& b, S s) { return store_switch(b.block_align, s); },
+     [](const B& b) { return print_switch(b.block_align); }},
+    {"mip-levels", "N", "", "levels below the first in which no bilinear lookup mixes two charts, in layout pack",
+     [](B& b, S s) { return store_number(b.mip_levels, s, 0, 8); },
+     [](const B& b) { return text("{}", b.mip_levels); }},
     {"environment", "FILE|R,G,B", "radiance",
      "equirectangular HDR or EXR (+Y up) or a constant; overrides the scene's",
      [](B& b, S s) {
@@ -194,7 +214,8 @@ const Setting kTable[] = {
      [](const B& b) { return b.sampler; }},
     {"watertight", "WORD", "",
      "on: no ray slips between triangles that share an edge (a few in a million do); slower by up to a fifth",
-     parse_watertight, [](const B& b) { return std::string(b.watertight ? "on" : "off"); }},
+     [](B& b, S s) { return store_switch(b.watertight, s); },
+     [](const B& b) { return print_switch(b.watertight); }},
     {"isa", "NAME", "", "numeric class: the instruction set of Embree's kernels",
      [](B& b, S s) {
        return store_word(b.isa, s, {"sse2", "sse4.2", "avx", "avx2", "avx512"});
