@@ -2,8 +2,8 @@
 
 #include <bit>
 
-#include "common/raster/triangle2.h"
 #include "common/base/parallel.h"
+#include "common/raster/triangle2.h"
 
 namespace kiln {
 namespace {
@@ -46,12 +46,13 @@ uint32_t steps_along(double texels, uint32_t most, bool& limited) {
 }
 
 double mask_texels(const ChartSize& size, const Steps& s, double density, const PackRules& rules) {
-  // Around the chart: half of the texel (of the last mip level) that a lookup touches, and on average a quarter
-  // of a cell on either side to round up to whole ones.
+  // Around the chart: half of the texel (of the last mip level) that a lookup touches, and on average a
+  // quarter of a cell on either side to round up to whole ones.
   const double around = 0.5 * rules.mip_cell + 0.25 * (rules.cell - 1.0);
   const double box = (s.x + 2 * around) * (s.y + 2 * around);
   // If its border is no longer than twice its box's.
-  return std::min(box, size.square_metres * density * density + 4 * around * (s.x + s.y) + 8 * around * around);
+  return std::min(box,
+                  size.square_metres * density * density + 4 * around * (s.x + s.y) + 8 * around * around);
 }
 
 // A page's share of a chart when pages hold only charts of its size.
@@ -88,8 +89,8 @@ std::vector<MeshChartBoxes> chart_boxes(const Atlas& atlas, unsigned threads) {
 }
 
 std::vector<ChartSize> chart_sizes(const Scene& scene, const Atlas& atlas,
-                                   const std::vector<MeshChartBoxes>& boxes, const std::vector<float>& density,
-                                   unsigned threads) {
+                                   const std::vector<MeshChartBoxes>& boxes,
+                                   const std::vector<float>& density, unsigned threads) {
   std::vector<ChartSize> sizes(atlas.placements.size());
   parallel_for(
       scene.instances.size(),
@@ -120,7 +121,8 @@ PackRules pack_rules(const AtlasSettings& settings) {
   PackRules rules;
   rules.mip_cell = 1u << settings.mip_levels;
   rules.cell = std::max(settings.block_align ? 4u : 1u, rules.mip_cell);
-  const uint32_t page = settings.power_of_two ? std::bit_floor(settings.max_page_size) : settings.max_page_size;
+  const uint32_t page =
+      settings.power_of_two ? std::bit_floor(settings.max_page_size) : settings.max_page_size;
   rules.most = page / rules.cell * rules.cell - (rules.mip_cell > 1 ? rules.mip_cell : 0);
   return rules;
 }

@@ -27,8 +27,8 @@ struct ChartSize {
 // By placement. The scale keeps the area; the ratio of its axes follows how far the map stretches along
 // them, so that an instance scaled along one axis gets square texels. `density`: by instance, or empty.
 std::vector<ChartSize> chart_sizes(const Scene& scene, const Atlas& atlas,
-                                   const std::vector<MeshChartBoxes>& boxes, const std::vector<float>& density,
-                                   unsigned threads);
+                                   const std::vector<MeshChartBoxes>& boxes,
+                                   const std::vector<float>& density, unsigned threads);
 
 // What the settings ask of masks. Packing is done in cells: no two charts use one.
 struct PackRules {

@@ -86,33 +86,39 @@ struct Packing {
 
 class Layout {
  public:
-  Layout(const Scene& scene, const AtlasSettings& settings, Atlas& atlas)
+  // `density`: texels per metre that are wished for.
+  Layout(const Scene& scene, const AtlasSettings& settings, double density, Atlas& atlas)
       : scene_(scene),
         settings_(settings),
+        wanted_(density),
         atlas_(atlas),
         rules_(pack_rules(settings)),
         boxes_(chart_boxes(atlas, settings.threads)),
         sizes_(chart_sizes(scene, atlas, boxes_, settings.density, settings.threads)) {}
 
-  Status place() {
+  // At the wanted density, or at a lower one that the budget allows.
+  Expected<Packing> pack_within() {
     Packing packing = none();
-    const double density = settings_.texels_per_metre;
-    const double limit = static_cast<double>(most_texels());
-    if (texels_needed(sizes_, density, rules_) <= limit) packing = pack(density);
-    if (!packing.within(most_texels())) {
-      if (!settings_.texel_budget) return refuse();
-      packing = fit_budget();
-      if (!packing.within(most_texels())) return refuse_budget();
-      atlas_.warnings.push_back(text("texels per metre were lowered from {:.6g} to {:.6g}, so that {} x {} x {} pages "
-                                     "stay within {} texels (--max-texels)",
-                                     density, packing.density, packing.result.width, packing.result.height,
-                                     packing.result.pages, settings_.texel_budget));
-    }
+    if (texels_needed(sizes_, wanted_, rules_) <= static_cast<double>(most_texels())) packing = pack(wanted_);
+    if (packing.within(most_texels())) return packing;
+    if (!settings_.texel_budget) return refuse();
+    packing = fit_budget();
+    if (!packing.within(most_texels())) return refuse_budget();
+    return packing;
+  }
+
+  void apply(const Packing& packing) {
+    if (packing.density < settings_.texels_per_metre)
+      atlas_.warnings.push_back(
+          text("texels per metre were lowered from {:.6g} to {:.6g}, so that {} x {} x {} pages stay within "
+               "{} texels "
+               "(--max-texels)",
+               settings_.texels_per_metre, packing.density, packing.result.width, packing.result.height,
+               packing.result.pages, settings_.texel_budget));
     atlas_.statistics.texels_per_metre = static_cast<float>(packing.density);
     atlas_.statistics.kept_charts = packing.result.kept;
     warn_of_limited(scene_, sizes_, packing.steps, atlas_);
     apply_packing(packing.result, packing.masks, boxes_, rules_, atlas_);
-    return {};
   }
 
  private:
@@ -151,13 +157,13 @@ class Layout {
     return p;
   }
 
-  // The highest density found in a few packings whose pages stay within the budget: area follows the square of
-  // the density, so each packing says where the next should be.
+  // The highest density found in a few packings whose pages stay within the budget: area follows the square
+  // of the density, so each packing says where the next should be.
   Packing fit_budget() {
     constexpr int kTries = 8;
     constexpr double kEnough = 0.98, kAim = 0.99;
     const double limit = static_cast<double>(most_texels());
-    double low = 0, high = settings_.texels_per_metre;
+    double low = 0, high = wanted_;
     double density = fitting_density(sizes_, high, rules_, kAim * limit);
     Packing best = none();
     for (int k = 0; k < kTries && density > 0; ++k) {
@@ -174,25 +180,40 @@ class Layout {
   }
 
   tl::unexpected<Error> refuse() const {
-    const double density = settings_.texels_per_metre;
-    return too_dense(
-        density, fitting_density(sizes_, 0.95 * density, rules_, 0.9 * static_cast<double>(most_texels())),
-        settings_.max_texels);
+    const double limit = 0.9 * static_cast<double>(most_texels());
+    return too_dense(wanted_, fitting_density(sizes_, 0.95 * wanted_, rules_, limit), settings_.max_texels);
   }
   tl::unexpected<Error> refuse_budget() const {
-    return fail(ErrorKind::kInvalidInput,
-                text("{} charts do not fit {} texels (--max-texels) at any density: at their smallest they need "
-                     "about {:.3g}",
-                     sizes_.size(), most_texels(), texels_needed(sizes_, 0, rules_)));
+    return fail(
+        ErrorKind::kInvalidInput,
+        text("{} charts do not fit {} texels (--max-texels) at any density: at their smallest they need "
+             "about {:.3g}",
+             sizes_.size(), most_texels(), texels_needed(sizes_, 0, rules_)));
   }
 
   const Scene& scene_;
   const AtlasSettings& settings_;
+  double wanted_;
   Atlas& atlas_;
   PackRules rules_;
   std::vector<MeshChartBoxes> boxes_;
   std::vector<ChartSize> sizes_;
 };
+
+// From the charts of the meshes.
+Status cut_and_number(const Scene& scene, const AtlasSettings& settings, double density, Atlas& atlas) {
+  atlas.charts.resize(scene.meshes.size());
+  atlas.charts_of_instance.clear();
+  for (const Instance& instance : scene.instances) atlas.charts_of_instance.push_back(instance.mesh);
+  atlas.statistics.cut_charts = 0;
+  if (settings.cut_contacts) {
+    const StageTimer timer(atlas.statistics.steps, "contacts");
+    std::vector<double> texel(scene.instances.size(), 1 / density);
+    for (size_t i = 0; i < settings.density.size(); ++i) texel[i] /= settings.density[i];
+    cut_at_contacts(scene, texel, settings.threads, atlas);
+  }
+  return number_placements(scene, atlas);
+}
 
 }  // namespace
 
@@ -205,10 +226,21 @@ Expected<Atlas> layout_packed(const Scene& scene, const AtlasSettings& settings)
     const StageTimer timer(steps, "charts");
     choose_charts(scene, settings, atlas);
   }
-  for (const Instance& instance : scene.instances) atlas.charts_of_instance.push_back(instance.mesh);
-  KILN_TRY_STATUS(number_placements(scene, atlas));
-  if (atlas.placements.empty()) return atlas;
-  KILN_TRY_STATUS(Layout(scene, settings, atlas).place());
+  const size_t warnings = atlas.warnings.size();
+  double density = settings.texels_per_metre;
+  for (bool again = true; again;) {
+    KILN_TRY_STATUS(cut_and_number(scene, settings, density, atlas));
+    if (atlas.placements.empty()) return atlas;
+    Layout layout(scene, settings, density, atlas);
+    KILN_TRY(const Packing packing, layout.pack_within());
+    // Larger texels are cut elsewhere: once more for them.
+    again = settings.cut_contacts && packing.density < density && density == settings.texels_per_metre;
+    density = packing.density;
+    if (again)
+      atlas.warnings.resize(warnings);
+    else
+      layout.apply(packing);
+  }
   const StageTimer timer(steps, "sites");
   KILN_TRY(const SiteOverlap overlap, find_sites(atlas, settings.threads));
   atlas.statistics.overlapped_points = overlap.points;

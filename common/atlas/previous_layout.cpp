@@ -12,8 +12,7 @@ namespace {
 uint64_t pose_of(const Instance& instance) {
   float m[12];
   for (int column = 0; column < 4; ++column)
-    for (int row = 0; row < 3; ++row)
-      m[3 * column + row] = instance.to_world[column][row] + 0.0f;  // -0 is 0
+    for (int row = 0; row < 3; ++row) m[3 * column + row] = instance.to_world[column][row] + 0.0f;  // -0 is 0
   return xxh3(std::as_bytes(std::span(m)));
 }
 

@@ -25,8 +25,8 @@ std::string object_key(const Scene& scene, size_t instance);
 // Of an atlas of layout pack: what the next bake's AtlasSettings::previous wants.
 PreviousLayout previous_layout_of(const Scene& scene, const Atlas& atlas);
 
-// `keys`: by placement, as PackedChart::key. A chart has a previous place if an object of its name had a chart
-// of its number and key. Objects of one name: first those that have not moved, then in order.
+// `keys`: by placement, as PackedChart::key. A chart has a previous place if an object of its name had a
+// chart of its number and key. Objects of one name: first those that have not moved, then in order.
 PreviousPlaces match_previous(const Scene& scene, const Atlas& atlas, const std::vector<uint64_t>& keys,
                               const PreviousLayout& previous);
 

@@ -101,10 +101,11 @@ Status parse_basis(BakeSettings& b, const std::string& s) {
   return {};
 }
 
-Status store_switch(bool& target, const std::string& s) {
+// "on" or "off".
+Status store_switch(bool& field, const std::string& s) {
   std::string word;
   KILN_TRY_STATUS(store_word(word, s, {"on", "off"}));
-  target = word == "on";
+  field = word == "on";
   return {};
 }
 
@@ -149,7 +150,8 @@ const Setting kTable[] = {
     {"block-align", "WORD", "", "on: no 4x4 block of a compressed texture has two charts, in layout pack",
      [](B& b, S s) { return store_switch(b.block_align, s); },
      [](const B& b) { return print_switch(b.block_align); }},
-    {"mip-levels", "N", "", "levels below the first in which no bilinear lookup mixes two charts, in layout pack",
+    {"mip-levels", "N", "",
+     "levels below the first in which no bilinear lookup mixes two charts, in layout pack",
      [](B& b, S s) { return store_number(b.mip_levels, s, 0, 8); },
      [](const B& b) { return text("{}", b.mip_levels); }},
     {"environment", "FILE|R,G,B", "radiance",
@@ -210,6 +212,11 @@ const Setting kTable[] = {
     {"seed", "N", "", "of all random numbers",
      [](B& b, S s) { return store_number(b.seed, s, 0, 9007199254740992.0); },
      [](const B& b) { return text("{}", b.seed); }},
+    {"contact-cuts", "WORD", "",
+     "layout pack, on: charts end where a wall stands on them, so that no texel holds light of both its "
+     "sides",
+     [](B& b, S s) { return store_switch(b.contact_cuts, s); },
+     [](const B& b) { return print_switch(b.contact_cuts); }},
     {"sampler", "NAME", "", "random numbers: owen (scrambled Sobol'), halton, pmj02 or random", parse_sampler,
      [](const B& b) { return b.sampler; }},
     {"watertight", "WORD", "",

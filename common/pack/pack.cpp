@@ -12,7 +12,7 @@ namespace {
 
 // Work is counted in looks at 64 positions, some 3 ns each: time does not decide, so that results do not
 // depend on the machine.
-constexpr uint64_t kSweepWork = 120'000'000;   // of one try, after which charts of a size share a sweep
+constexpr uint64_t kSweepWork = 120'000'000;  // of one try, after which charts of a size share a sweep
 constexpr uint64_t kTriesWork = 100'000'000;  // after which no further try begins
 
 // A page to try, in bits.
@@ -30,8 +30,7 @@ struct Level {
   uint32_t least_width = 1;  // no narrower page holds all items
 
   uint32_t round_up(uint64_t side) const {
-    return static_cast<uint32_t>(
-        std::min<uint64_t>((side + multiple - 1) / multiple * multiple, largest));
+    return static_cast<uint32_t>(std::min<uint64_t>((side + multiple - 1) / multiple * multiple, largest));
   }
 };
 

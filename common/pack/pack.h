@@ -17,8 +17,8 @@ struct PackSettings {
   uint32_t max_pages = 64;
   bool power_of_two = false;  // page sizes; else multiples of size_multiple and of the cell
   bool turn = true;           // masks may be turned by 90 degrees
-  // A bit of a mask is a cell of this many texels a side, a power of two: 4 keeps items from sharing a block of
-  // a block-compressed texture.
+  // A bit of a mask is a cell of this many texels a side, a power of two: 4 keeps items from sharing a block
+  // of a block-compressed texture.
   uint32_t cell = 1;
   uint32_t size_multiple = 4;  // texels
 };
@@ -37,9 +37,9 @@ struct PreviousPlaces {
 };
 
 struct PackResult {
-  std::vector<PackPlace> places;               // by item
-  uint32_t width = 0, height = 0, pages = 0;   // all pages have one size
-  uint32_t kept = 0;                           // items at their previous place
+  std::vector<PackPlace> places;              // by item
+  uint32_t width = 0, height = 0, pages = 0;  // all pages have one size
+  uint32_t kept = 0;                          // items at their previous place
   bool fits = true;  // false: more than max_pages were needed, the rest is meaningless
 };
 

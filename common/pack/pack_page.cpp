@@ -123,7 +123,8 @@ bool PackPage::find_in_row(const PackShape& shape, uint32_t y, uint32_t& x) {
 }
 
 bool PackPage::is_free(const MaskView& mask, uint32_t x, uint32_t y) const {
-  const uint32_t rows = std::min(mask.height, bits_.height() > y ? bits_.height() - y : 0);  // the rest is free
+  const uint32_t rows =
+      std::min(mask.height, bits_.height() > y ? bits_.height() - y : 0);  // the rest is free
   for (uint32_t r = 0; r < rows; ++r) {
     const uint64_t* page = bits_.row(y + r);
     const uint64_t* row = mask.row(r);

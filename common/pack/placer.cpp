@@ -55,9 +55,8 @@ bool Placer::place_on(uint32_t page, uint32_t limit, PackPlace& place) {
 std::vector<uint32_t> Placer::by_fill() const {
   std::vector<uint32_t> order(pages_.size());
   std::iota(order.begin(), order.end(), 0u);
-  std::stable_sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) {
-    return pages_[a].used_bits() < pages_[b].used_bits();
-  });
+  std::stable_sort(order.begin(), order.end(),
+                   [&](uint32_t a, uint32_t b) { return pages_[a].used_bits() < pages_[b].used_bits(); });
   return order;
 }
 
@@ -90,8 +89,8 @@ bool Placer::keep(uint32_t mask, const PackPlace& place) {
 }
 
 uint32_t Placer::used_pages() const {
-  return static_cast<uint32_t>(std::count_if(pages_.begin(), pages_.end(),
-                                             [](const PackPage& page) { return page.used_bits() > 0; }));
+  return static_cast<uint32_t>(
+      std::count_if(pages_.begin(), pages_.end(), [](const PackPage& page) { return page.used_bits() > 0; }));
 }
 
 uint32_t Placer::used_width() const {

@@ -38,6 +38,7 @@ AtlasSettings atlas_settings(const BakeSettings& s) {
   a.power_of_two = s.power_of_two;
   a.block_align = s.block_align;
   a.mip_levels = s.mip_levels;
+  a.cut_contacts = s.contact_cuts;
   return a;
 }
 

@@ -11,8 +11,7 @@ bool mentions(const std::string& message, const std::string& part) {
 }
 
 uint32_t placement_of(const Scene& scene, const Atlas& atlas, uint32_t instance, uint32_t triangle) {
-  return atlas.instance_first_chart[instance] +
-         atlas.of_instance(instance).chart_of_face[triangle];
+  return atlas.instance_first_chart[instance] + atlas.of_instance(instance).chart_of_face[triangle];
 }
 
 Scene mixed_scene() {

@@ -47,8 +47,7 @@ struct Measured {
   PackResult result;
   double seconds;
   double share(uint64_t texels) const {
-    return 100.0 * static_cast<double>(texels) /
-           (double{1.0} * result.width * result.height * result.pages);
+    return 100.0 * static_cast<double>(texels) / (double{1.0} * result.width * result.height * result.pages);
   }
 };
 
@@ -82,10 +81,11 @@ void published_table() {
   const double with_masks = peak_megabytes();
   const Measured whole = ours(masks, {.max_page_size = kPage});
   const double peak = peak_megabytes();
-  std::printf("%u charts, %.0f %% of them 6 texels or less a side, %.2f million texels; masks rasterised in %.2f s.\n"
-              "Peak memory: %.1f MB for the masks, %.1f MB more while packing.\n\n",
-              masks.size(), 100.0 * tiny / masks.size(), static_cast<double>(texels) / 1e6, made,
-              with_masks - before, peak - with_masks);
+  std::printf(
+      "%u charts, %.0f %% of them 6 texels or less a side, %.2f million texels; masks rasterised in %.2f s.\n"
+      "Peak memory: %.1f MB for the masks, %.1f MB more while packing.\n\n",
+      masks.size(), 100.0 * tiny / masks.size(), static_cast<double>(texels) / 1e6, made, with_masks - before,
+      peak - with_masks);
   std::printf("| | size | used | time |\n|---|---|---|---|\n");
   row("as it is", whole, texels);
   row("not turned", ours(masks, {.max_page_size = kPage, .turn = false}), texels);
@@ -101,8 +101,9 @@ void published_table() {
 
 void mixes_table() {
   const uint32_t counts[] = {20000, 2000, 150, 2000, 8000};
-  std::printf("| mix | charts | texels | plain: used | time | ours: used | time | not turned: used | time "
-              "| 4x4 blocks: used | of the blocks | time |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n");
+  std::printf(
+      "| mix | charts | texels | plain: used | time | ours: used | time | not turned: used | time "
+      "| 4x4 blocks: used | of the blocks | time |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n");
   for (size_t k = 0; k < mixes().size(); ++k) {
     const MaskSet masks = make_level(mixes()[k], counts[k], 1), blocks = blocks_of(masks);
     const uint64_t texels = bits_of(masks);
@@ -111,26 +112,29 @@ void mixes_table() {
     const Measured mine = ours(masks, {.max_page_size = kPage});
     const Measured upright = ours(masks, {.max_page_size = kPage, .turn = false});
     const Measured aligned = ours(blocks, {.max_page_size = kPage, .cell = 4});
-    std::printf("| %s | %u | %.2f M | %.1f %% | %.2f s | %.1f %% | %.2f s | %.1f %% | %.2f s | %.1f %% | %.1f %% "
-                "| %.2f s |\n",
-                mixes()[k].name.c_str(), counts[k], static_cast<double>(texels) / 1e6, plain.share(texels),
-                plain.seconds, mine.share(texels), mine.seconds, upright.share(texels), upright.seconds,
-                aligned.share(texels), aligned.share(16 * bits_of(blocks)), aligned.seconds);
+    std::printf(
+        "| %s | %u | %.2f M | %.1f %% | %.2f s | %.1f %% | %.2f s | %.1f %% | %.2f s | %.1f %% | %.1f %% "
+        "| %.2f s |\n",
+        mixes()[k].name.c_str(), counts[k], static_cast<double>(texels) / 1e6, plain.share(texels),
+        plain.seconds, mine.share(texels), mine.seconds, upright.share(texels), upright.seconds,
+        aligned.share(texels), aligned.share(16 * bits_of(blocks)), aligned.seconds);
     std::fflush(stdout);
   }
 }
 
 // Runs of texels of one chart as rectangles, a colour for each chart.
 std::string picture(const MaskSet& masks, const PackResult& r) {
-  std::string svg = text("<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {} {}\" width=\"{}\" height=\"{}\" "
-                         "shape-rendering=\"crispEdges\">\n<rect width=\"100%\" height=\"100%\"/>\n",
-                         r.width, r.height, 2 * r.width, 2 * r.height);
+  std::string svg = text(
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {} {}\" width=\"{}\" height=\"{}\" "
+      "shape-rendering=\"crispEdges\">\n<rect width=\"100%\" height=\"100%\"/>\n",
+      r.width, r.height, 2 * r.width, 2 * r.height);
   for (uint32_t i = 0; i < masks.size(); ++i) {
     const PackPlace& place = r.places[i];
     MaskSet turned;
     if (place.turned) turned.add_turned(masks[i]);
     const MaskView mask = place.turned ? turned[0] : masks[i];
-    svg += text("<path fill=\"hsl({},{}%,{}%)\" d=\"", i * 137 % 360, place.turned ? 75 : 45, 40 + i * 29 % 35);
+    svg +=
+        text("<path fill=\"hsl({},{}%,{}%)\" d=\"", i * 137 % 360, place.turned ? 75 : 45, 40 + i * 29 % 35);
     for (uint32_t y = 0; y < mask.height; ++y)
       for (uint32_t x = 0; x < mask.width; ++x) {
         if (!mask.get(x, y)) continue;

@@ -54,7 +54,7 @@ Fan shape(const Mix& mix, Random& random) {
   double x = extent, y = extent / between(random, 1, 3);
   if (random.next() < 0.5) std::swap(x, y);
   const double kind = random.next();
-  Fan fan = kind < 0.5   ? rectangle(x, y)
+  Fan fan = kind < 0.5    ? rectangle(x, y)
             : kind < 0.65 ? l_shape(x, y, random)
             : kind < 0.80 ? round(x, y, 5 + static_cast<int>(4 * random.next()), 0.8, random)
             : kind < 0.90 ? round(x, y, 3, 0.5, random)

@@ -56,10 +56,12 @@ uint32_t mixed_at(const Atlas& atlas, uint32_t level) {
         const DVec2 q = (t.c[0] + b1 * (t.c[1] - t.c[0]) + b2 * (t.c[2] - t.c[0])) / double(cell) - 0.5;
         for (int tap = 0; tap < 4; ++tap) {
           const double fx = q.x - std::floor(q.x), fy = q.y - std::floor(q.y);
-          if ((tap & 1 ? fx : 1 - fx) * (tap & 2 ? fy : 1 - fy) < 1.0 / 256) continue;  // as no texture unit tells
+          if ((tap & 1 ? fx : 1 - fx) * (tap & 2 ? fy : 1 - fy) < 1.0 / 256)
+            continue;  // as no texture unit tells
           const double x = std::floor(q.x) + (tap & 1), y = std::floor(q.y) + (tap >> 1);
           if (x < 0 || y < 0 || x >= width || y >= height) continue;  // the edge is repeated
-          const auto& at = owners[(size_t{atlas.placements[p].page} * height + size_t(y)) * width + size_t(x)];
+          const auto& at =
+              owners[(size_t{atlas.placements[p].page} * height + size_t(y)) * width + size_t(x)];
           mixed += at.size() > 1 || (at.size() == 1 && *at.begin() != p + 1);
         }
       }
@@ -90,12 +92,12 @@ TEST(PackLayout, ATurnedChartHasTheTurnedFootprint) {
       const uint32_t p = atlas.instance_first_chart[i] + charts.chart_of_face[f];
       const ChartPlacement& place = atlas.placements[p];
       if (!place.turned) continue;
-      for_each_footprint_span(texel_triangle(charts, place, f), atlas.width, atlas.height,
-                              [&](uint32_t y, uint32_t x0, uint32_t x1) {
-                                for (uint32_t x = x0; x <= x1; ++x, ++texels)
-                                  other += atlas.owner[(size_t{place.page} * atlas.height + y) * atlas.width +
-                                                       x] != p + 1;
-                              });
+      for_each_footprint_span(
+          texel_triangle(charts, place, f), atlas.width, atlas.height,
+          [&](uint32_t y, uint32_t x0, uint32_t x1) {
+            for (uint32_t x = x0; x <= x1; ++x, ++texels)
+              other += atlas.owner[(size_t{place.page} * atlas.height + y) * atlas.width + x] != p + 1;
+          });
     }
   }
   EXPECT_GT(texels, 1000u);
@@ -188,6 +190,23 @@ TEST(PackLayout, TheBudgetLowersTheDensityAndIsUsed) {
   const auto none = build_atlas(scene, settings);
   ASSERT_FALSE(none);
   EXPECT_NE(none.error().message.find("--max-texels"), std::string::npos);
+}
+
+// Where charts are cut depends on the size of a texel, so a lower density is cut anew.
+TEST(PackLayout, TheBudgetHoldsWhereChartsAreCut) {
+  Scene scene = scene_of({plane(4, 12, Uv::kUnit), box({0.1f, 2, 6}, Uv::kUnit)});
+  scene.instances[1].to_world = at({6, 0, 3});  // a wall in the middle of the floor
+  AtlasSettings settings = pack_at(10);
+  settings.cut_contacts = true;
+  const Atlas free = packed(scene, settings);
+  settings.texel_budget = free.texel_count() / 3;
+  const Atlas atlas = packed(scene, settings);
+  EXPECT_LE(atlas.texel_count(), settings.texel_budget);
+  EXPECT_GE(static_cast<double>(atlas.texel_count()), 0.75 * static_cast<double>(settings.texel_budget));
+  AtlasSettings lower = settings;
+  lower.texels_per_metre = atlas.statistics.texels_per_metre;
+  lower.texel_budget = 0;
+  EXPECT_EQ(packed(scene, lower).placements.size(), atlas.placements.size());
 }
 
 TEST(PackLayout, DensityByInstance) {

@@ -68,7 +68,8 @@ TEST(Pack, TurningCanBeForbidden) {
   for (const PackPlace& place : pack_all(masks, {.turn = false}).places) EXPECT_FALSE(place.turned);
 }
 
-// The level of the published figures, smaller: 96 % there, and the fewer the charts the more the border costs.
+// The level of the published figures, smaller: 96 % there, and the fewer the charts the more the border
+// costs.
 TEST(Pack, AReducedLevelIsNinetySixPercentFull) {
   const MaskSet masks = make_level(published_level(), 26000, 1);
   const PackResult r = pack_all(masks, {});
@@ -198,7 +199,7 @@ TEST(PackAround, OneRemovedMovesNoneAndItsPlaceIsUsedAgain) {
 TEST(PackAround, PlacesThatCannotBeAreNotKept) {
   const MaskSet masks = full_squares(6, 10);
   PreviousPlaces previous{100, 100, 1, {}};
-  previous.places = {PackPlace{0, 0, 0},   PackPlace{5, 5, 0},          PackPlace{95, 0, 0},
+  previous.places = {PackPlace{0, 0, 0},   PackPlace{5, 5, 0},           PackPlace{95, 0, 0},
                      PackPlace{0, 20, 77}, PackPlace{~0u, ~0u, 0, true}, PackPlace{20, 0, 0, true}};
   const PackResult r = pack_all(masks, {.max_page_size = 100}, &previous);
   EXPECT_TRUE(r.fits);

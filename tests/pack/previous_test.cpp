@@ -1,5 +1,4 @@
 #include "common/atlas/previous_layout.h"
-
 #include "tests/atlas/shapes.h"
 
 namespace kiln {
