@@ -45,6 +45,15 @@ struct TexelSites {
   size_t size() const { return texel.size(); }
 };
 
+// Where layout pack put a chart: the corner of its mask in texels. `key`: hash of its number in the mesh, its
+// steps and its mask.
+struct PackedChart {
+  uint64_t key = 0;
+  uint32_t x = 0, y = 0, page = 0;
+  uint32_t turned = 0;  // 0 or 1
+};
+struct PreviousLayout;
+
 // For the report.
 struct AtlasStatistics {
   uint64_t charts = 0;             // placed: of all instances
@@ -53,6 +62,8 @@ struct AtlasStatistics {
   uint64_t covered_texels = 0;     // texels with a site
   uint64_t overlapped_points = 0;  // site points claimed twice; the first triangle has them
   uint32_t generated_meshes = 0;   // meshes whose charts are ours
+  float texels_per_metre = 0;      // layout pack: what was used, at density 1
+  uint64_t kept_charts = 0;        // layout pack: at their place in the previous layout
   uint32_t cut_charts = 0;         // more charts because others stand on them
   std::vector<StageTime> steps;    // where the time went
 };
@@ -66,6 +77,7 @@ struct Atlas {
   std::vector<ChartPlacement> placements;      // by (instance, chart)
   std::vector<uint32_t> owner;                 // by texel: placement index + 1 whose bilinear footprint
                                                // holds it, 0: empty. Coordinator only: not sent.
+  std::vector<PackedChart> packed_charts;      // layout pack: by placement. Coordinator only: not sent.
   TexelSites sites;
   std::vector<ContactLine> contacts;  // where surfaces stand on others. Coordinator only: not sent.
   std::vector<std::string> warnings;  // for the report, one sentence each
@@ -82,13 +94,19 @@ struct Atlas {
 
 struct AtlasSettings {
   enum class Layout { kAuto, kAtlas, kPack } layout = Layout::kAuto;
-  uint32_t width = 1024, height = 1024;     // layout atlas
-  float texels_per_metre = 4.0f;            // layout pack
-  uint32_t max_page_size = 8192;            // layout pack: a side
-  uint64_t max_texels = uint64_t{1} << 31;  // of all pages; beyond it is an error that names what fits
-  bool cut_contacts = true;                 // layout pack: charts end where a wall stands on them
-  float crease_degrees = 60.0f;             // generated charts: largest turn from a chart's first face
-  unsigned threads = 0;                     // 0: all; changes nothing but the time
+  uint32_t width = 1024, height = 1024;  // layout atlas
+  float texels_per_metre = 4.0f;         // layout pack
+  std::vector<float> density;            // by instance, times texels_per_metre; empty: 1
+  uint32_t max_page_size = 8192;         // layout pack: a side
+  bool power_of_two = false;             // layout pack: both sides
+  bool block_align = false;              // layout pack: no two charts in one 4x4 block
+  uint32_t mip_levels = 0;    // layout pack: below the first; no bilinear lookup there mixes two charts
+  uint64_t texel_budget = 0;  // layout pack: of all pages; lowers texels_per_metre; 0: none
+  const PreviousLayout* previous = nullptr;  // layout pack: charts stay where they were (previous_layout.h)
+  uint64_t max_texels = uint64_t{1} << 31;   // of all pages; beyond it is an error that names what fits
+  bool cut_contacts = true;                  // layout pack: charts end where a wall stands on them
+  float crease_degrees = 60.0f;              // generated charts: largest turn from a chart's first face
+  unsigned threads = 0;                      // 0: all; changes nothing but the time
 };
 
 // Builds charts, places them and finds the texel sites. The same scene and settings give the same atlas

@@ -1,5 +1,7 @@
 #include "common/atlas/chart_size.h"
 
+#include <bit>
+
 #include "common/base/parallel.h"
 #include "common/raster/triangle2.h"
 
@@ -43,10 +45,14 @@ uint32_t steps_along(double texels, uint32_t most, bool& limited) {
   return static_cast<uint32_t>(std::clamp(std::isfinite(steps) ? steps : page, 1.0, page));
 }
 
-double mask_texels(const ChartSize& size, const Steps& s, double density) {
-  const double box = (s.x + 1.0) * (s.y + 1.0);
-  // The chart itself and half a texel around it, if its border is no longer than twice its box's.
-  return std::min(box, size.square_metres * density * density + 2.0 * (s.x + s.y) + 2.0);
+double mask_texels(const ChartSize& size, const Steps& s, double density, const PackRules& rules) {
+  // Around the chart: half of the texel (of the last mip level) that a lookup touches, and on average a
+  // quarter of a cell on either side to round up to whole ones.
+  const double around = 0.5 * rules.mip_cell + 0.25 * (rules.cell - 1.0);
+  const double box = (s.x + 2 * around) * (s.y + 2 * around);
+  // If its border is no longer than twice its box's.
+  return std::min(box,
+                  size.square_metres * density * density + 4 * around * (s.x + s.y) + 8 * around * around);
 }
 
 // A page's share of a chart when pages hold only charts of its size.
@@ -83,7 +89,8 @@ std::vector<MeshChartBoxes> chart_boxes(const Atlas& atlas, unsigned threads) {
 }
 
 std::vector<ChartSize> chart_sizes(const Scene& scene, const Atlas& atlas,
-                                   const std::vector<MeshChartBoxes>& boxes, unsigned threads) {
+                                   const std::vector<MeshChartBoxes>& boxes,
+                                   const std::vector<float>& density, unsigned threads) {
   std::vector<ChartSize> sizes(atlas.placements.size());
   parallel_for(
       scene.instances.size(),
@@ -100,37 +107,48 @@ std::vector<ChartSize> chart_sizes(const Scene& scene, const Atlas& atlas,
                        DVec3(transform_vector(instance.to_world, c[2] - c[0])), uv_triangle(charts, f),
                        measures[charts.chart_of_face[f]]);
         }
+        const double d = density.empty() ? 1.0 : density[i];
         for (uint32_t chart = 0; chart < charts.chart_count; ++chart)
-          sizes[atlas.instance_first_chart[i] + chart] = {static_cast<uint32_t>(i), set, chart,
-                                                          metres_of(measures[chart], boxes[set].boxes[chart]),
-                                                          measures[chart].area};
+          sizes[atlas.instance_first_chart[i] + chart] = {
+              static_cast<uint32_t>(i), set, chart, d * metres_of(measures[chart], boxes[set].boxes[chart]),
+              d * d * measures[chart].area};
       },
       threads);
   return sizes;
 }
 
-Steps chart_steps(const ChartSize& size, double density, uint32_t max_page_size) {
+PackRules pack_rules(const AtlasSettings& settings) {
+  PackRules rules;
+  rules.mip_cell = 1u << settings.mip_levels;
+  rules.cell = std::max(settings.block_align ? 4u : 1u, rules.mip_cell);
+  const uint32_t page =
+      settings.power_of_two ? std::bit_floor(settings.max_page_size) : settings.max_page_size;
+  rules.most = page / rules.cell * rules.cell - (rules.mip_cell > 1 ? rules.mip_cell : 0);
+  return rules;
+}
+
+Steps chart_steps(const ChartSize& size, double density, const PackRules& rules) {
   Steps steps{1, 1, false};
-  steps.x = steps_along(size.metres.x * density, max_page_size - 1, steps.limited);
-  steps.y = steps_along(size.metres.y * density, max_page_size - 1, steps.limited);
+  steps.x = steps_along(size.metres.x * density, rules.most - 1, steps.limited);
+  steps.y = steps_along(size.metres.y * density, rules.most - 1, steps.limited);
   return steps;
 }
 
-double texels_needed(const std::vector<ChartSize>& sizes, double density, uint32_t max_page_size) {
+double texels_needed(const std::vector<ChartSize>& sizes, double density, const PackRules& rules) {
   double sum = 0;
   for (const ChartSize& size : sizes)
-    sum += mask_texels(size, chart_steps(size, density, max_page_size), density);
+    sum += mask_texels(size, chart_steps(size, density, rules), density, rules);
   return sum;
 }
 
-double fitting_density(const std::vector<ChartSize>& sizes, double density, uint32_t max_page_size,
+double fitting_density(const std::vector<ChartSize>& sizes, double density, const PackRules& rules,
                        double limit) {
   const auto needed = [&](double d) {
     double sum = 0;
     for (const ChartSize& size : sizes) {
-      const Steps s = chart_steps(size, d, max_page_size);
-      const bool large = 8 * std::max(s.x, s.y) > max_page_size;
-      sum += large ? page_texels(s, max_page_size) : mask_texels(size, s, d);
+      const Steps s = chart_steps(size, d, rules);
+      const bool large = 8 * std::max(s.x, s.y) > rules.most;
+      sum += large ? page_texels(s, rules.most) : mask_texels(size, s, d, rules);
     }
     return sum;
   };

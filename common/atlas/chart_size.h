@@ -17,16 +17,30 @@ struct MeshChartBoxes {
 // By set of charts.
 std::vector<MeshChartBoxes> chart_boxes(const Atlas& atlas, unsigned threads);
 
-// Extent of a placed chart in metres: a chart of one texel a metre is `metres` texels wide and high.
+// Extent of a placed chart in metres times its instance's density: a chart of one texel a metre is `metres`
+// texels wide and high. `square_metres` likewise.
 struct ChartSize {
   uint32_t instance, charts, chart;  // charts: index into Atlas::charts
   DVec2 metres;
   double square_metres;
 };
 // By placement. The scale keeps the area; the ratio of its axes follows how far the map stretches along
-// them, so that an instance scaled along one axis gets square texels.
+// them, so that an instance scaled along one axis gets square texels. `density`: by instance, or empty.
 std::vector<ChartSize> chart_sizes(const Scene& scene, const Atlas& atlas,
-                                   const std::vector<MeshChartBoxes>& boxes, unsigned threads);
+                                   const std::vector<MeshChartBoxes>& boxes,
+                                   const std::vector<float>& density, unsigned threads);
+
+// What the settings ask of masks. Packing is done in cells: no two charts use one.
+struct PackRules {
+  uint32_t cell = 1;      // texels a side, a power of two
+  uint32_t mip_cell = 1;  // texels of the smallest mip level a side
+  uint32_t most = 0;      // texels along a chart's side
+
+  // A chart's first centre lies this far and half a texel inside its first cell: just beyond the centre of a
+  // mip cell, so that lookups do not reach the cell before.
+  uint32_t margin() const { return mip_cell / 2; }
+};
+PackRules pack_rules(const AtlasSettings& settings);
 
 // Texel steps between the first and the last centre, 1 or more on each axis: the extent rounded up.
 struct Steps {
@@ -34,13 +48,13 @@ struct Steps {
   bool limited;  // the page was too small for it
   auto operator<=>(const Steps&) const = default;
 };
-Steps chart_steps(const ChartSize& size, double density, uint32_t max_page_size);
+Steps chart_steps(const ChartSize& size, double density, const PackRules& rules);
 
 // Texels in all masks, estimated.
-double texels_needed(const std::vector<ChartSize>& sizes, double density, uint32_t max_page_size);
+double texels_needed(const std::vector<ChartSize>& sizes, double density, const PackRules& rules);
 // A density at most `density` for which pages of `limit` texels in all suffice (0: none). Careful: charts
 // that are large for a page are counted with the room that they waste on it.
-double fitting_density(const std::vector<ChartSize>& sizes, double density, uint32_t max_page_size,
+double fitting_density(const std::vector<ChartSize>& sizes, double density, const PackRules& rules,
                        double limit);
 
 }  // namespace kiln

@@ -1,84 +1,18 @@
 // Charts at their size in the world, laid on texel centres and packed. (O'Donnell 2018, chart masks and
 // atlas packing; Roughton 2019, 4.1.)
-#include "common/atlas/chart_size.h"
+#include "common/atlas/chart_masks.h"
 #include "common/atlas/layout.h"
+#include "common/atlas/previous_layout.h"
 #include "common/atlas/sites.h"
 #include "common/base/check.h"
 #include "common/base/format.h"
 #include "common/base/parallel.h"
-#include "common/pack/pack.h"
-#include "common/raster/footprint.h"
 #include "common/unwrap/charts.h"
 
 namespace kiln {
 namespace {
 
 constexpr uint32_t kMaxPages = 64;
-
-// What a mask depends on: the border lies on centres, so steps and chart fix scale and phase.
-struct MaskKey {
-  uint32_t charts, chart;
-  Steps steps;
-  auto operator<=>(const MaskKey&) const = default;
-};
-
-// Distinct masks and which one each placement uses.
-struct Masks {
-  std::vector<MaskKey> keys;
-  std::vector<BitImage> images;
-  std::vector<uint32_t> of_placement;
-};
-
-Masks distinct_masks(const std::vector<ChartSize>& sizes, const std::vector<Steps>& steps) {
-  Masks masks;
-  std::vector<std::pair<MaskKey, uint32_t>> all(sizes.size());
-  for (uint32_t p = 0; p < sizes.size(); ++p) all[p] = {{sizes[p].charts, sizes[p].chart, steps[p]}, p};
-  std::sort(all.begin(), all.end());
-  masks.of_placement.resize(sizes.size());
-  for (const auto& [key, placement] : all) {
-    if (masks.keys.empty() || masks.keys.back() != key) masks.keys.push_back(key);
-    masks.of_placement[placement] = static_cast<uint32_t>(masks.keys.size() - 1);
-  }
-  return masks;
-}
-
-// Scale and offset that lay the chart's box on the centres of texels (0, 0) and (steps.x, steps.y).
-ChartPlacement on_centres(const ChartBox& box, const Steps& steps) {
-  ChartPlacement place;
-  for (int axis = 0; axis < 2; ++axis) {
-    const double extent = box.extent[axis];
-    place.scale[axis] = extent > 0 ? static_cast<float>((axis == 0 ? steps.x : steps.y) / extent) : 1.0f;
-    if (!std::isfinite(place.scale[axis])) place.scale[axis] = 1.0f;
-    place.offset[axis] = static_cast<float>(0.5 - box.low[axis] * double{place.scale[axis]});
-  }
-  return place;
-}
-
-BitImage make_mask(const MeshCharts& charts, std::span<const uint32_t> triangles, const ChartBox& box,
-                   const Steps& steps) {
-  BitImage mask(steps.x + 1, steps.y + 1);
-  const ChartPlacement place = on_centres(box, steps);
-  for (uint32_t t : triangles)
-    for_each_footprint_span(texel_triangle(charts, place, t), mask.width(), mask.height(),
-                            [&](uint32_t y, uint32_t x0, uint32_t x1) { mask.set_span(y, x0, x1); });
-  return mask;
-}
-
-void make_masks(const Atlas& atlas, const std::vector<MeshChartBoxes>& boxes, Masks& masks,
-                unsigned threads) {
-  masks.images.resize(masks.keys.size());
-  constexpr size_t kChunk = 64;
-  parallel_for((masks.keys.size() + kChunk - 1) / kChunk,
-               [&](size_t chunk) {
-                 for (size_t k = chunk * kChunk; k < std::min(masks.keys.size(), (chunk + 1) * kChunk); ++k) {
-                   const MaskKey& key = masks.keys[k];
-                   const MeshChartBoxes& mesh = boxes[key.charts];
-                   masks.images[k] = make_mask(atlas.charts[key.charts], mesh.triangles.of(key.chart),
-                                               mesh.boxes[key.chart], key.steps);
-                 }
-               },
-               threads);
-}
 
 // Three digits, downwards: a number that a person can type and that fits.
 std::string round_down(double density) {
@@ -95,35 +29,6 @@ tl::unexpected<Error> too_dense(double density, double fitting, uint64_t max_tex
               text("{:.6g} texels per metre need more than {} pages or {:.3g} million texels; {} would fit "
                    "(--texels-per-metre)",
                    density, kMaxPages, static_cast<double>(max_texels) / 1e6, round_down(fitting)));
-}
-
-void apply_packing(const PackResult& packed, const Masks& masks, const std::vector<MeshChartBoxes>& boxes,
-                   Atlas& atlas) {
-  atlas.width = packed.width;
-  atlas.height = packed.height;
-  atlas.pages = packed.pages;
-  atlas.owner.assign(atlas.texel_count(), 0);
-  for (uint32_t p = 0; p < atlas.placements.size(); ++p) {
-    const MaskKey& key = masks.keys[masks.of_placement[p]];
-    const PackPlace& at = packed.places[p];
-    const ChartBox& box = boxes[key.charts].boxes[key.chart];
-    ChartPlacement& place = atlas.placements[p] = on_centres(box, key.steps);
-    place.page = at.page;
-    for (int axis = 0; axis < 2; ++axis)  // once more from double: one rounding, not two
-      place.offset[axis] =
-          static_cast<float>((axis == 0 ? at.x : at.y) + 0.5 - box.low[axis] * double{place.scale[axis]});
-    const BitImage& mask = masks.images[masks.of_placement[p]];
-    for (uint32_t y = 0; y < mask.height(); ++y) {
-      uint32_t* row = &atlas.owner[(size_t{at.page} * atlas.height + at.y + y) * atlas.width + at.x];
-      for (uint32_t w = 0; w < mask.words_per_row(); ++w)
-        for (uint64_t bits = mask.row(y)[w]; bits; bits &= bits - 1) {
-          uint32_t& owner = row[64 * w + static_cast<uint32_t>(std::countr_zero(bits))];
-          KILN_CHECK(owner == 0);
-          owner = p + 1;
-          ++atlas.statistics.mask_texels;
-        }
-    }
-  }
 }
 
 void choose_charts(const Scene& scene, const AtlasSettings& settings, Atlas& atlas) {
@@ -160,58 +65,184 @@ void warn_of_limited(const Scene& scene, const std::vector<ChartSize>& sizes, co
              list_names(names)));
 }
 
+Status check_density(const Scene& scene, const std::vector<float>& density) {
+  KILN_CHECK(density.empty() || density.size() == scene.instances.size());
+  for (size_t i = 0; i < density.size(); ++i)
+    if (!(density[i] > 0 && std::isfinite(density[i])))
+      return fail(ErrorKind::kInvalidInput,
+                  text("the density of {} is {}: it must be above 0", instance_name(scene, i), density[i]));
+  return {};
+}
+
+// One packing at one density.
+struct Packing {
+  double density = 0;
+  std::vector<Steps> steps;
+  ChartMasks masks;
+  PackResult result;
+  uint64_t texels() const { return uint64_t{result.width} * result.height * result.pages; }
+  bool within(uint64_t limit) const { return result.fits && texels() <= limit; }
+};
+
+class Layout {
+ public:
+  // `density`: texels per metre that are wished for.
+  Layout(const Scene& scene, const AtlasSettings& settings, double density, Atlas& atlas)
+      : scene_(scene),
+        settings_(settings),
+        wanted_(density),
+        atlas_(atlas),
+        rules_(pack_rules(settings)),
+        boxes_(chart_boxes(atlas, settings.threads)),
+        sizes_(chart_sizes(scene, atlas, boxes_, settings.density, settings.threads)) {}
+
+  // At the wanted density, or at a lower one that the budget allows.
+  Expected<Packing> pack_within() {
+    Packing packing = none();
+    if (texels_needed(sizes_, wanted_, rules_) <= static_cast<double>(most_texels())) packing = pack(wanted_);
+    if (packing.within(most_texels())) return packing;
+    if (!settings_.texel_budget) return refuse();
+    packing = fit_budget();
+    if (!packing.within(most_texels())) return refuse_budget();
+    return packing;
+  }
+
+  void apply(const Packing& packing) {
+    if (packing.density < settings_.texels_per_metre)
+      atlas_.warnings.push_back(
+          text("texels per metre were lowered from {:.6g} to {:.6g}, so that {} x {} x {} pages stay within "
+               "{} texels "
+               "(--max-texels)",
+               settings_.texels_per_metre, packing.density, packing.result.width, packing.result.height,
+               packing.result.pages, settings_.texel_budget));
+    atlas_.statistics.texels_per_metre = static_cast<float>(packing.density);
+    atlas_.statistics.kept_charts = packing.result.kept;
+    warn_of_limited(scene_, sizes_, packing.steps, atlas_);
+    apply_packing(packing.result, packing.masks, boxes_, rules_, atlas_);
+  }
+
+ private:
+  static Packing none() {
+    Packing packing;
+    packing.result.fits = false;
+    return packing;
+  }
+
+  uint64_t most_texels() const {
+    const uint64_t page = uint64_t{settings_.max_page_size} * settings_.max_page_size;
+    const uint64_t most = std::min(settings_.max_texels, kMaxPages * page);
+    return settings_.texel_budget ? std::min(most, settings_.texel_budget) : most;
+  }
+
+  Packing pack(double density) {
+    Packing p;
+    p.density = density;
+    p.steps.resize(sizes_.size());
+    for (size_t i = 0; i < sizes_.size(); ++i) p.steps[i] = chart_steps(sizes_[i], density, rules_);
+    {
+      const StageTimer timer(atlas_.statistics.steps, "masks");
+      p.masks = chart_masks(atlas_, boxes_, sizes_, p.steps, rules_, settings_.threads);
+    }
+    const StageTimer timer(atlas_.statistics.steps, "pack");
+    const PackSettings pack{.max_page_size = settings_.max_page_size,
+                            .max_pages = kMaxPages,
+                            .power_of_two = settings_.power_of_two,
+                            .cell = rules_.cell};
+    PreviousPlaces previous;
+    if (settings_.previous)
+      previous = match_previous(scene_, atlas_, chart_keys(p.masks, rules_), *settings_.previous);
+    const bool known = std::any_of(previous.places.begin(), previous.places.end(),
+                                   [](const auto& place) { return place.has_value(); });
+    p.result = pack_masks(p.masks.packed(), p.masks.of_placement, pack, known ? &previous : nullptr);
+    return p;
+  }
+
+  // The highest density found in a few packings whose pages stay within the budget: area follows the square
+  // of the density, so each packing says where the next should be.
+  Packing fit_budget() {
+    constexpr int kTries = 8;
+    constexpr double kEnough = 0.98, kAim = 0.99;
+    const double limit = static_cast<double>(most_texels());
+    double low = 0, high = wanted_;
+    double density = fitting_density(sizes_, high, rules_, kAim * limit);
+    Packing best = none();
+    for (int k = 0; k < kTries && density > 0; ++k) {
+      Packing tried = pack(density);
+      const double texels = static_cast<double>(tried.texels());
+      const bool within = tried.within(most_texels()), fits = tried.result.fits;
+      (within ? low : high) = density;
+      if (within) best = std::move(tried);
+      if (within && texels >= kEnough * limit) break;
+      density *= fits ? std::sqrt(kAim * limit / texels) : 0.7;
+      if (!(density > low && density < high)) density = 0.5 * (low + high);
+    }
+    return best;
+  }
+
+  tl::unexpected<Error> refuse() const {
+    const double limit = 0.9 * static_cast<double>(most_texels());
+    return too_dense(wanted_, fitting_density(sizes_, 0.95 * wanted_, rules_, limit), settings_.max_texels);
+  }
+  tl::unexpected<Error> refuse_budget() const {
+    return fail(
+        ErrorKind::kInvalidInput,
+        text("{} charts do not fit {} texels (--max-texels) at any density: at their smallest they need "
+             "about {:.3g}",
+             sizes_.size(), most_texels(), texels_needed(sizes_, 0, rules_)));
+  }
+
+  const Scene& scene_;
+  const AtlasSettings& settings_;
+  double wanted_;
+  Atlas& atlas_;
+  PackRules rules_;
+  std::vector<MeshChartBoxes> boxes_;
+  std::vector<ChartSize> sizes_;
+};
+
+// From the charts of the meshes.
+Status cut_and_number(const Scene& scene, const AtlasSettings& settings, double density, Atlas& atlas) {
+  atlas.charts.resize(scene.meshes.size());
+  atlas.charts_of_instance.clear();
+  for (const Instance& instance : scene.instances) atlas.charts_of_instance.push_back(instance.mesh);
+  atlas.statistics.cut_charts = 0;
+  if (settings.cut_contacts) {
+    const StageTimer timer(atlas.statistics.steps, "contacts");
+    std::vector<double> texel(scene.instances.size(), 1 / density);
+    for (size_t i = 0; i < settings.density.size(); ++i) texel[i] /= settings.density[i];
+    cut_at_contacts(scene, texel, settings.threads, atlas);
+  }
+  return number_placements(scene, atlas);
+}
+
 }  // namespace
 
 Expected<Atlas> layout_packed(const Scene& scene, const AtlasSettings& settings) {
   Atlas atlas;
   atlas.packed = true;
-  std::vector<StageTime>& steps_taken = atlas.statistics.steps;
+  std::vector<StageTime>& steps = atlas.statistics.steps;
+  KILN_TRY_STATUS(check_density(scene, settings.density));
   {
-    const StageTimer timer(steps_taken, "charts");
+    const StageTimer timer(steps, "charts");
     choose_charts(scene, settings, atlas);
   }
-  for (const Instance& instance : scene.instances) atlas.charts_of_instance.push_back(instance.mesh);
-  if (settings.cut_contacts) {
-    const StageTimer timer(steps_taken, "contacts");
-    cut_at_contacts(scene, std::vector<double>(scene.instances.size(), 1.0 / settings.texels_per_metre),
-                    settings.threads, atlas);
+  const size_t warnings = atlas.warnings.size();
+  double density = settings.texels_per_metre;
+  for (bool again = true; again;) {
+    KILN_TRY_STATUS(cut_and_number(scene, settings, density, atlas));
+    if (atlas.placements.empty()) return atlas;
+    Layout layout(scene, settings, density, atlas);
+    KILN_TRY(const Packing packing, layout.pack_within());
+    // Larger texels are cut elsewhere: once more for them.
+    again = settings.cut_contacts && packing.density < density && density == settings.texels_per_metre;
+    density = packing.density;
+    if (again)
+      atlas.warnings.resize(warnings);
+    else
+      layout.apply(packing);
   }
-  KILN_TRY_STATUS(number_placements(scene, atlas));
-  if (atlas.placements.empty()) return atlas;
-
-  const std::vector<MeshChartBoxes> boxes = chart_boxes(atlas, settings.threads);
-  const std::vector<ChartSize> sizes = chart_sizes(scene, atlas, boxes, settings.threads);
-  const uint64_t page = uint64_t{settings.max_page_size} * settings.max_page_size;
-  const double limit = static_cast<double>(std::min(settings.max_texels, kMaxPages * page));
-  const auto refuse = [&] {
-    const double density = settings.texels_per_metre;
-    return too_dense(density, fitting_density(sizes, 0.95 * density, settings.max_page_size, 0.9 * limit),
-                     settings.max_texels);
-  };
-  if (texels_needed(sizes, settings.texels_per_metre, settings.max_page_size) > limit) return refuse();
-
-  std::vector<Steps> steps(sizes.size());
-  for (size_t p = 0; p < sizes.size(); ++p)
-    steps[p] = chart_steps(sizes[p], settings.texels_per_metre, settings.max_page_size);
-  warn_of_limited(scene, sizes, steps, atlas);
-  Masks masks = distinct_masks(sizes, steps);
-  {
-    const StageTimer timer(steps_taken, "masks");
-    make_masks(atlas, boxes, masks, settings.threads);
-  }
-  std::vector<const BitImage*> items(sizes.size());
-  for (size_t p = 0; p < items.size(); ++p) items[p] = &masks.images[masks.of_placement[p]];
-  PackResult packed;
-  {
-    const StageTimer timer(steps_taken, "pack");
-    packed = pack_masks(items, {.max_page_size = settings.max_page_size, .max_pages = kMaxPages});
-  }
-  if (!packed.fits || uint64_t{packed.width} * packed.height * packed.pages > settings.max_texels)
-    return refuse();
-  apply_packing(packed, masks, boxes, atlas);
-  const StageTimer timer(steps_taken, "sites");
+  const StageTimer timer(steps, "sites");
   KILN_TRY(const SiteOverlap overlap, find_sites(atlas, settings.threads));
-  atlas.statistics.distinct_masks = masks.keys.size();
   atlas.statistics.overlapped_points = overlap.points;
   return atlas;
 }

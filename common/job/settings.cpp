@@ -109,6 +109,10 @@ Status store_switch(bool& field, const std::string& s) {
   return {};
 }
 
+std::string print_switch(bool on) {
+  return on ? "on" : "off";
+}
+
 Status parse_sampler(BakeSettings& b, const std::string& s) {
   KILN_TRY_STATUS(find_sampler(s));
   b.sampler = s;
@@ -133,6 +137,23 @@ const Setting kTable[] = {
     {"texels-per-metre", "D", "1/m", "density in layout pack",
      [](B& b, S s) { return store_number(b.texels_per_metre, s, 1e-4, 1e5); },
      [](const B& b) { return print(b.texels_per_metre); }},
+    {"max-texels", "N", "texels",
+     "budget of layout pack, width x height x pages: the density is lowered to stay within; 0: none",
+     [](B& b, S s) { return store_number(b.max_texels, s, 0, 2147483648.0); },
+     [](const B& b) { return text("{}", b.max_texels); }},
+    {"page-size", "N", "texels", "largest side of a page in layout pack",
+     [](B& b, S s) { return store_number(b.page_size, s, 4, 16384); },
+     [](const B& b) { return text("{}", b.page_size); }},
+    {"power-of-two", "WORD", "", "on: both sides of a page in layout pack are powers of two",
+     [](B& b, S s) { return store_switch(b.power_of_two, s); },
+     [](const B& b) { return print_switch(b.power_of_two); }},
+    {"block-align", "WORD", "", "on: no 4x4 block of a compressed texture has two charts, in layout pack",
+     [](B& b, S s) { return store_switch(b.block_align, s); },
+     [](const B& b) { return print_switch(b.block_align); }},
+    {"mip-levels", "N", "",
+     "levels below the first in which no bilinear lookup mixes two charts, in layout pack",
+     [](B& b, S s) { return store_number(b.mip_levels, s, 0, 8); },
+     [](const B& b) { return text("{}", b.mip_levels); }},
     {"environment", "FILE|R,G,B", "radiance",
      "equirectangular HDR or EXR (+Y up) or a constant; overrides the scene's",
      [](B& b, S s) {
@@ -195,13 +216,13 @@ const Setting kTable[] = {
      "layout pack, on: charts end where a wall stands on them, so that no texel holds light of both its "
      "sides",
      [](B& b, S s) { return store_switch(b.contact_cuts, s); },
-     [](const B& b) { return std::string(b.contact_cuts ? "on" : "off"); }},
+     [](const B& b) { return print_switch(b.contact_cuts); }},
     {"sampler", "NAME", "", "random numbers: owen (scrambled Sobol'), halton, pmj02 or random", parse_sampler,
      [](const B& b) { return b.sampler; }},
     {"watertight", "WORD", "",
      "on: no ray slips between triangles that share an edge (a few in a million do); slower by up to a fifth",
      [](B& b, S s) { return store_switch(b.watertight, s); },
-     [](const B& b) { return std::string(b.watertight ? "on" : "off"); }},
+     [](const B& b) { return print_switch(b.watertight); }},
     {"isa", "NAME", "", "numeric class: the instruction set of Embree's kernels",
      [](B& b, S s) {
        return store_word(b.isa, s, {"sse2", "sse4.2", "avx", "avx2", "avx512"});

@@ -14,6 +14,10 @@ struct BakeSettings {
   std::string layout = "auto";
   uint32_t width = 1024, height = 1024;
   double texels_per_metre = 4;
+  uint64_t max_texels = 0;    // 0: no budget
+  uint32_t page_size = 8192;  // texels
+  bool power_of_two = false, block_align = false;
+  uint32_t mip_levels = 0;
   std::string environment;  // empty: what the scene says; "R,G,B" or a path
   double environment_strength = 1;
   double environment_rotation = 0;  // degrees about +Y

@@ -1,8 +1,3 @@
-// O'Donnell 2018, "Precomputed Global Illumination in Frostbite", atlas packing, and Roughton 2019, 4.1.3:
-// largest first, row sweep on bit masks, start from the row of the last success of the same size class.
-// Departures: the sweep decides 64 positions at once by probing some of the mask's bits (all of them for a
-// small chart) before it compares whole rows; size classes are an eighth of an octave instead of 16 texels,
-// as the sweep is cheap enough to restart that often; rows that are too full for the mask are skipped.
 #include "common/pack/pack.h"
 
 #include <algorithm>
@@ -10,188 +5,212 @@
 #include <numeric>
 
 #include "common/base/check.h"
+#include "common/pack/placer.h"
 
 namespace kiln {
 namespace {
 
-struct Probe {
-  uint32_t x, y;
+// Work is counted in looks at 64 positions, some 3 ns each: time does not decide, so that results do not
+// depend on the machine.
+constexpr uint64_t kSweepWork = 120'000'000;  // of one try, after which charts of a size share a sweep
+constexpr uint64_t kTriesWork = 100'000'000;  // after which no further try begins
+
+// A page to try, in bits.
+struct Frame {
+  uint32_t width, height;
 };
 
-// A few set bits of a mask, far apart first.
-struct Probes {
-  std::vector<Probe> probes;
-  bool complete = false;  // they are all its bits
+struct Level {
+  const MaskSet& masks;
+  std::span<const uint32_t> mask_of_item;
+  const PackSettings& settings;
+  uint32_t largest;   // side of a page, bits
+  uint32_t multiple;  // of sides, bits
+  uint64_t bits = 0;
+  uint32_t least_width = 1;  // no narrower page holds all items
+
+  uint32_t round_up(uint64_t side) const {
+    return static_cast<uint32_t>(std::min<uint64_t>((side + multiple - 1) / multiple * multiple, largest));
+  }
 };
 
-Probes choose_probes(const BitImage& mask) {
-  constexpr size_t kMost = 40;
-  std::vector<Probe> bits;
-  for (uint32_t y = 0; y < mask.height(); ++y)
-    for (uint32_t w = 0; w < mask.words_per_row(); ++w)
-      for (uint64_t word = mask.row(y)[w]; word; word &= word - 1)
-        bits.push_back({64 * w + static_cast<uint32_t>(std::countr_zero(word)), y});
-  Probes chosen;
-  chosen.complete = bits.size() <= kMost;
-  const size_t count = std::min(bits.size(), kMost);
-  if (count == 0) return chosen;
-  // Multiples of the golden ratio spread over the list however many are asked for before one fails.
-  std::vector<bool> taken(bits.size());
-  for (size_t k = 0; chosen.probes.size() < count; ++k) {
-    const double turn = static_cast<double>(k) * 0.6180339887498949;
-    size_t i = static_cast<size_t>((turn - std::floor(turn)) * static_cast<double>(bits.size()));
-    while (taken[i]) i = (i + 1) % bits.size();
-    taken[i] = true;
-    chosen.probes.push_back(bits[i]);
+Level describe(const MaskSet& masks, std::span<const uint32_t> mask_of_item, const PackSettings& settings) {
+  Level level{masks, mask_of_item, settings, settings.max_page_size / settings.cell,
+              std::max(settings.size_multiple / settings.cell, 1u)};
+  if (settings.power_of_two) {
+    level.largest = std::bit_floor(level.largest);
+    level.multiple = 1;
   }
-  return chosen;
+  std::vector<uint32_t> counts(masks.size());
+  for (uint32_t m = 0; m < masks.size(); ++m) counts[m] = static_cast<uint32_t>(masks[m].count());
+  for (uint32_t m : mask_of_item) {
+    const MaskView mask = masks[m];
+    const uint32_t most = std::max(mask.width, mask.height), least = std::min(mask.width, mask.height);
+    KILN_CHECK(most <= level.largest);
+    level.bits += counts[m];
+    level.least_width = std::max(level.least_width, settings.turn ? least : mask.width);
+  }
+  return level;
 }
 
-class Page {
- public:
-  Page(uint32_t width, uint32_t max_height) : bits_(width, 0), max_height_(max_height) {}
+enum class Order { kLongest, kBox };
 
-  uint32_t used_height() const { return used_height_; }
-
-  // First place at or after row `y`, in row order; false if there is none.
-  bool find(const BitImage& mask, const Probes& probes, uint32_t y, PackPlace& place) {
-    if (mask.height() > max_height_) return false;
-    uint32_t least_free = 0;
-    for (uint32_t w = 0; w < mask.words_per_row(); ++w)
-      least_free += static_cast<uint32_t>(std::popcount(mask.row(0)[w]));
-    const uint32_t last = std::min(used_height_, max_height_ - mask.height());
-    bits_.grow(last + mask.height());
-    free_.resize(bits_.height(), bits_.width());
-    for (; y <= last; ++y) {
-      if (free_[y] < least_free) continue;
-      if (find_in_row(mask, probes, y, place.x)) {
-        place.y = y;
-        return true;
-      }
-    }
-    return false;
-  }
-
-  void insert(const BitImage& mask, const PackPlace& place) {
-    const uint32_t shift = place.x % 64;
-    for (uint32_t r = 0; r < mask.height(); ++r) {
-      uint64_t* to = bits_.row(place.y + r) + place.x / 64;
-      for (uint32_t w = 0; w < mask.words_per_row(); ++w) {
-        const uint64_t word = mask.row(r)[w];
-        to[w] |= word << shift;
-        if (shift) to[w + 1] |= word >> (64 - shift);
-        free_[place.y + r] -= static_cast<uint32_t>(std::popcount(word));
-      }
-    }
-    used_height_ = std::max(used_height_, place.y + mask.height());
-  }
-
- private:
-  bool find_in_row(const BitImage& mask, const Probes& probes, uint32_t y, uint32_t& x) const {
-    const uint32_t positions = bits_.width() - mask.width() + 1;
-    for (uint32_t block = 0; block < positions; block += 64) {
-      uint64_t open = positions - block >= 64 ? ~uint64_t{0} : (uint64_t{1} << (positions - block)) - 1;
-      for (const Probe& p : probes.probes) {
-        open &= ~bits_from(bits_.row(y + p.y), block + p.x);
-        if (!open) break;
-      }
-      for (; open; open &= open - 1) {
-        x = block + static_cast<uint32_t>(std::countr_zero(open));
-        if (probes.complete || is_free(mask, x, y)) return true;
-      }
-    }
-    return false;
-  }
-
-  bool is_free(const BitImage& mask, uint32_t x, uint32_t y) const {
-    for (uint32_t r = 0; r < mask.height(); ++r) {
-      const uint64_t* page = bits_.row(y + r);
-      const uint64_t* row = mask.row(r);
-      for (uint32_t w = 0; w < mask.words_per_row(); ++w)
-        if (row[w] && bits_from(page, x + 64 * w) & row[w]) return false;
-    }
-    return true;
-  }
-
-  BitImage bits_;
-  std::vector<uint32_t> free_;  // by row
-  uint32_t max_height_, used_height_ = 0;
-};
-
-uint32_t round_up(uint64_t value, uint32_t multiple, uint32_t most) {
-  return static_cast<uint32_t>(std::min<uint64_t>((value + multiple - 1) / multiple * multiple, most));
-}
-
-uint32_t page_width(std::span<const BitImage* const> items, const PackSettings& settings) {
-  uint64_t texels = 0, count = 0;
-  uint32_t widest = 1;
-  const BitImage* counted = nullptr;
-  for (const BitImage* item : items) {
-    if (item != counted) count = item->count();
-    counted = item;
-    texels += count;
-    widest = std::max(widest, item->width());
-  }
-  // Near square at 97 % full.
-  const auto side = static_cast<uint64_t>(std::ceil(std::sqrt(static_cast<double>(texels) / 0.97)));
-  return round_up(std::max<uint64_t>(side, widest), settings.size_multiple, settings.max_page_size);
-}
-
-uint32_t size_class(const BitImage& mask) {
-  const uint64_t sum = uint64_t{mask.width()} + mask.height();
-  const int octave = std::bit_width(sum) - 1;
-  return static_cast<uint32_t>(8 * octave + static_cast<int>((sum << 3 >> octave) & 7));
-}
-
-// Large to small; equal masks stay neighbours.
-std::vector<uint32_t> placing_order(std::span<const BitImage* const> items) {
-  std::vector<uint32_t> order(items.size());
-  std::iota(order.begin(), order.end(), 0u);
-  std::sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) {
-    const BitImage &p = *items[a], &q = *items[b];
-    const uint32_t sum_p = p.width() + p.height(), sum_q = q.width() + q.height();
-    if (sum_p != sum_q) return sum_p > sum_q;
-    if (p.height() != q.height()) return p.height() > q.height();
-    return a < b;
+// Large to small; items of one mask stay neighbours.
+std::vector<uint32_t> placing_order(const Level& level, Order by) {
+  const auto key = [&](uint32_t item) {
+    const MaskView mask = level.masks[level.mask_of_item[item]];
+    const uint64_t most = std::max(mask.width, mask.height), least = std::min(mask.width, mask.height);
+    return by == Order::kLongest ? most << 32 | least : most * least << 16 | most;
+  };
+  std::vector<std::pair<uint64_t, uint32_t>> keys(level.mask_of_item.size());
+  for (uint32_t i = 0; i < keys.size(); ++i) keys[i] = {key(i), i};
+  std::sort(keys.begin(), keys.end(), [&](const auto& a, const auto& b) {
+    if (a.first != b.first) return a.first > b.first;
+    const uint32_t p = level.mask_of_item[a.second], q = level.mask_of_item[b.second];
+    return p != q ? p < q : a.second < b.second;
   });
+  std::vector<uint32_t> order(keys.size());
+  for (size_t k = 0; k < keys.size(); ++k) order[k] = keys[k].second;
   return order;
+}
+
+// Near square at 97 % full, then some wider and narrower.
+std::vector<Frame> frames_of_any_size(const Level& level, uint32_t pages) {
+  const double side = std::sqrt(static_cast<double>(level.bits) / (0.97 * pages));
+  std::vector<Frame> frames;
+  for (double stretch : {1.0, 0.96, 1.04, 0.92, 1.08, 0.88, 1.12, 0.84, 1.16}) {
+    const auto wanted = static_cast<uint64_t>(std::ceil(side * stretch));
+    const uint32_t width = level.round_up(std::max<uint64_t>(wanted, level.least_width));
+    if (uint64_t{pages} * width * level.largest >= level.bits) frames.push_back({width, level.largest});
+  }
+  frames.push_back({level.largest, level.largest});  // what does not fit otherwise
+  return frames;
+}
+
+// Squares and pages twice as wide as high, small to large.
+std::vector<Frame> frames_of_powers(const Level& level, uint32_t pages) {
+  std::vector<Frame> frames;
+  for (uint32_t width = 1; width <= level.largest; width *= 2)
+    for (uint32_t height : {width / 2, width})
+      if (height && width >= level.least_width && uint64_t{pages} * width * height >= level.bits)
+        frames.push_back({width, height});
+  return frames;
+}
+
+bool try_frame(const Level& level, const std::vector<uint32_t>& order, const Frame& frame, uint32_t pages,
+               PackResult& result, uint64_t& work) {
+  Placer placer(level.masks, {frame.width, frame.height, level.settings.turn, kSweepWork}, pages);
+  bool fits = true;
+  result.places.resize(order.size());
+  for (size_t k = 0; k < order.size() && fits; ++k)
+    fits = placer.place_on_emptiest(level.mask_of_item[order[k]], frame.height, result.places[order[k]]);
+  work += placer.work();
+  if (!fits) return false;
+  const bool powers = level.settings.power_of_two;
+  result.width = powers ? frame.width : level.round_up(placer.used_width());
+  result.height = powers ? frame.height : level.round_up(placer.used_height());
+  result.pages = placer.used_pages();
+  return true;
+}
+
+uint64_t area(const PackResult& r) {
+  return uint64_t{r.width} * r.height * r.pages;
+}
+
+// The least area of some orders and widths; false if no page size will do.
+bool pack_on(const Level& level, uint32_t pages, PackResult& best) {
+  const std::vector<uint32_t> orders[] = {placing_order(level, Order::kLongest),
+                                          placing_order(level, Order::kBox)};
+  const bool powers = level.settings.power_of_two;
+  const std::vector<Frame> frames =
+      powers ? frames_of_powers(level, pages) : frames_of_any_size(level, pages);
+  bool any = false;
+  uint64_t work = 0;
+  for (const Frame& frame : frames) {
+    const bool last = &frame == &frames.back();  // for what fits nowhere else
+    for (const std::vector<uint32_t>& order : orders) {
+      if (any && (powers || last || work > kTriesWork)) return true;
+      if (!powers && !last && work > kTriesWork) continue;
+      PackResult result;
+      if (!try_frame(level, order, frame, pages, result, work)) continue;
+      if (!any || area(result) < area(best)) best = std::move(result);
+      any = true;
+    }
+  }
+  return any;
+}
+
+PackResult pack_anew(const Level& level) {
+  const double page = static_cast<double>(level.largest) * level.largest;
+  // Many charts are not tried on pages that they would have to fill to more than 98.5 %.
+  const bool many = level.mask_of_item.size() > 4096 && static_cast<double>(level.bits) > page;
+  const double least = std::ceil(static_cast<double>(level.bits) / (many ? 0.985 * page : page));
+  PackResult result;
+  for (double pages = std::max(1.0, least); pages <= level.settings.max_pages; ++pages)
+    if (pack_on(level, static_cast<uint32_t>(pages), result)) return result;
+  result.fits = false;
+  return result;
+}
+
+PackResult pack_around(const Level& level, const PreviousPlaces& previous) {
+  const PackSettings& settings = level.settings;
+  const uint32_t cell = settings.cell;
+  const auto side = [&](uint64_t bits) {
+    return settings.power_of_two
+               ? static_cast<uint32_t>(std::min<uint64_t>(std::bit_ceil(bits), level.largest))
+               : level.round_up(bits);
+  };
+  const uint32_t width = side(std::max((previous.width + cell - 1) / cell, level.least_width));
+  const uint32_t least_height = side((previous.height + cell - 1) / cell);
+  Placer placer(level.masks, {width, level.largest, settings.turn, kSweepWork},
+                std::clamp(previous.pages, 1u, settings.max_pages));
+  PackResult result;
+  result.places.resize(level.mask_of_item.size());
+  std::vector<bool> placed(result.places.size());
+  for (uint32_t i = 0; i < result.places.size(); ++i) {
+    if (i >= previous.places.size() || !previous.places[i]) continue;
+    PackPlace at = *previous.places[i];
+    if (at.x % cell || at.y % cell) continue;
+    at.x /= cell;
+    at.y /= cell;
+    if (!placer.keep(level.mask_of_item[i], at)) continue;
+    result.places[i] = at;
+    placed[i] = true;
+    ++result.kept;
+  }
+  for (uint32_t i : placing_order(level, Order::kLongest)) {
+    if (placed[i]) continue;
+    const uint32_t mask = level.mask_of_item[i];
+    const uint32_t height = std::max(least_height, side(placer.used_height()));
+    if (placer.place_on_first(mask, height, result.places[i]) ||
+        placer.place_on_emptiest(mask, level.largest, result.places[i]))
+      continue;
+    if (placer.pages() == settings.max_pages) {
+      result.fits = false;
+      return result;
+    }
+    placer.add_page();
+    placer.place_on_emptiest(mask, level.largest, result.places[i]);
+  }
+  result.width = width;
+  result.height = std::max(least_height, side(placer.used_height()));
+  result.pages = placer.pages();
+  return result;
 }
 
 }  // namespace
 
-PackResult pack_masks(std::span<const BitImage* const> items, const PackSettings& settings) {
-  PackResult result;
-  result.places.resize(items.size());
-  result.width = page_width(items, settings);
-  std::vector<Page> pages;
-  const BitImage* previous = nullptr;
-  uint32_t previous_class = 0;
-  Probes probes;
-  PackPlace start{0, 0, 0};
-  for (uint32_t i : placing_order(items)) {
-    const BitImage& mask = *items[i];
-    KILN_CHECK(mask.width() <= result.width && mask.height() <= settings.max_page_size);
-    if (&mask != previous) probes = choose_probes(mask);
-    if (!previous || size_class(mask) < previous_class) start = {0, 0, 0};
-    previous = &mask;
-    previous_class = size_class(mask);
-    PackPlace& place = result.places[i];
-    for (place.page = start.page;; ++place.page) {
-      if (place.page == pages.size()) {
-        if (pages.size() == settings.max_pages) {
-          result.fits = false;
-          return result;
-        }
-        pages.emplace_back(result.width, settings.max_page_size);
-      }
-      if (pages[place.page].find(mask, probes, place.page == start.page ? start.y : 0, place)) break;
-    }
-    pages[place.page].insert(mask, place);
-    start = place;
+PackResult pack_masks(const MaskSet& masks, std::span<const uint32_t> mask_of_item,
+                      const PackSettings& settings, const PreviousPlaces* previous) {
+  const Level level = describe(masks, mask_of_item, settings);
+  const bool around = previous && previous->width && previous->height && previous->pages;
+  PackResult result = around ? pack_around(level, *previous) : pack_anew(level);
+  result.width *= settings.cell;
+  result.height *= settings.cell;
+  for (PackPlace& place : result.places) {
+    place.x *= settings.cell;
+    place.y *= settings.cell;
   }
-  for (const Page& page : pages) result.height = std::max(result.height, page.used_height());
-  result.height = round_up(result.height, settings.size_multiple, settings.max_page_size);
-  result.pages = static_cast<uint32_t>(pages.size());
   return result;
 }
 

@@ -33,6 +33,11 @@ AtlasSettings atlas_settings(const BakeSettings& s) {
   a.width = s.width;
   a.height = s.height;
   a.texels_per_metre = static_cast<float>(s.texels_per_metre);
+  a.texel_budget = s.max_texels;
+  a.max_page_size = s.page_size;
+  a.power_of_two = s.power_of_two;
+  a.block_align = s.block_align;
+  a.mip_levels = s.mip_levels;
   a.cut_contacts = s.contact_cuts;
   return a;
 }

@@ -139,6 +139,7 @@ Instance instance(uint32_t mesh, const std::string& name, const Mat4x3& to_world
 Scene scene_of(std::vector<Mesh> meshes) {
   Scene scene;
   scene.meshes = std::move(meshes);
+  scene.materials = {{"metallic_roughness", "", Mat4x3(1.0f), {}}};
   for (uint32_t m = 0; m < scene.meshes.size(); ++m)
     scene.instances.push_back(instance(m, scene.meshes[m].name + " " + std::to_string(m),
                                        at({10.0f * static_cast<float>(m), 0, 0})));
@@ -149,6 +150,7 @@ AtlasSettings pack_at(float texels_per_metre) {
   AtlasSettings s;
   s.layout = AtlasSettings::Layout::kPack;
   s.texels_per_metre = texels_per_metre;
+  s.cut_contacts = false;  // charts as the meshes have them
   return s;
 }
 
@@ -156,6 +158,7 @@ AtlasSettings file_atlas(uint32_t size) {
   AtlasSettings s;
   s.layout = AtlasSettings::Layout::kAtlas;
   s.width = s.height = size;
+  s.cut_contacts = false;
   return s;
 }
 
