@@ -9,7 +9,7 @@
 #include "common/base/figures.h"
 #include "common/base/status.h"
 #include "common/scene/scene.h"
-#include "common/unwrap/mesh_charts.h"
+#include "common/unwrap/charts.h"
 
 namespace kiln {
 
@@ -83,7 +83,7 @@ struct AtlasSettings {
   float texels_per_metre = 4.0f;            // layout pack
   uint32_t max_page_size = 8192;            // layout pack: a side
   uint64_t max_texels = uint64_t{1} << 31;  // of all pages; beyond it is an error that names what fits
-  float crease_degrees = 60.0f;             // generated charts: largest turn from a chart's first face
+  UnwrapChoice unwrap;                      // layout pack: which charts are generated, and how
   unsigned threads = 0;                     // 0: all; changes nothing but the time
 };
 

@@ -132,6 +132,19 @@ const Setting kTable[] = {
     {"texels-per-metre", "D", "1/m", "density in layout pack",
      [](B& b, S s) { return store_number(b.texels_per_metre, s, 1e-4, 1e5); },
      [](const B& b) { return print(b.texels_per_metre); }},
+    {"unwrap", "NAME", "",
+     "auto: charts are made for meshes without a usable TEXCOORD_1; always: for all (layout pack)",
+     [](B& b, S s) {
+       return store_word(b.unwrap, s, {"auto", "always"});
+     },
+     [](const B& b) { return b.unwrap; }},
+    {"unwrap-cache", "DIR|auto|off", "",
+     "folder of charts made before; auto: $KILN_CACHE, else kiln in the user's cache folder",
+     [](B& b, S s) {
+       b.unwrap_cache = s;
+       return s.empty() ? refuse("'' is not a folder, auto or off") : Status{};
+     },
+     [](const B& b) { return b.unwrap_cache; }},
     {"environment", "FILE|R,G,B", "radiance",
      "equirectangular HDR or EXR (+Y up) or a constant; overrides the scene's",
      [](B& b, S s) {

@@ -14,6 +14,8 @@ struct BakeSettings {
   std::string layout = "auto";
   uint32_t width = 1024, height = 1024;
   double texels_per_metre = 4;
+  std::string unwrap = "auto";        // auto, always
+  std::string unwrap_cache = "auto";  // a folder, auto or off
   std::string environment;  // empty: what the scene says; "R,G,B" or a path
   double environment_strength = 1;
   double environment_rotation = 0;  // degrees about +Y

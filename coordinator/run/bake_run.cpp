@@ -10,6 +10,7 @@
 #include "common/basis/basis.h"
 #include "common/math/samplers.h"
 #include "common/scene/prepared.h"
+#include "common/unwrap/unwrap_cache.h"
 #include "coordinator/merge/accumulator.h"
 #include "coordinator/plan/schedule.h"
 #include "coordinator/post/stage.h"
@@ -33,6 +34,10 @@ AtlasSettings atlas_settings(const BakeSettings& s) {
   a.width = s.width;
   a.height = s.height;
   a.texels_per_metre = static_cast<float>(s.texels_per_metre);
+  a.unwrap.always = s.unwrap == "always";
+  if (s.unwrap_cache != "off")
+    a.unwrap.cache =
+        s.unwrap_cache == "auto" ? default_cache_folder() : std::filesystem::path(s.unwrap_cache);
   return a;
 }
 
