@@ -184,6 +184,11 @@ Expected<Atlas> layout_packed(const Scene& scene, const AtlasSettings& settings)
     choose_charts(scene, settings, atlas);
   }
   for (const Instance& instance : scene.instances) atlas.charts_of_instance.push_back(instance.mesh);
+  if (settings.cut_contacts) {
+    const StageTimer timer(steps_taken, "contacts");
+    cut_at_contacts(scene, std::vector<double>(scene.instances.size(), 1.0 / settings.texels_per_metre),
+                    settings.threads, atlas);
+  }
   KILN_TRY_STATUS(number_placements(scene, atlas));
   if (atlas.placements.empty()) return atlas;
 

@@ -38,6 +38,7 @@ AtlasSettings atlas_settings(const BakeSettings& s) {
   if (s.unwrap_cache != "off")
     a.unwrap.cache =
         s.unwrap_cache == "auto" ? default_cache_folder() : std::filesystem::path(s.unwrap_cache);
+  a.cut_contacts = s.contact_cuts;
   return a;
 }
 
