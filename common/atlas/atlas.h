@@ -10,7 +10,7 @@
 #include "common/base/status.h"
 #include "common/contacts/contacts.h"
 #include "common/scene/scene.h"
-#include "common/unwrap/mesh_charts.h"
+#include "common/unwrap/charts.h"
 
 namespace kiln {
 
@@ -105,7 +105,7 @@ struct AtlasSettings {
   const PreviousLayout* previous = nullptr;  // layout pack: charts stay where they were (previous_layout.h)
   uint64_t max_texels = uint64_t{1} << 31;   // of all pages; beyond it is an error that names what fits
   bool cut_contacts = true;                  // layout pack: charts end where a wall stands on them
-  float crease_degrees = 60.0f;              // generated charts: largest turn from a chart's first face
+  UnwrapChoice unwrap;                       // layout pack: which charts are generated, and how
   unsigned threads = 0;                      // 0: all; changes nothing but the time
 };
 

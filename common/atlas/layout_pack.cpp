@@ -33,8 +33,19 @@ tl::unexpected<Error> too_dense(double density, double fitting, uint64_t max_tex
 
 void choose_charts(const Scene& scene, const AtlasSettings& settings, Atlas& atlas) {
   std::vector<ChartsForPacking> made(scene.meshes.size());
+  // Large meshes one after another on all threads, then the small ones side by side.
+  constexpr size_t kLarge = 20000;
+  const auto make = [&](size_t m, unsigned threads) {
+    made[m] = charts_for_packing(scene.meshes[m], settings.unwrap, threads);
+  };
+  const auto large = [&](size_t m) { return scene.meshes[m].triangles.size() >= kLarge; };
+  for (size_t m = 0; m < made.size(); ++m)
+    if (large(m)) make(m, settings.threads);
   parallel_for(
-      made.size(), [&](size_t m) { made[m] = charts_for_packing(scene.meshes[m], settings.crease_degrees); },
+      made.size(),
+      [&](size_t m) {
+        if (!large(m)) make(m, 1);
+      },
       settings.threads);
   std::vector<std::string> absent;
   atlas.charts.resize(made.size());
@@ -44,10 +55,12 @@ void choose_charts(const Scene& scene, const AtlasSettings& settings, Atlas& atl
           text("mesh {} {}: its charts were made from its faces", mesh_name(scene, m), made[m].complaint));
     else if (made[m].charts.generated)
       absent.push_back(mesh_name(scene, m));
+    if (!made[m].limited.empty())
+      atlas.warnings.push_back(text("mesh {} {}", mesh_name(scene, m), made[m].limited));
     atlas.statistics.generated_meshes += made[m].charts.generated;
     atlas.charts[m] = std::move(made[m].charts);
   }
-  if (!absent.empty())
+  if (!absent.empty() && !settings.unwrap.always)
     atlas.warnings.push_back(
         text("{} of {} meshes have no TEXCOORD_1, their charts were made from their faces: {}", absent.size(),
              scene.meshes.size(), list_names(absent)));

@@ -154,6 +154,19 @@ const Setting kTable[] = {
      "levels below the first in which no bilinear lookup mixes two charts, in layout pack",
      [](B& b, S s) { return store_number(b.mip_levels, s, 0, 8); },
      [](const B& b) { return text("{}", b.mip_levels); }},
+    {"unwrap", "NAME", "",
+     "auto: charts are made for meshes without a usable TEXCOORD_1; always: for all (layout pack)",
+     [](B& b, S s) {
+       return store_word(b.unwrap, s, {"auto", "always"});
+     },
+     [](const B& b) { return b.unwrap; }},
+    {"unwrap-cache", "DIR|auto|off", "",
+     "folder of charts made before; auto: $KILN_CACHE, else kiln in the user's cache folder",
+     [](B& b, S s) {
+       b.unwrap_cache = s;
+       return s.empty() ? refuse("'' is not a folder, auto or off") : Status{};
+     },
+     [](const B& b) { return b.unwrap_cache; }},
     {"environment", "FILE|R,G,B", "radiance",
      "equirectangular HDR or EXR (+Y up) or a constant; overrides the scene's",
      [](B& b, S s) {

@@ -18,6 +18,8 @@ struct BakeSettings {
   uint32_t page_size = 8192;  // texels
   bool power_of_two = false, block_align = false;
   uint32_t mip_levels = 0;
+  std::string unwrap = "auto";        // auto, always
+  std::string unwrap_cache = "auto";  // a folder, auto or off
   std::string environment;  // empty: what the scene says; "R,G,B" or a path
   double environment_strength = 1;
   double environment_rotation = 0;  // degrees about +Y

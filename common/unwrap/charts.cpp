@@ -2,9 +2,9 @@
 
 #include <array>
 
-#include "common/raster/coverage.h"
-#include "common/unwrap/unwrap_simple.h"
 #include "common/base/format.h"
+#include "common/raster/coverage.h"
+#include "common/unwrap/unwrap_cache.h"
 
 namespace kiln {
 namespace {
@@ -162,22 +162,26 @@ double self_overlap(const MeshCharts& charts) {
   return covered ? twice / static_cast<double>(covered) : 0.0;
 }
 
-ChartsForPacking charts_for_packing(const Mesh& mesh, float crease_degrees) {
+ChartsForPacking charts_for_packing(const Mesh& mesh, const UnwrapChoice& choice, unsigned threads) {
   ChartsForPacking result;
-  Expected<MeshCharts> own = authored_charts(mesh);
-  if (own) {
-    bring_near(*own);
-    const double share = self_overlap(*own);
-    if (share <= kMostOverlap) {
-      result.charts = std::move(*own);
-      return result;
+  if (!choice.always) {
+    Expected<MeshCharts> own = authored_charts(mesh);
+    if (own) {
+      bring_near(*own);
+      const double share = self_overlap(*own);
+      if (share <= kMostOverlap) {
+        result.charts = std::move(*own);
+        return result;
+      }
+      result.complaint =
+          text("has a TEXCOORD_1 whose charts overlap themselves in {:.3g} % of their area", 100 * share);
+    } else if (!mesh.uv[1].empty()) {
+      result.complaint = own.error().message;
     }
-    result.complaint =
-        text("has a TEXCOORD_1 whose charts overlap themselves in {:.3g} % of their area", 100 * share);
-  } else if (!mesh.uv[1].empty()) {
-    result.complaint = own.error().message;
   }
-  result.charts = unwrap_simple(mesh, crease_degrees);
+  UnwrapResult made = unwrap_cached(mesh, choice.settings, choice.cache, threads);
+  result.charts = std::move(made.charts);
+  result.limited = std::move(made.limited);
   return result;
 }
 

@@ -1,11 +1,13 @@
 // Charts of one mesh: which triangles hang together in lightmap space.
 #pragma once
 
+#include <filesystem>
 #include <numeric>
 #include <span>
 
 #include "common/base/status.h"
 #include "common/unwrap/mesh_charts.h"
+#include "common/unwrap/unwrap.h"
 
 namespace kiln {
 
@@ -63,11 +65,16 @@ Expected<MeshCharts> authored_charts(const Mesh& mesh);
 double self_overlap(const MeshCharts& charts);
 
 // The mesh's own charts where they can be packed, else generated ones. `complaint`: why TEXCOORD_1 could
-// not be used (as authored_charts), empty if it was used or is absent.
+// not be used (as authored_charts), empty if it was used or is absent. `limited`: as UnwrapResult.
 struct ChartsForPacking {
   MeshCharts charts;
-  std::string complaint;
+  std::string complaint, limited;
 };
-ChartsForPacking charts_for_packing(const Mesh& mesh, float crease_degrees);
+struct UnwrapChoice {
+  UnwrapSettings settings;
+  bool always = false;          // leave TEXCOORD_1 aside
+  std::filesystem::path cache;  // folder of unwrapped meshes; empty: none
+};
+ChartsForPacking charts_for_packing(const Mesh& mesh, const UnwrapChoice& choice, unsigned threads);
 
 }  // namespace kiln

@@ -10,6 +10,7 @@
 #include "common/basis/basis.h"
 #include "common/math/samplers.h"
 #include "common/scene/prepared.h"
+#include "common/unwrap/unwrap_cache.h"
 #include "coordinator/merge/accumulator.h"
 #include "coordinator/plan/schedule.h"
 #include "coordinator/post/stage.h"
@@ -38,6 +39,10 @@ AtlasSettings atlas_settings(const BakeSettings& s) {
   a.power_of_two = s.power_of_two;
   a.block_align = s.block_align;
   a.mip_levels = s.mip_levels;
+  a.unwrap.always = s.unwrap == "always";
+  if (s.unwrap_cache != "off")
+    a.unwrap.cache =
+        s.unwrap_cache == "auto" ? default_cache_folder() : std::filesystem::path(s.unwrap_cache);
   a.cut_contacts = s.contact_cuts;
   return a;
 }

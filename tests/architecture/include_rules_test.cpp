@@ -111,6 +111,7 @@ TEST(IncludeRules, ThirdPartyHeadersEnterThroughNamedFiles) {
       {"nlohmann/",
        {"common/base/json.cpp", "coordinator/document/gltf_document.cpp", "coordinator/encode/gltf.cpp",
         "coordinator/encode/gltf_buffer.cpp", "coordinator/encode/gltf_buffer.h"}},
+      {"Eigen/", {"common/unwrap/lscm.cpp"}},
       {"embree", {"worker/accel/embree_api.h"}},
       {"OpenImageIO/", {"coordinator/imageio/imageio.cpp"}},
       {"OpenEXR/", {"coordinator/encode/exr.cpp"}},

@@ -26,7 +26,7 @@ TEST(Charts, SameCoordinatesElsewhereInSpaceAreAnotherChart) {
   m.uv[1].insert(m.uv[1].end(), copy.uv[1].begin(), copy.uv[1].end());
   for (const UVec3& t : copy.triangles) m.triangles.push_back(t + UVec3(4));
   EXPECT_EQ(authored_charts(m)->chart_count, 2u);
-  EXPECT_TRUE(charts_for_packing(m, 60).complaint.empty());  // packed apart, they do not overlap
+  EXPECT_TRUE(charts_for_packing(m, {}, 1).complaint.empty());  // packed apart, they do not overlap
 }
 
 TEST(Charts, FoldPartsCharts) {
@@ -41,7 +41,7 @@ TEST(Charts, SelfOverlapIsMeasuredAndReplaced) {
   Mesh m = spiral(3, 32);
   for (const Vec3& p : m.positions) m.uv[1].push_back({p.x, p.z});
   EXPECT_GT(self_overlap(*authored_charts(m)), 0.5);
-  const ChartsForPacking made = charts_for_packing(m, 60);
+  const ChartsForPacking made = charts_for_packing(m, {}, 1);
   EXPECT_TRUE(made.charts.generated);
   EXPECT_NE(made.complaint.find("overlap themselves"), std::string::npos) << made.complaint;
   EXPECT_LT(self_overlap(made.charts), 1e-4);
@@ -56,13 +56,13 @@ TEST(Charts, UnusableCoordinatesAreRefusedWithReasons) {
   Mesh flat = plane(2, 1, Uv::kUnit);
   for (Vec2& uv : flat.uv[1]) uv.y = 0.25f;
   EXPECT_NE(authored_charts(flat).error().message.find("no area"), std::string::npos);
-  EXPECT_TRUE(charts_for_packing(flat, 60).charts.generated);
+  EXPECT_TRUE(charts_for_packing(flat, {}, 1).charts.generated);
 }
 
 TEST(Charts, FarCoordinatesAreBroughtNear) {
   Mesh m = plane(4, 1, Uv::kUnit);
   for (Vec2& uv : m.uv[1]) uv += Vec2(1000, -77);
-  const ChartsForPacking made = charts_for_packing(m, 60);
+  const ChartsForPacking made = charts_for_packing(m, {}, 1);
   EXPECT_FALSE(made.charts.generated);
   for (const Vec2& uv : made.charts.corner_uv) {
     EXPECT_GE(std::min(uv.x, uv.y), 0.0f);

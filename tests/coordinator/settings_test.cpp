@@ -24,6 +24,7 @@ TEST(Settings, ErrorsNameTheOptionAndTheValue) {
                                                                                     {"error", "nan"},
                                                                                     {"max-bounces", "1.5"},
                                                                                     {"layout", "round"},
+                                                                                    {"unwrap", "never"},
                                                                                     {"resolution", "12x"},
                                                                                     {"sun", "1,2,3"},
                                                                                     {"sun", "0,0,0:1,1,1"},

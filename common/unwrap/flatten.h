@@ -1,0 +1,57 @@
+// One chart laid into the plane, and the proof that the result can be used.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "common/raster/triangle2.h"
+#include "common/unwrap/surface.h"
+
+namespace kiln {
+
+// Stretch of the map from the plane to the surface. Sander, Snyder, Gortler, Hoppe 2001, "Texture Mapping
+// Progressive Meshes", section 3: L2 of a face is the root mean square of its singular values, Linf the
+// larger one; of a chart the area-weighted root mean square and the largest. 1: isometric. Linf = 2:
+// somewhere texels lie twice as far apart as asked.
+struct Stretch {
+  double l2 = 1, linf = 1;
+};
+
+struct FlatChart {
+  std::vector<uint32_t> faces;  // rising
+  std::vector<Triangle2> flat;  // by entry of `faces`: metres, floats, the box begins at (0, 0)
+  Stretch stretch;
+  double area = 0;  // of the surface, m^2
+};
+
+struct FlattenLimits {
+  double l2 = 1.1;
+  double linf = 2;
+};
+
+// What flattening needs to remember about charts as a whole. Charts own their faces, so several threads may
+// work on different charts at once.
+struct ChartState {
+  explicit ChartState(const Surface& surface)
+      : glued(3 * surface.face_count(), 0), slot(surface.face_count(), 0) {}
+  std::vector<uint8_t> glued;  // by side: it hangs together with its opposite inside one chart
+  std::vector<uint32_t> slot;  // by face: its index within its chart
+};
+
+// Lays faces (rising, none degenerate, glued as `state` says) into the plane: along their mean normal where
+// they are flat, else by LSCM, else along the normal. Nothing: a face would be flipped, would lie on
+// another, or would be stretched beyond the limits. `work` counts what it cost, in faces.
+std::optional<FlatChart> flatten(const Surface& surface, ChartState& state, std::vector<uint32_t> faces,
+                                 const FlattenLimits& limits, uint64_t& work);
+
+// The same along `axis` only, and without test for overlap: the caller knows that faces do not meet.
+FlatChart flatten_single(const Surface& surface, uint32_t face);
+
+Stretch measure_stretch(const Surface& surface, const std::vector<uint32_t>& faces,
+                        const std::vector<Triangle2>& flat);
+
+// Turned to the smallest box that has a side along the hull, scaled to the surface's area, moved to (0, 0)
+// and rounded to floats.
+void settle(std::vector<Triangle2>& flat, double area);
+
+}  // namespace kiln
