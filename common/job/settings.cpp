@@ -101,10 +101,10 @@ Status parse_basis(BakeSettings& b, const std::string& s) {
   return {};
 }
 
-Status parse_watertight(BakeSettings& b, const std::string& s) {
+Status store_switch(bool& target, const std::string& s) {
   std::string word;
   KILN_TRY_STATUS(store_word(word, s, {"on", "off"}));
-  b.watertight = word == "on";
+  target = word == "on";
   return {};
 }
 
@@ -175,6 +175,12 @@ const Setting kTable[] = {
      [](const B& b) { return print(b.time_limit); }},
     {"basis", "NAME", "", "stored basis: irradiance or sh_l1", parse_basis,
      [](const B& b) { return b.basis; }},
+    {"seams", "WORD", "", "on: both sides of chart borders are made to agree, within and across objects",
+     [](B& b, S s) { return store_switch(b.seams, s); },
+     [](const B& b) { return std::string(b.seams ? "on" : "off"); }},
+    {"seam-angle", "DEG", "degrees", "largest angle between shading normals that a seam joins; creases beyond stay",
+     [](B& b, S s) { return store_number(b.seam_angle, s, 0, 90); },
+     [](const B& b) { return print(b.seam_angle); }},
     {"dilate", "N", "texels", "how far colours are carried into empty texels",
      [](B& b, S s) { return store_number(b.dilate, s, 0, 64); },
      [](const B& b) { return text("{}", b.dilate); }},
@@ -194,7 +200,8 @@ const Setting kTable[] = {
      [](const B& b) { return b.sampler; }},
     {"watertight", "WORD", "",
      "on: no ray slips between triangles that share an edge (a few in a million do); slower by up to a fifth",
-     parse_watertight, [](const B& b) { return std::string(b.watertight ? "on" : "off"); }},
+     [](B& b, S s) { return store_switch(b.watertight, s); },
+     [](const B& b) { return std::string(b.watertight ? "on" : "off"); }},
     {"isa", "NAME", "", "numeric class: the instruction set of Embree's kernels",
      [](B& b, S s) {
        return store_word(b.isa, s, {"sse2", "sse4.2", "avx", "avx2", "avx512"});
