@@ -7,21 +7,24 @@ struct Steps {
   double largest = 0, rms = 0;
 };
 
-double luminance_of(const double (&rgb)[3]) {
-  return luminance(DVec3(rgb[0], rgb[1], rgb[2]));
+// E.R E.G E.B come first in a map.
+double luminance_step(const SeamEquation& e, const Lightmap& map) {
+  const auto& d = map.planes.data;
+  return luminance(DVec3(seam_step(e, d[0]), seam_step(e, d[1]), seam_step(e, d[2])));
+}
+double luminance_mean(const SeamEquation& e, const Lightmap& map) {
+  const auto& d = map.planes.data;
+  return luminance(DVec3(seam_mean(e, d[0]), seam_mean(e, d[1]), seam_mean(e, d[2])));
+}
+double relative_step(const SeamEquation& e, const Lightmap& map) {
+  const double mean = luminance_mean(e, map);
+  return mean > 0 ? std::abs(luminance_step(e, map)) / mean : 0;
 }
 
 Steps measure_steps(const Lightmap& map, std::span<const SeamEquation> equations) {
   Steps steps;
   for (const SeamEquation& e : equations) {
-    double step[3], mean[3];
-    for (size_t c = 0; c < 3; ++c) {  // E.R E.G E.B come first
-      step[c] = seam_step(e, map.planes.data[c]);
-      mean[c] = seam_mean(e, map.planes.data[c]);
-    }
-    const double local = luminance_of(mean);
-    if (!(local > 0)) continue;
-    const double relative = std::abs(luminance_of(step)) / local;
+    const double relative = relative_step(e, map);
     steps.largest = std::max(steps.largest, relative);
     steps.rms += relative * relative;
   }
@@ -72,21 +75,63 @@ class ChangeMeter {
   std::vector<double> before_;
 };
 
-void apply(std::vector<float>& plane, const std::vector<uint32_t>& texels, const std::vector<double>& change,
-           SeamReport& report) {
+// Returns how many values were held at zero.
+uint64_t apply(const std::vector<float>& before, const std::vector<uint32_t>& texels,
+               const std::vector<double>& change, std::vector<float>& plane) {
   bool negative = false;
-  for (const uint32_t t : texels) negative |= plane[t] < 0;
+  for (const uint32_t t : texels) negative |= before[t] < 0;
+  uint64_t held = 0;
   for (size_t i = 0; i < texels.size(); ++i) {
+    const uint32_t t = texels[i];
     if (change[i] == 0) continue;
-    float& value = plane[texels[i]];
-    const double moved = double{value} + change[i];
-    if (moved < 0 && !negative) {
-      value = 0;
-      ++report.held_at_zero;
-    } else if (std::isfinite(static_cast<float>(moved))) {
-      value = static_cast<float>(moved);
-    }
+    const double moved = double{before[t]} + change[i];
+    const bool hold = moved < 0 && !negative;
+    held += hold;
+    plane[t] = hold ? 0.0f : std::isfinite(static_cast<float>(moved)) ? static_cast<float>(moved) : before[t];
   }
+  return held;
+}
+
+// Weighs up the equations that differ by too much. Returns which, empty if none does.
+std::vector<uint8_t> tighten(const Lightmap& map, std::span<const SeamEquation> equations, double most_step,
+                             LeastSquares& problem) {
+  // A step goes down about as its weight goes up; twice that, since its neighbours give way less. Beyond the
+  // bound the factor of the matrix would lose digits.
+  constexpr double kMargin = 1.25, kMostWeight = 0x1p32;
+  std::vector<uint8_t> changed(equations.size(), 0);
+  bool any = false;
+  for (size_t r = 0; r < equations.size(); ++r) {
+    const double excess = relative_step(equations[r], map) / most_step;
+    if (!(excess > 1) || problem.rows[r].weight > kMostWeight) continue;
+    problem.rows[r].weight *= kMargin * excess;
+    changed[r] = any = true;
+  }
+  return any ? changed : std::vector<uint8_t>{};
+}
+
+// Solves until no step is too large or the rounds are over.
+void solve_in_rounds(Lightmap& map, std::span<const SeamEquation> equations, const SeamWeights& weights,
+                     SeamUnknowns& unknowns, SeamReport& report) {
+  const std::vector<size_t> planes = solved_planes(map.planes);
+  std::vector<std::vector<double>> targets(planes.size());
+  std::vector<std::vector<float>> before;
+  for (size_t p = 0; p < planes.size(); ++p) {
+    before.push_back(map.planes.data[planes[p]]);
+    for (const SeamEquation& e : equations) targets[p].push_back(seam_step(e, before[p]));
+  }
+  Solution solution;
+  std::vector<uint8_t> changed;
+  do {
+    solve(unknowns.problem, targets, solution, changed);
+    ++report.rounds;
+    report.held_at_zero = 0;
+    for (size_t p = 0; p < planes.size(); ++p)
+      report.held_at_zero +=
+          apply(before[p], unknowns.texels, solution.corrections[p], map.planes.data[planes[p]]);
+    if (report.rounds >= weights.rounds) break;
+    changed = tighten(map, equations, weights.most_step, unknowns.problem);
+  } while (!changed.empty());
+  report.residual = solution.residual;
 }
 
 }  // namespace
@@ -103,22 +148,14 @@ SeamReport join_seams(Lightmap& map, const Scene& scene, const Atlas& atlas, con
   report.equations = equations.size();
   if (equations.empty()) return report;
 
-  const SeamUnknowns unknowns = seam_unknowns(atlas, map, equations, weights);
+  SeamUnknowns unknowns = seam_unknowns(atlas, map, equations, weights);
   report.texels = unknowns.texels.size();
   const ChangeMeter change(map, unknowns.texels);
   const Steps before = measure_steps(map, equations);
-  const std::vector<size_t> planes = solved_planes(map.planes);
-  std::vector<std::vector<double>> targets(planes.size());
-  for (size_t p = 0; p < planes.size(); ++p)
-    for (const SeamEquation& e : equations) targets[p].push_back(seam_step(e, map.planes.data[planes[p]]));
-  const Solution solution = solve(unknowns.problem, targets);
-  for (size_t p = 0; p < planes.size(); ++p)
-    apply(map.planes.data[planes[p]], unknowns.texels, solution.corrections[p], report);
-
+  solve_in_rounds(map, equations, weights, unknowns, report);
   const Steps after = measure_steps(map, equations);
   report.largest_before = before.largest, report.rms_before = before.rms;
   report.largest_after = after.largest, report.rms_after = after.rms;
-  report.residual = solution.residual;
   change.finish(report);
   return report;
 }

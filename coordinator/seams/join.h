@@ -17,6 +17,7 @@ struct SeamReport {
   // Of measured texels that may move: mean and root mean square of the change of E's luminance in units of
   // their stated error, and the sum of the changes relative to the sum of the values.
   double change_in_errors = 0, rms_change_in_errors = 0, bias = 0;
+  uint64_t rounds = 0;        // solves; more than one: some equations needed a higher weight
   uint64_t held_at_zero = 0;  // values that would have become negative in a plane that had none such
   double residual = 0;        // of the linear system, relative
 };

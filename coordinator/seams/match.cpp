@@ -8,7 +8,7 @@ namespace kiln {
 namespace {
 
 constexpr size_t kMostPartners = 256;
-constexpr double kPointsPerTexel = 4;
+constexpr double kPointsPerTexel = 8;
 // Shorter common stretches, in texels: edges that go on one another along a line touch in a point.
 constexpr double kShortest = 1.0 / 256;
 // Largest cosine between the directions into the two faces: a fold down to 84 degrees, so that the corner of
@@ -115,14 +115,16 @@ std::vector<Stretch> coincident_stretches(std::span<const BorderEdge> edges, con
 std::vector<SeamPoint> seam_points(std::span<const BorderEdge> edges, std::vector<Stretch>& stretches,
                                    const SeamSettings& settings) {
   // Less what rounding of unit normals does (a twelfth of a degree).
-  const double least_cosine = double{sincos_turns(static_cast<float>(settings.angle_degrees / 360)).cos} - 1e-6;
+  const double least_cosine =
+      double{sincos_turns(static_cast<float>(settings.angle_degrees / 360)).cos} - 1e-6;
   std::vector<SeamPoint> points;
   std::erase_if(stretches, [&](const Stretch& s) {
     const size_t before = points.size();
     const BorderEdge* e[2] = {&edges[s.side[0].edge], &edges[s.side[1].edge]};
     double texels = 0;
     for (int k = 0; k < 2; ++k)
-      texels = std::max(texels, std::abs(s.side[k].to - s.side[k].from) * length(e[k]->texel[1] - e[k]->texel[0]));
+      texels =
+          std::max(texels, std::abs(s.side[k].to - s.side[k].from) * length(e[k]->texel[1] - e[k]->texel[0]));
     const double count = std::max(1.0, std::ceil(kPointsPerTexel * texels));
     for (double i = 0; i < count; ++i) {
       SeamPoint p;

@@ -40,7 +40,7 @@ struct SeamPoint {
 // sheets in stacks of more have them.
 std::vector<Stretch> coincident_stretches(std::span<const BorderEdge> edges, const SeamSettings& settings);
 
-// Places along the stretches, four a texel of the finer side and at least one a stretch, where the shading
+// Places along the stretches, eight a texel of the finer side and at least one a stretch, where the shading
 // normals agree. Where both sides read the same texels (the chart goes on) is no seam.
 // Stretches without such a place are dropped.
 std::vector<SeamPoint> seam_points(std::span<const BorderEdge> edges, std::vector<Stretch>& stretches,

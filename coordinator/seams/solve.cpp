@@ -100,17 +100,22 @@ double relative_residual(const Matrix& a, const Eigen::MatrixXd& c, const Eigen:
 
 }  // namespace
 
-Solution solve(const LeastSquares& problem, const std::vector<std::vector<double>>& targets,
-               const SolveSettings& settings) {
-  Solution solution;
-  solution.corrections.assign(targets.size(), std::vector<double>(problem.diagonal.size(), 0.0));
+void solve(const LeastSquares& problem, const std::vector<std::vector<double>>& targets, Solution& solution,
+           const std::vector<uint8_t>& changed, const SolveSettings& settings) {
   const std::vector<Part> parts = parts_of(problem);
+  if (changed.empty()) {
+    solution = {};
+    solution.corrections.assign(targets.size(), std::vector<double>(problem.diagonal.size(), 0.0));
+  }
   std::vector<uint32_t> place(problem.diagonal.size());  // in its part
   for (const Part& part : parts)
     for (uint32_t i = 0; i < part.unknowns.size(); ++i) place[part.unknowns[i]] = i;
   std::vector<double> residual(parts.size(), 0.0);
   parallel_for(parts.size(), [&](size_t k) {
     const Part& part = parts[k];
+    if (!changed.empty() &&
+        std::none_of(part.rows.begin(), part.rows.end(), [&](uint32_t r) { return changed[r]; }))
+      return;
     const Eigen::MatrixXd b = right_sides(problem, part, place, targets);
     if (b.isZero(0)) return;
     const Matrix a = normal_matrix(problem, part, place);
@@ -125,7 +130,6 @@ Solution solve(const LeastSquares& problem, const std::vector<std::vector<double
     solution.largest = std::max(solution.largest, static_cast<uint32_t>(parts[k].unknowns.size()));
     solution.residual = std::max(solution.residual, residual[k]);
   }
-  return solution;
 }
 
 }  // namespace kiln

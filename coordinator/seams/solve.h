@@ -43,9 +43,10 @@ struct Solution {
   double residual = 0;                           // largest |A c - b| / |b| of any part and right side
 };
 
-// targets[right side][row]. Parts whose targets are all 0 get exactly 0. The same bits for any number of
-// threads.
-Solution solve(const LeastSquares& problem, const std::vector<std::vector<double>>& targets,
-               const SolveSettings& settings = {});
+// targets[right side][row]. Parts whose targets are all 0 get exactly 0. With `changed` (by row, not 0: it
+// has another weight than when `solution` was found) parts without a changed row keep what `solution` has.
+// The same bits for any number of threads.
+void solve(const LeastSquares& problem, const std::vector<std::vector<double>>& targets, Solution& solution,
+           const std::vector<uint8_t>& changed = {}, const SolveSettings& settings = {});
 
 }  // namespace kiln

@@ -3,11 +3,6 @@
 namespace kiln {
 namespace {
 
-// Trust of a texel, relative to one whose stated error is 5 % (the default of --error). The square of the
-// ratio is what independent errors ask for; its bounds keep an estimate of the error from deciding alone:
-// it correlates with the value, so that weights without bounds would prefer the darker side.
-constexpr double kUsualError = 0.05, kLeastTrust = 0.25, kMostTrust = 4;
-// A filled texel is a guess from its neighbours.
 constexpr double kTrustFilled = 1.0 / 64;
 
 void sort_unique(std::vector<uint32_t>& v) {
@@ -33,7 +28,8 @@ std::vector<uint32_t> texels_near(const Atlas& atlas, const Lightmap& map,
                                   std::span<const SeamEquation> equations, uint32_t reach) {
   std::vector<uint32_t> all;
   for (const SeamEquation& e : equations) {
-    for (const Lookup& side : e.side) all.insert(all.end(), side.texel.begin(), side.texel.begin() + side.count);
+    for (const Lookup& side : e.side)
+      all.insert(all.end(), side.texel.begin(), side.texel.begin() + side.count);
     if (all.size() > size_t{1} << 24) sort_unique(all);
   }
   sort_unique(all);
@@ -54,16 +50,6 @@ std::vector<uint32_t> texels_near(const Atlas& atlas, const Lightmap& map,
   return all;
 }
 
-double trust(const Lightmap& map, uint32_t texel, const float* error) {
-  if (map.validity[texel] == Validity::kFilled) return kTrustFilled;
-  if (!error) return 1;
-  const auto& e = map.planes.data;  // E.R E.G E.B come first
-  const double mean = luminance(DVec3(e[0][texel], e[1][texel], e[2][texel])), known = kUsualError * mean;
-  const double stated = error[texel];
-  if (!(known > 0)) return kLeastTrust;
-  return std::clamp(known * known / (stated * stated), kLeastTrust, kMostTrust);
-}
-
 }  // namespace
 
 SeamUnknowns seam_unknowns(const Atlas& atlas, const Lightmap& map, std::span<const SeamEquation> equations,
@@ -75,10 +61,10 @@ SeamUnknowns seam_unknowns(const Atlas& atlas, const Lightmap& map, std::span<co
     return at != u.texels.end() && *at == texel ? static_cast<uint32_t>(at - u.texels.begin())
                                                 : LeastSquares::kFixed;
   };
-  const float* error = weights.by_error ? map.planes.plane("error").data() : nullptr;
   u.problem.diagonal.resize(u.texels.size());
   for (uint32_t i = 0; i < u.texels.size(); ++i) {
-    u.problem.diagonal[i] = weights.value * trust(map, u.texels[i], error);
+    u.problem.diagonal[i] =
+        weights.value * (map.validity[u.texels[i]] == Validity::kFilled ? kTrustFilled : 1.0);
     for_each_side(atlas, u.texels[i], [&](uint32_t n) {
       if (!connected(atlas, map, u.texels[i], n)) return;
       const uint32_t j = index(n);

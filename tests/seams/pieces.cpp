@@ -133,7 +133,7 @@ Pieces wall_of_eight() {
   const Mesh plain = panel(2, 1.5f, 1, 1), fine = panel(2, 1.5f, 5, 4), odd = panel(2, 1.5f, 3, 1);
   Pieces w;
   w.add(plain, moved({0, 0, 0})).add(fine, moved({2, 0, 0}));
-  w.add(odd, Mat4x3(Vec3(-1, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, 1), Vec3(6, 0, 0)));    // mirrored
+  w.add(odd, Mat4x3(Vec3(-1, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, 1), Vec3(6, 0, 0)));        // mirrored
   w.add(plain, Mat4x3(Vec3(-1, 0, 0), Vec3(0, -1, 0), Vec3(0, 0, 1), Vec3(8, 1.5f, 0)));  // turned
   // Above: the cuts are at 1.3, 3.6 and 6.1 metres.
   w.add(panel(1.3f, 1.5f, 2, 2), moved({0, 1.5f, 0})).add(panel(2.3f, 1.5f, 1, 3), moved({1.3f, 1.5f, 0}));
