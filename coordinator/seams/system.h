@@ -21,7 +21,7 @@ struct SeamWeights {
   // Equations that still differ by more than this share of their local mean are weighted up and solved again,
   // up to `rounds` times. Where texels of both sides are staggered, lines that agree everywhere are straight:
   // a high weight everywhere would flatten what the light does along a seam for the sake of 0.01 %.
-  double most_step = 0.003;
+  double most_step = 0.0025;
   uint32_t rounds = 12;
 };
 

@@ -14,13 +14,6 @@ struct Filled {
   Filled() { fill_invalid(room.map, {room.scene, room.atlas, {}}); }
 };
 
-std::vector<PlainPoint> of_pieces(const std::vector<PlainPoint>& points, uint32_t first, uint32_t last) {
-  std::vector<PlainPoint> some;
-  for (const PlainPoint& p : points)
-    if (p.instance[0] >= first && p.instance[0] <= last) some.push_back(p);
-  return some;
-}
-
 TEST(Seams, StepsFallBelowHalfAPercentOfTheLocalMean) {
   Filled f;
   const Atlas& atlas = f.room.atlas;

@@ -82,6 +82,13 @@ std::vector<PlainPoint> plain_seam_points(const Scene& scene, const Atlas& atlas
   return chosen;
 }
 
+std::vector<PlainPoint> of_pieces(const std::vector<PlainPoint>& points, uint32_t first, uint32_t last) {
+  std::vector<PlainPoint> some;
+  for (const PlainPoint& p : points)
+    if (p.instance[0] >= first && p.instance[0] <= last) some.push_back(p);
+  return some;
+}
+
 double bilinear(const Atlas& atlas, const Lightmap& map, size_t plane, uint32_t page, const DVec2& at) {
   const double x = at.x - 0.5, y = at.y - 0.5, fx = x - std::floor(x), fy = y - std::floor(y);
   double sum = 0, total = 0;

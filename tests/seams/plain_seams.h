@@ -17,6 +17,9 @@ struct PlainPoint {
 std::vector<PlainPoint> plain_seam_points(const Scene& scene, const Atlas& atlas, size_t count,
                                           double degrees = 5, double tolerance = 1e-4);
 
+// Those whose first side is of instances [first, last].
+std::vector<PlainPoint> of_pieces(const std::vector<PlainPoint>& points, uint32_t first, uint32_t last);
+
 // What a bilinear lookup gives, texels that are not set left out as the previews do.
 double bilinear(const Atlas& atlas, const Lightmap& map, size_t plane, uint32_t page, const DVec2& at);
 
