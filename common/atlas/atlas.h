@@ -8,6 +8,7 @@
 #include "common/base/bytes.h"
 #include "common/base/figures.h"
 #include "common/base/status.h"
+#include "common/contacts/contacts.h"
 #include "common/scene/scene.h"
 #include "common/unwrap/mesh_charts.h"
 
@@ -52,6 +53,7 @@ struct AtlasStatistics {
   uint64_t covered_texels = 0;     // texels with a site
   uint64_t overlapped_points = 0;  // site points claimed twice; the first triangle has them
   uint32_t generated_meshes = 0;   // meshes whose charts are ours
+  uint32_t cut_charts = 0;         // more charts because others stand on them
   std::vector<StageTime> steps;    // where the time went
 };
 
@@ -65,6 +67,7 @@ struct Atlas {
   std::vector<uint32_t> owner;                 // by texel: placement index + 1 whose bilinear footprint
                                                // holds it, 0: empty. Coordinator only: not sent.
   TexelSites sites;
+  std::vector<ContactLine> contacts;  // where surfaces stand on others. Coordinator only: not sent.
   std::vector<std::string> warnings;  // for the report, one sentence each
   AtlasStatistics statistics;         // coordinator only: not sent
 
@@ -83,6 +86,7 @@ struct AtlasSettings {
   float texels_per_metre = 4.0f;            // layout pack
   uint32_t max_page_size = 8192;            // layout pack: a side
   uint64_t max_texels = uint64_t{1} << 31;  // of all pages; beyond it is an error that names what fits
+  bool cut_contacts = true;                 // layout pack: charts end where a wall stands on them
   float crease_degrees = 60.0f;             // generated charts: largest turn from a chart's first face
   unsigned threads = 0;                     // 0: all; changes nothing but the time
 };

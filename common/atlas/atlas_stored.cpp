@@ -30,7 +30,8 @@ bool finite(const Vec2& v) {
   return std::isfinite(v.x) && std::isfinite(v.y);
 }
 
-// Does every face have its coordinates and its chart, and every part lie in its triangle? What does not, or "".
+// Does every face have its coordinates and its chart, and every part lie in its triangle? What does not, or
+// "".
 std::string_view fault_of_charts(const MeshCharts& m) {
   const size_t faces = m.face_count();
   if (m.corner_uv.size() != 3 * faces || (!m.parts.empty() && m.parts.size() != faces))
@@ -118,8 +119,7 @@ Expected<Atlas> read_atlas(std::span<const std::byte> bytes, const Scene& scene)
     if (uint64_t{a.instance_first_chart[i]} + a.of_instance(i).chart_count > a.placements.size())
       return bad("a placement does not exist");
   for (const ChartPlacement& place : a.placements)
-    if (!finite(place.scale) || !finite(place.offset) || place.page >= a.pages ||
-        place.turned > 1)
+    if (!finite(place.scale) || !finite(place.offset) || place.page >= a.pages || place.turned > 1)
       return bad("a chart is placed outside it");
   const TexelSites& s = a.sites;
   if (s.first_word.size() != s.texel.size() + 1) return bad("its sites are inconsistent");

@@ -1,7 +1,7 @@
 #include "common/atlas/chart_size.h"
 
-#include "common/raster/triangle2.h"
 #include "common/base/parallel.h"
+#include "common/raster/triangle2.h"
 
 namespace kiln {
 namespace {
@@ -101,9 +101,9 @@ std::vector<ChartSize> chart_sizes(const Scene& scene, const Atlas& atlas,
                        measures[charts.chart_of_face[f]]);
         }
         for (uint32_t chart = 0; chart < charts.chart_count; ++chart)
-          sizes[atlas.instance_first_chart[i] + chart] = {
-              static_cast<uint32_t>(i), set, chart, metres_of(measures[chart], boxes[set].boxes[chart]),
-              measures[chart].area};
+          sizes[atlas.instance_first_chart[i] + chart] = {static_cast<uint32_t>(i), set, chart,
+                                                          metres_of(measures[chart], boxes[set].boxes[chart]),
+                                                          measures[chart].area};
       },
       threads);
   return sizes;

@@ -1,6 +1,8 @@
 // The two layouts. Each returns a finished atlas.
 #pragma once
 
+#include <span>
+
 #include "common/atlas/atlas.h"
 
 namespace kiln {
@@ -10,6 +12,10 @@ Expected<Atlas> layout_from_file(const Scene& scene, const AtlasSettings& settin
 
 // Charts of all instances packed at settings.texels_per_metre.
 Expected<Atlas> layout_packed(const Scene& scene, const AtlasSettings& settings);
+
+// Cuts charts where other surfaces stand on them (common/contacts) and notes the lines in atlas.contacts.
+// `texel`: size in metres by instance.
+void cut_at_contacts(const Scene& scene, std::span<const double> texel, unsigned threads, Atlas& atlas);
 
 // Fills instance_first_chart and sizes placements. Error: more charts than can be numbered.
 Status number_placements(const Scene& scene, Atlas& atlas);

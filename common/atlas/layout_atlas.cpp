@@ -1,11 +1,11 @@
 #include <set>
 
-#include "common/unwrap/charts.h"
-#include "common/raster/footprint.h"
 #include "common/atlas/layout.h"
 #include "common/atlas/sites.h"
 #include "common/base/format.h"
 #include "common/base/parallel.h"
+#include "common/raster/footprint.h"
+#include "common/unwrap/charts.h"
 
 namespace kiln {
 namespace {

@@ -1,14 +1,14 @@
 // Charts at their size in the world, laid on texel centres and packed. (O'Donnell 2018, chart masks and
 // atlas packing; Roughton 2019, 4.1.)
 #include "common/atlas/chart_size.h"
-#include "common/unwrap/charts.h"
-#include "common/raster/footprint.h"
 #include "common/atlas/layout.h"
-#include "common/pack/pack.h"
 #include "common/atlas/sites.h"
 #include "common/base/check.h"
 #include "common/base/format.h"
 #include "common/base/parallel.h"
+#include "common/pack/pack.h"
+#include "common/raster/footprint.h"
+#include "common/unwrap/charts.h"
 
 namespace kiln {
 namespace {
@@ -171,6 +171,11 @@ Expected<Atlas> layout_packed(const Scene& scene, const AtlasSettings& settings)
     choose_charts(scene, settings, atlas);
   }
   for (const Instance& instance : scene.instances) atlas.charts_of_instance.push_back(instance.mesh);
+  if (settings.cut_contacts) {
+    const StageTimer timer(steps_taken, "contacts");
+    cut_at_contacts(scene, std::vector<double>(scene.instances.size(), 1.0 / settings.texels_per_metre),
+                    settings.threads, atlas);
+  }
   KILN_TRY_STATUS(number_placements(scene, atlas));
   if (atlas.placements.empty()) return atlas;
 

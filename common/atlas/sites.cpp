@@ -4,10 +4,10 @@
 
 #include <bit>
 
-#include "common/raster/coverage.h"
 #include "common/base/check.h"
 #include "common/base/format.h"
 #include "common/base/parallel.h"
+#include "common/raster/coverage.h"
 
 namespace kiln {
 namespace {

@@ -101,10 +101,11 @@ Status parse_basis(BakeSettings& b, const std::string& s) {
   return {};
 }
 
-Status store_switch(bool& target, const std::string& s) {
+// "on" or "off".
+Status store_switch(bool& field, const std::string& s) {
   std::string word;
   KILN_TRY_STATUS(store_word(word, s, {"on", "off"}));
-  target = word == "on";
+  field = word == "on";
   return {};
 }
 
@@ -197,6 +198,11 @@ const Setting kTable[] = {
     {"seed", "N", "", "of all random numbers",
      [](B& b, S s) { return store_number(b.seed, s, 0, 9007199254740992.0); },
      [](const B& b) { return text("{}", b.seed); }},
+    {"contact-cuts", "WORD", "",
+     "layout pack, on: charts end where a wall stands on them, so that no texel holds light of both its "
+     "sides",
+     [](B& b, S s) { return store_switch(b.contact_cuts, s); },
+     [](const B& b) { return std::string(b.contact_cuts ? "on" : "off"); }},
     {"sampler", "NAME", "", "random numbers: owen (scrambled Sobol'), halton, pmj02 or random", parse_sampler,
      [](const B& b) { return b.sampler; }},
     {"watertight", "WORD", "",

@@ -35,6 +35,7 @@ struct BakeSettings {
   uint32_t tile_texels = 256;
   uint64_t seed = 0;
   std::string sampler = "owen";
+  bool contact_cuts = true;  // layout pack
   bool watertight = false;
   std::string isa = "avx2";
   uint32_t lease_ms = 15000;

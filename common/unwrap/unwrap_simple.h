@@ -1,7 +1,7 @@
 // Charts for a mesh without usable lightmap coordinates.
 #pragma once
 
-#include "common/atlas/atlas.h"
+#include "common/unwrap/mesh_charts.h"
 
 namespace kiln {
 

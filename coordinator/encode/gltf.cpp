@@ -1,7 +1,7 @@
 // scene.glb: the input file with TEXCOORD_1 that addresses the lightmap, as one self-contained file.
 // In layout atlas the file's own TEXCOORD_1 is that already. In layout pack vertices are split at chart
-// borders, once per mesh; every instance gets a mesh of its own whose TEXCOORD_1 is new and whose other
-// data is shared with the other instances.
+// borders, once per set of charts (triangles that charts were cut through become several); every instance
+// gets a mesh of its own whose TEXCOORD_1 is new and whose other data is shared with the other instances.
 #include <cstring>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -18,11 +18,11 @@ using Json = nlohmann::json;
 
 // Vertices of a mesh once each corner has the lightmap coordinates of its chart.
 struct SplitMesh {
-  std::vector<uint32_t> source;   // by new vertex: the file's vertex
-  std::vector<uint32_t> indices;  // 3 per kept triangle
-  std::vector<Vec2> chart_uv;     // by new vertex, before placement
-  std::vector<uint32_t> chart;    // by new vertex
-  Json attributes;                // gathered accessors
+  std::vector<VertexBlend> source;  // by new vertex
+  std::vector<uint32_t> indices;    // 3 per face
+  std::vector<Vec2> chart_uv;       // by new vertex, before placement
+  std::vector<uint32_t> chart;      // by new vertex
+  Json attributes;                  // gathered accessors
   int index_accessor = -1;
 };
 
@@ -57,7 +57,7 @@ class GltfWriter {
   const OutputContext& c_;
   Json doc_;
   GltfBuffer buffer_;
-  std::map<uint32_t, SplitMesh> split_;  // by prepared mesh
+  std::map<uint32_t, SplitMesh> split_;  // by set of charts
 };
 
 // Groups the instances of a node and file mesh; each group becomes one glTF mesh.
@@ -115,38 +115,57 @@ Status GltfWriter::give_instances_their_meshes() {
   return {};
 }
 
+// Corner `k` of a face in terms of the file's vertices at the corners of its triangle.
+VertexBlend blend_of(const MeshCharts& charts, size_t face, int k, const uint32_t* corner) {
+  if (charts.parts.empty()) return {{corner[k], 0, 0}, {1, 0, 0}};
+  const Vec2& b = charts.parts[face].corner[k];
+  const float weight[3] = {1.0f - b.x - b.y, b.x, b.y};
+  VertexBlend blend{{0, 0, 0}, {0, 0, 0}};
+  int used = 0;
+  for (int c = 0; c < 3; ++c)
+    if (weight[c] > 0) {
+      blend.vertex[used] = corner[c];
+      blend.weight[used++] = weight[c];
+    }
+  return blend;
+}
+
 Expected<SplitMesh*> GltfWriter::split_mesh(uint32_t instance) {
   const Instance& in = c_.scene.instances[instance];
-  if (const auto it = split_.find(in.mesh); it != split_.end()) return &it->second;
+  const uint32_t set = c_.atlas.charts_of_instance[instance];
+  if (const auto it = split_.find(set); it != split_.end()) return &it->second;
   SplitMesh s;
   const Mesh& mesh = c_.scene.meshes[in.mesh];
-  const MeshCharts& charts = c_.atlas.of_instance(instance);
+  const MeshCharts& charts = c_.atlas.charts[set];
   const Json primitive = doc_["meshes"][in.file_mesh]["primitives"][in.file_primitive];
   KILN_TRY(const std::vector<uint32_t> corners, buffer_.triangle_corners(doc_, primitive));
   struct Key {
-    uint32_t vertex, chart;
+    VertexBlend vertex;
+    uint32_t chart;
     float u, v;
     auto operator<=>(const Key&) const = default;
   };
   std::map<Key, uint32_t> made;
-  for (size_t t = 0; t < mesh.triangles.size(); ++t)
+  for (size_t f = 0; f < charts.face_count(); ++f) {
+    const size_t first = 3 * size_t{mesh.source_triangle[charts.triangle_of(f)]};
+    if (first + 2 >= corners.size())
+      return fail(ErrorKind::kInternal, text("mesh '{}' lost a triangle of the file", mesh.name));
     for (int c = 0; c < 3; ++c) {
-      const size_t at = 3 * size_t{mesh.source_triangle[t]} + c;
-      if (at >= corners.size())
-        return fail(ErrorKind::kInternal, text("mesh '{}' lost triangle {} of the file", mesh.name, t));
-      const Vec2 uv = charts.corner_uv[3 * t + c];
-      const auto [it, added] = made.try_emplace({corners[at], charts.chart_of_face[t], uv.x, uv.y},
+      const VertexBlend vertex = blend_of(charts, f, c, &corners[first]);
+      const Vec2 uv = charts.corner_uv[3 * f + c];
+      const auto [it, added] = made.try_emplace({vertex, charts.chart_of_face[f], uv.x, uv.y},
                                                 static_cast<uint32_t>(s.source.size()));
       if (added) {
-        s.source.push_back(corners[at]);
+        s.source.push_back(vertex);
         s.chart_uv.push_back(uv);
-        s.chart.push_back(charts.chart_of_face[t]);
+        s.chart.push_back(charts.chart_of_face[f]);
       }
       s.indices.push_back(it->second);
     }
+  }
   KILN_TRY(s.attributes, buffer_.gather_attributes(doc_, primitive["attributes"], s.source));
   s.index_accessor = buffer_.add_indices(doc_, s.indices);
-  return &split_.emplace(in.mesh, std::move(s)).first->second;
+  return &split_.emplace(set, std::move(s)).first->second;
 }
 
 Expected<Json> GltfWriter::primitive_of(uint32_t instance) {

@@ -1,5 +1,6 @@
 #include "coordinator/encode/gltf_buffer.h"
 
+#include <cmath>
 #include <cstring>
 #include <nlohmann/json.hpp>
 
@@ -33,6 +34,73 @@ size_t components_of(const std::string& type) {
   for (const auto& [name, count] : kTypes)
     if (type == name) return count;
   return 0;
+}
+
+double component(const std::byte* at, int type) {
+  const auto read = [at]<class T>(T value) {
+    std::memcpy(&value, at, sizeof value);
+    return static_cast<double>(value);
+  };
+  switch (type) {
+    case 5120:
+      return read(int8_t{});
+    case 5121:
+      return read(uint8_t{});
+    case 5122:
+      return read(int16_t{});
+    case 5123:
+      return read(uint16_t{});
+    case 5125:
+      return read(uint32_t{});
+    default:
+      return read(float{});
+  }
+}
+
+void put_component(std::byte* at, int type, double value) {
+  const auto write = [at](auto v) { std::memcpy(at, &v, sizeof v); };
+  const auto whole = std::llround(value);  // a mean of representable numbers is representable
+  switch (type) {
+    case 5120:
+      return write(static_cast<int8_t>(whole));
+    case 5121:
+      return write(static_cast<uint8_t>(whole));
+    case 5122:
+      return write(static_cast<int16_t>(whole));
+    case 5123:
+      return write(static_cast<uint16_t>(whole));
+    case 5125:
+      return write(static_cast<uint32_t>(whole));
+    default:
+      return write(static_cast<float>(value));
+  }
+}
+
+VertexBlend nearest_of(const VertexBlend& b) {
+  size_t most = 0;
+  for (size_t k = 1; k < 3; ++k)
+    if (b.weight[k] > b.weight[most]) most = k;
+  return {{b.vertex[most], 0, 0}, {1, 0, 0}};
+}
+
+// One element of `size` bytes; `unit`: of floats, its first three components become a unit vector.
+void blend(const VertexBlend& b, const std::byte* elements, size_t size, int type, bool unit,
+           std::byte* out) {
+  if (b.weight[1] == 0 && b.weight[2] == 0) {
+    std::memcpy(out, elements + b.vertex[0] * size, size);
+    return;
+  }
+  const size_t width = component_bytes(type), count = size / width;
+  double value[4] = {};
+  for (size_t c = 0; c < std::min<size_t>(count, 4); ++c)
+    for (size_t k = 0; k < 3; ++k)
+      if (b.weight[k] != 0)
+        value[c] += double{b.weight[k]} * component(elements + b.vertex[k] * size + c * width, type);
+  if (unit && type == 5126 && count >= 3) {
+    const double norm = std::sqrt(value[0] * value[0] + value[1] * value[1] + value[2] * value[2]);
+    for (size_t c = 0; norm > 0 && c < 3; ++c) value[c] /= norm;
+  }
+  for (size_t c = 0; c < std::min<size_t>(count, 4); ++c) put_component(out + c * width, type, value[c]);
 }
 
 tl::unexpected<Error> lost(std::string what) {
@@ -154,16 +222,21 @@ size_t GltfBuffer::add_view(Json& doc, std::span<const std::byte> bytes, int tar
 }
 
 Expected<Json> GltfBuffer::gather_attributes(Json& doc, const Json& attributes,
-                                             const std::vector<uint32_t>& source) {
+                                             const std::vector<VertexBlend>& source) {
   Json out = Json::object();
   for (const auto& [name, accessor] : attributes.items()) {
     if (name == "TEXCOORD_1") continue;
     KILN_TRY(const Elements e, read_accessor(doc, accessor));
     const size_t stride = (e.size + 3) & ~size_t{3};  // vertex data is aligned to 4
     Bytes packed(source.size() * stride, std::byte{0});
+    const int type = doc["accessors"][accessor.get<size_t>()].value("componentType", 0);
+    const bool by_nearest = name.rfind("JOINTS", 0) == 0 || name.rfind("WEIGHTS", 0) == 0;
+    const bool unit = name == "NORMAL" || name == "TANGENT";
     for (size_t v = 0; v < source.size(); ++v) {
-      if (source[v] >= e.count) return lost(text("attribute {} is too short", name));
-      std::memcpy(packed.data() + v * stride, e.bytes.data() + source[v] * e.size, e.size);
+      for (const uint32_t vertex : source[v].vertex)
+        if (vertex >= e.count) return lost(text("attribute {} is too short", name));
+      const VertexBlend from = by_nearest ? nearest_of(source[v]) : source[v];
+      blend(from, e.bytes.data(), e.size, type, unit, packed.data() + v * stride);
     }
     Json made = doc["accessors"][accessor.get<size_t>()];
     made.erase("sparse");

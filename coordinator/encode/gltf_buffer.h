@@ -8,6 +8,13 @@
 
 namespace kiln {
 
+// A vertex of the file, or a point between up to three of them: weights beyond the first 0 where it is one.
+struct VertexBlend {
+  uint32_t vertex[3] = {0, 0, 0};
+  float weight[3] = {1, 0, 0};
+  auto operator<=>(const VertexBlend&) const = default;
+};
+
 class GltfBuffer {
  public:
   // All buffers of the document in one; buffer views are rewritten to it.
@@ -20,9 +27,10 @@ class GltfBuffer {
   Expected<std::vector<uint32_t>> triangle_corners(const nlohmann::json& doc,
                                                    const nlohmann::json& primitive) const;
 
-  // New accessors with the elements `source` of each attribute but TEXCOORD_1, as {name: accessor}.
+  // New accessors with the elements `source` of each attribute but TEXCOORD_1, as {name: accessor}. A blend
+  // of unit normals is made a unit vector again; joints and their weights are those of the nearest vertex.
   Expected<nlohmann::json> gather_attributes(nlohmann::json& doc, const nlohmann::json& attributes,
-                                             const std::vector<uint32_t>& source);
+                                             const std::vector<VertexBlend>& source);
   int add_indices(nlohmann::json& doc, const std::vector<uint32_t>& indices);
   int add_texcoords(nlohmann::json& doc, const std::vector<Vec2>& uv);
 

@@ -35,7 +35,7 @@ Vec4 lookup(const Texture& t, float u, float v) {
 }  // namespace
 
 SurfaceLook::SurfaceLook(const Scene& scene, const Atlas& atlas, const Lightmap& map)
-    : scene_(scene), atlas_(atlas), map_(map) {
+    : scene_(scene), atlas_(atlas), lookup_(atlas), map_(map) {
   for (const Record& record : scene.materials) {
     RecordReader r(record);
     Look look;
@@ -85,12 +85,9 @@ bool SurfaceLook::visible(const Fragment& f) const {
 }
 
 Vec2 SurfaceLook::texel_coordinates(const Fragment& f, uint32_t& page) const {
-  const MeshCharts& charts = atlas_.of_instance(f.instance);
-  const ChartPlacement& place =
-      atlas_.placements[atlas_.instance_first_chart[f.instance] + charts.chart_of_face[f.triangle]];
-  const Vec2* uv = &charts.corner_uv[3 * size_t{f.triangle}];
+  const AtlasPlace place = lookup_.at(f.instance, f.triangle, f.b1, f.b2);
   page = place.page;
-  return Vec2(place.to_texels(DVec2(uv[0] * (1.0f - f.b1 - f.b2) + uv[1] * f.b1 + uv[2] * f.b2)));
+  return Vec2(place.texels);
 }
 
 size_t SurfaceLook::texel(const Fragment& f) const {

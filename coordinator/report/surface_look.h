@@ -1,7 +1,7 @@
 // What a preview knows of materials, textures, sky and lightmap: colour lookups by record.
 #pragma once
 
-#include "common/atlas/atlas.h"
+#include "common/atlas/atlas_lookup.h"
 #include "coordinator/lightmap/lightmap.h"
 #include "coordinator/report/raster.h"
 
@@ -35,6 +35,7 @@ class SurfaceLook {
 
   const Scene& scene_;
   const Atlas& atlas_;
+  AtlasLookup lookup_;
   const Lightmap& map_;
   std::vector<Look> looks_;
   const Record* environment_ = nullptr;

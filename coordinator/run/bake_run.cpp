@@ -33,6 +33,7 @@ AtlasSettings atlas_settings(const BakeSettings& s) {
   a.width = s.width;
   a.height = s.height;
   a.texels_per_metre = static_cast<float>(s.texels_per_metre);
+  a.cut_contacts = s.contact_cuts;
   return a;
 }
 

@@ -141,7 +141,7 @@ SeamReport join_seams(Lightmap& map, const Scene& scene, const Atlas& atlas, con
   SeamReport report;
   const std::vector<BorderEdge> edges = border_edges(scene, atlas);
   std::vector<Stretch> stretches = coincident_stretches(edges, settings);
-  const std::vector<SeamPoint> points = seam_points(edges, stretches, settings);
+  const std::vector<SeamPoint> points = seam_points(edges, stretches, atlas.contacts, settings);
   const std::vector<SeamEquation> equations = seam_equations(atlas, map, points);
   report.stretches = stretches.size();
   for (const Stretch& s : stretches) report.metres += s.metres;

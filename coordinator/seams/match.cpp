@@ -80,6 +80,37 @@ DVec3 normal_at(const BorderEdge& e, double t) {
   return DVec3(e.normal[0]) * (1 - t) + DVec3(e.normal[1]) * t;
 }
 
+// Is something standing on a place?
+class ContactMap {
+ public:
+  explicit ContactMap(std::span<const ContactLine> contacts) : lines_(as_edges(contacts)), tree_(lines_) {}
+
+  bool holds(const DVec3& p, const DVec3& normal, double distance) const {
+    bool found = false;
+    tree_.for_each_near(p, p, distance, [&](uint32_t i) {
+      const BorderEdge& line = lines_[i];
+      const DVec3 along = line.p[1] - line.p[0];
+      const double square = dot(along, along);
+      const double t = square > 0 ? std::clamp(dot(p - line.p[0], along) / square, 0.0, 1.0) : 0.0;
+      found = length(p - line.p[0] - t * along) <= distance && dot(DVec3(line.normal[0]), normal) > 0;
+      return !found;
+    });
+    return found;
+  }
+
+ private:
+  static std::vector<BorderEdge> as_edges(std::span<const ContactLine> contacts) {
+    std::vector<BorderEdge> lines(contacts.size());
+    for (size_t i = 0; i < lines.size(); ++i) {
+      lines[i].p[0] = DVec3(contacts[i].a), lines[i].p[1] = DVec3(contacts[i].b);
+      lines[i].normal[0] = contacts[i].normal;
+    }
+    return lines;
+  }
+  std::vector<BorderEdge> lines_;
+  EdgeTree tree_;
+};
+
 bool normals_agree(const DVec3& a, const DVec3& b, double least_cosine) {
   const double square = dot(a, a) * dot(b, b);
   return square > 0 && dot(a, b) >= least_cosine * std::sqrt(square);
@@ -113,7 +144,8 @@ std::vector<Stretch> coincident_stretches(std::span<const BorderEdge> edges, con
 }
 
 std::vector<SeamPoint> seam_points(std::span<const BorderEdge> edges, std::vector<Stretch>& stretches,
-                                   const SeamSettings& settings) {
+                                   std::span<const ContactLine> contacts, const SeamSettings& settings) {
+  const ContactMap standing(contacts);
   // Less what rounding of unit normals does (a twelfth of a degree).
   const double least_cosine =
       double{sincos_turns(static_cast<float>(settings.angle_degrees / 360)).cos} - 1e-6;
@@ -139,6 +171,9 @@ std::vector<SeamPoint> seam_points(std::span<const BorderEdge> edges, std::vecto
       if (!normals_agree(normal[0], normal[1], least_cosine)) continue;
       const DVec2 apart = glm::abs(p.texel[0] - p.texel[1]);
       if (p.page[0] == p.page[1] && std::max(apart.x, apart.y) < kSamePlace) continue;
+      const double at = s.side[0].from + (s.side[0].to - s.side[0].from) * ((i + 0.5) / count);
+      const DVec3 place = e[0]->p[0] + (e[0]->p[1] - e[0]->p[0]) * at;
+      if (standing.holds(place, normal[0], tolerance_of(*e[0], settings))) continue;
       p.texels = texels / count;
       points.push_back(p);
     }

@@ -42,8 +42,9 @@ std::vector<Stretch> coincident_stretches(std::span<const BorderEdge> edges, con
 
 // Places along the stretches, eight a texel of the finer side and at least one a stretch, where the shading
 // normals agree. Where both sides read the same texels (the chart goes on) is no seam.
-// Stretches without such a place are dropped.
+// Nor are places on a line of `contacts`, where something stands on the surface and light differs on either
+// side of it. Stretches without a place are dropped.
 std::vector<SeamPoint> seam_points(std::span<const BorderEdge> edges, std::vector<Stretch>& stretches,
-                                   const SeamSettings& settings);
+                                   std::span<const ContactLine> contacts, const SeamSettings& settings);
 
 }  // namespace kiln

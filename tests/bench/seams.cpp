@@ -177,6 +177,7 @@ void time_it(uint32_t count) {
           {0, 0, moved(Vec3(static_cast<float>(x), static_cast<float>(y), 0)), "panel", 0, 0, 0});
     }
   p.scene.meshes.push_back(mesh);
+  p.scene.materials.push_back({"metallic_roughness", "grey", Mat4x3(1.0f), {}});
   const Atlas atlas = packed(p.scene, 8);
   Lightmap map = field_map(p.scene, atlas, [](const DVec3& q, const Vec3&) {
     const double s = q.x * 12.9898 + q.y * 78.233;

@@ -18,7 +18,7 @@ Graph graph_of(const Scene& scene, float texels_per_metre = 8, SeamSettings sett
   const std::vector<BorderEdge> edges = border_edges(scene, atlas);
   Graph g;
   g.stretches = coincident_stretches(edges, settings);
-  g.points = seam_points(edges, g.stretches, settings);
+  g.points = seam_points(edges, g.stretches, atlas.contacts, settings);
   for (const Stretch& s : g.stretches) g.metres += s.metres;
   return g;
 }
@@ -113,6 +113,32 @@ TEST(SeamGraph, ACreaseIsJoinedUpToTheAngleAndNotBeyond) {
   Pieces box;
   box.add(cube(1), moved({0, 0, 0}));
   EXPECT_TRUE(graph_of(box.scene).points.empty());
+}
+
+TEST(SeamGraph, WhereAWallStandsOnAFloorIsNone) {
+  // Four floor pieces; walls of two sheets stand along the middle of two of them and on the cut to the
+  // others.
+  Pieces p;
+  const Mesh unit = panel(2, 2, 1, 1);
+  const auto floor = [&](float x, float z) {
+    p.add(unit, Mat4x3(Vec3(1, 0, 0), Vec3(0, 0, -1), Vec3(0, 1, 0), Vec3(x, 0, z + 2)));
+  };
+  floor(0, 0), floor(2, 0), floor(0, 2), floor(2, 2);
+  const auto across = [](const Graph& g) {  // texels of seam
+    double sum = 0;
+    for (const SeamPoint& q : g.points) sum += q.texels;
+    return sum / 8;
+  };
+  EXPECT_NEAR(across(graph_of(p.scene)), 8, 1e-3);
+  const Mesh wall = panel(4, 1, 1, 1);
+  for (const float z : {1.0f, 2.0f}) {
+    p.add(wall, moved({0, 0, z}));
+    p.add(wall, turned_about_y(0.5, {4, 0, z}));
+  }
+  // The cut along z is left: 4 metres, less what the walls cross.
+  const double left = across(graph_of(p.scene));
+  EXPECT_LE(left, 4.2);
+  EXPECT_GE(left, 3.5);
 }
 
 TEST(SeamGraph, ARoundColumnClosesOnItself) {

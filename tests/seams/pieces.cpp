@@ -126,6 +126,7 @@ Pieces& Pieces::add(const Mesh& mesh, const Mat4x3& to_world) {
   scene.instances.push_back({static_cast<uint32_t>(scene.meshes.size()), 0, to_world,
                              mesh.name + std::to_string(scene.instances.size()), 0, 0, 0});
   scene.meshes.push_back(mesh);
+  if (scene.materials.empty()) scene.materials.push_back({"metallic_roughness", "grey", Mat4x3(1.0f), {}});
   return *this;
 }
 

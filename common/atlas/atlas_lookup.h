@@ -1,0 +1,32 @@
+// From a point of the surface to its place in the lightmap.
+#pragma once
+
+#include "common/atlas/atlas.h"
+
+namespace kiln {
+
+struct AtlasPlace {
+  DVec2 texels;  // coordinates on the page
+  uint32_t page = 0, placement = 0;
+};
+
+class AtlasLookup {
+ public:
+  explicit AtlasLookup(const Atlas& atlas);  // outlives the lookup
+
+  // Of the point with barycentrics (b1, b2) of vertices 1 and 2 of a triangle. On a line along which a triangle
+  // was parted the face that comes first has it.
+  AtlasPlace at(uint32_t instance, uint32_t triangle, double b1, double b2) const;
+  // The face that holds the point; `b1`, `b2` become its own.
+  uint32_t face_at(uint32_t instance, uint32_t triangle, double& b1, double& b2) const;
+
+ private:
+  const Atlas& atlas_;
+  // By set of charts that has parts: the parts of each triangle.
+  struct Parts {
+    std::vector<uint32_t> first, faces;
+  };
+  std::vector<Parts> parts_;
+};
+
+}  // namespace kiln

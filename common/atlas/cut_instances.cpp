@@ -1,0 +1,43 @@
+// Instances whose charts other surfaces stand on get charts of their own, cut there.
+#include "common/atlas/layout.h"
+#include "common/base/format.h"
+#include "common/base/parallel.h"
+#include "common/contacts/contacts.h"
+
+namespace kiln {
+
+void cut_at_contacts(const Scene& scene, std::span<const double> texel, unsigned threads, Atlas& atlas) {
+  const ContactFinder finder(scene, texel, threads);
+  Contacts contacts = finder.find();
+  atlas.contacts = std::move(contacts.lines);
+  const size_t count = scene.instances.size();
+  std::vector<MeshCharts> cut(count);
+  std::vector<size_t> refused(count);
+  parallel_for(
+      count,
+      [&](size_t i) {
+        const Instance& instance = scene.instances[i];
+        cut[i] = cut_charts(
+            scene.meshes[instance.mesh], instance.to_world, atlas.charts[instance.mesh],
+            contacts.of_instance[i], texel[i],
+            [&](uint32_t triangle, const DVec2& b) {
+              return finder.is_buried(static_cast<uint32_t>(i), triangle, b);
+            },
+            refused[i]);
+      },
+      threads);
+  std::vector<std::string> names;
+  for (size_t i = 0; i < count; ++i) {
+    if (refused[i]) names.push_back(instance_name(scene, i));
+    if (cut[i].face_count() == 0) continue;
+    atlas.statistics.cut_charts += cut[i].chart_count - atlas.of_instance(i).chart_count;
+    atlas.charts_of_instance[i] = static_cast<uint32_t>(atlas.charts.size());
+    atlas.charts.push_back(std::move(cut[i]));
+  }
+  if (!names.empty())
+    atlas.warnings.push_back(
+        text("triangles on which too much stands were not cut, so light can leak under what stands there: {}",
+             list_names(names)));
+}
+
+}  // namespace kiln

@@ -1,0 +1,100 @@
+// World triangles by place: a tree of boxes, for questions of the coordinator before any worker exists.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "common/scene/scene.h"
+
+namespace kiln {
+
+struct Box3 {
+  DVec3 low{1e300}, high{-1e300};
+  void add(const DVec3& p) {
+    low = glm::min(low, p);
+    high = glm::max(high, p);
+  }
+  void add(const Box3& b) {
+    low = glm::min(low, b.low);
+    high = glm::max(high, b.high);
+  }
+  // Does a ray from `o` with 1 / direction `inv` pass through it before `end`?
+  bool meets(const DVec3& o, const DVec3& inv, double end) const {
+    double enter = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double a = (low[axis] - o[axis]) * inv[axis], b = (high[axis] - o[axis]) * inv[axis];
+      // Not std::min: 0 x infinity on a side that the ray runs along must not part it from the box.
+      enter = std::max(enter, a < b ? a : b);
+      end = std::min(end, a < b ? b : a);
+    }
+    return !(enter > end);
+  }
+  bool meets(const Box3& b) const {
+    for (int axis = 0; axis < 3; ++axis)
+      if (low[axis] > b.high[axis] || high[axis] < b.low[axis]) return false;
+    return true;
+  }
+};
+
+// A triangle of an instance, in the world.
+struct WorldTriangle {
+  uint32_t instance, triangle;
+  Vec3 corner[3];
+  Box3 box() const {
+    Box3 b;
+    for (const Vec3& c : corner) b.add(DVec3(c));
+    return b;
+  }
+};
+WorldTriangle world_triangle(const Scene& scene, uint32_t instance, uint32_t triangle);
+
+class TriangleTree {
+ public:
+  // `triangles` outlive the tree.
+  explicit TriangleTree(std::span<const WorldTriangle> triangles);
+
+  // Calls visit(index) for every triangle whose box meets `box`, in a fixed order.
+  template <class Visit>
+  void for_each(const Box3& box, const Visit& visit) const {
+    walk([&](const Box3& b) { return b.meets(box); }, visit);
+  }
+
+  struct Hit {
+    uint32_t triangle = ~0u;
+    double distance = 1e300;
+    bool valid() const { return triangle != ~0u; }
+  };
+  // The nearest triangle that a ray meets from either side.
+  Hit first_hit(const DVec3& origin, const DVec3& direction) const;
+
+ private:
+  template <class Meets, class Visit>
+  void walk(const Meets& meets, const Visit& visit) const {
+    if (nodes_.empty()) return;
+    uint32_t open[64], count = 0;
+    open[count++] = 0;
+    while (count) {
+      const Node& node = nodes_[open[--count]];
+      if (!meets(node.box)) continue;
+      if (node.count == 0) {
+        open[count++] = node.first + 1;
+        open[count++] = node.first;
+        continue;
+      }
+      for (uint32_t i = node.first; i < node.first + node.count; ++i)
+        if (meets(boxes_[i])) visit(order_[i]);
+    }
+  }
+
+  struct Node {
+    Box3 box;
+    uint32_t first = 0, count = 0;  // count 0: children are first and first + 1
+  };
+  std::span<const WorldTriangle> triangles_;
+  std::vector<Node> nodes_;
+  std::vector<uint32_t> order_;
+  std::vector<Box3> boxes_;  // in `order_`
+};
+
+}  // namespace kiln
