@@ -34,6 +34,8 @@ struct BakeSettings {
   uint32_t min_samples = 64, max_samples = 16384;
   double time_limit = 0;  // seconds; 0: none
   std::string basis = "sh_l1";
+  bool seams = true;
+  double seam_angle = 5;              // degrees
   uint32_t dilate = 4;                // texels
   uint32_t workers = 0, threads = 0;  // 0: chosen from the processors
   uint32_t tile_texels = 256;

@@ -33,6 +33,10 @@ std::span<const PostStage> post_stages();
 // interpolation"; departure: repeated, and never across charts.)
 Figures fill_invalid(Lightmap& map, const PostContext& context);
 
+// Bilinear lookups on both sides of seams are made to agree (coordinator/seams), unless settings.seams is
+// off. Before dilate, so that empty texels take joined values.
+Figures join_seams(Lightmap& map, const PostContext& context);
+
 // Empty texels take the mean of their set 3x3 neighbours of any chart, settings.dilate times.
 Figures dilate(Lightmap& map, const PostContext& context);
 

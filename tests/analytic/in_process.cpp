@@ -68,12 +68,12 @@ Bake bake(Scene scene, float texels_per_metre, uint32_t samples, TransportSettin
     KILN_CHECK(results[i].nonfinite == 0);
     KILN_CHECK(sums.add(units[i], results[i]).has_value());
   }
-  const Lightmap map = sums.resolve(b.atlas);
+  b.map = sums.resolve(b.atlas);
   for (uint32_t site = 0; site < sites; ++site) {
     if (sums.samples(site) == 0) continue;
     const uint32_t t = b.atlas.sites.texel[site];
     const auto plane = [&](size_t p) {
-      return Vec3(map.planes.data[p][t], map.planes.data[p + 1][t], map.planes.data[p + 2][t]);
+      return Vec3(b.map.planes.data[p][t], b.map.planes.data[p + 1][t], b.map.planes.data[p + 2][t]);
     };
     BakedTexel out{};
     for (const SitePoint& p : site_points(b, site)) out.position += p.position, out.ns += p.normal;

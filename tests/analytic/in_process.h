@@ -24,6 +24,7 @@ struct Bake {
   Scene scene;
   Atlas atlas;
   std::vector<BakedTexel> texels;  // those baked, by site
+  Lightmap map;                    // as merge resolves it
 };
 
 // Bakes with a fixed number of samples, two threads, layout pack. With `only`, texels of other instances

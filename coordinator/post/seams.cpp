@@ -1,0 +1,29 @@
+#include "coordinator/post/stage.h"
+#include "coordinator/seams/join.h"
+
+namespace kiln {
+
+Figures join_seams(Lightmap& map, const PostContext& context) {
+  if (!context.settings.seams) return {};
+  SeamSettings settings;
+  settings.angle_degrees = context.settings.seam_angle;
+  const SeamReport r = join_seams(map, context.scene, context.atlas, settings);
+  Figures figures{{"seams", static_cast<double>(r.stretches), "stretches"},
+                  {"length of seams", r.metres, "m"}};
+  if (r.equations == 0) return figures;
+  for (Figure& f : Figures{{"seam equations", static_cast<double>(r.equations), ""},
+                           {"texels that seams may move", static_cast<double>(r.texels), "texels"},
+                           {"largest step of E across a seam before", 100 * r.largest_before, "%"},
+                           {"largest step of E across a seam after", 100 * r.largest_after, "%"},
+                           {"root mean square step before", 100 * r.rms_before, "%"},
+                           {"root mean square step after", 100 * r.rms_after, "%"},
+                           {"mean change of E by seams", r.change_in_errors, "stated errors"},
+                           {"root mean square change of E by seams", r.rms_change_in_errors, "stated errors"},
+                           {"change of the sum of E by seams", 100 * r.bias, "%"},
+                           {"values held at zero", static_cast<double>(r.held_at_zero), ""},
+                           {"residual of the seam solve", r.residual, ""}})
+    figures.push_back(std::move(f));
+  return figures;
+}
+
+}  // namespace kiln

@@ -1,0 +1,83 @@
+// The promise, on a bake with noise: a wall of eight pieces, a cylinder, a bevelled box and a cube.
+#include "coordinator/post/stage.h"
+#include "coordinator/seams/join.h"
+#include "tests/seams/baked_room.h"
+#include "tests/seams/plain_seams.h"
+
+namespace kiln {
+namespace {
+using namespace test;
+
+// A map as the seams stage gets it.
+struct Filled {
+  Bake room = baked_room(256);
+  Filled() { fill_invalid(room.map, {room.scene, room.atlas, {}}); }
+};
+
+TEST(Seams, StepsFallBelowHalfAPercentOfTheLocalMean) {
+  Filled f;
+  const Atlas& atlas = f.room.atlas;
+  const std::vector<PlainPoint> points = plain_seam_points(f.room.scene, atlas, 1000);
+  ASSERT_EQ(points.size(), 1000u);
+  Lightmap joined = f.room.map;
+  const SeamReport report = join_seams(joined, f.room.scene, atlas, {});
+  printf(
+      "| piece | points | largest step before | after | rms before | after |\n|---|---|---|---|---|---|\n");
+  struct Row {
+    const char* name;
+    uint32_t first, last;
+    double least_before;  // what the bake must show for the test to mean something
+  };
+  for (const auto& [name, first, last, least_before] : {Row{"wall of eight", 0, 7, 0.03},
+                                                        {"cylinder", kCylinder, kCylinder, 0.1},
+                                                        {"bevelled box", kBevelledBox, kBevelledBox, 0.3}}) {
+    const std::vector<PlainPoint> some = of_pieces(points, first, last);
+    ASSERT_GT(some.size(), 100u) << name;
+    const PlainSteps was = plain_steps(atlas, f.room.map, some), is = plain_steps(atlas, joined, some);
+    EXPECT_GT(was.largest, least_before) << name;
+    EXPECT_LT(is.largest, 0.005) << name;
+    printf("| %s | %zu | %.2f %% | %.3f %% | %.2f %% | %.3f %% |\n", name, some.size(), 100 * was.largest,
+           100 * is.largest, 100 * was.rms, 100 * is.rms);
+  }
+  printf(
+      "%.2f m of seams, %zu of %zu texels may move; by %.2f stated errors in the mean; sum of E %+.4f %%\n",
+      report.metres, size_t(report.texels), size_t(atlas.statistics.mask_texels), report.change_in_errors,
+      100 * report.bias);
+  // Equal trust: what a closed part gains elsewhere it loses; what is left went into fixed texels.
+  EXPECT_LT(std::abs(report.bias), 1e-4);
+  EXPECT_EQ(report.held_at_zero, 0u);
+  EXPECT_LT(report.residual, 1e-9);
+}
+
+TEST(Seams, CreasesOf90DegreesKeepTheirBits) {
+  Filled f;
+  const Atlas& atlas = f.room.atlas;
+  Lightmap joined = f.room.map;
+  join_seams(joined, f.room.scene, atlas, {});
+  size_t compared = 0, changed = 0;
+  for (size_t t = 0; t < atlas.owner.size(); ++t) {
+    const uint32_t chart = atlas.owner[t] - 1;
+    const bool crease = atlas.owner[t] && chart >= atlas.instance_first_chart[kCube];  // and floor and lamp
+    for (size_t p = 0; p < joined.planes.data.size(); ++p) {
+      if (crease) ASSERT_EQ(joined.planes.data[p][t], f.room.map.planes.data[p][t]) << t;
+      changed += joined.planes.data[p][t] != f.room.map.planes.data[p][t];
+    }
+    compared += crease;
+  }
+  EXPECT_GT(compared, 500u);
+  EXPECT_GT(changed, 1000u);
+  // They do differ: the test would see a crease that was joined.
+  const std::vector<PlainPoint> all = plain_seam_points(f.room.scene, atlas, 4000, 91);
+  EXPECT_GT(plain_steps(atlas, joined, of_pieces(all, kCube, kCube)).largest, 0.5);
+}
+
+TEST(Seams, EveryRunGivesTheSameBits) {
+  Filled f;
+  Lightmap a = f.room.map, b = f.room.map;
+  join_seams(a, f.room.scene, f.room.atlas, {});
+  join_seams(b, f.room.scene, f.room.atlas, {});
+  EXPECT_EQ(a.planes.data, b.planes.data);
+}
+
+}  // namespace
+}  // namespace kiln
