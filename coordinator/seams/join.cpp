@@ -140,11 +140,11 @@ SeamReport join_seams(Lightmap& map, const Scene& scene, const Atlas& atlas, con
                       const SeamWeights& weights) {
   SeamReport report;
   const std::vector<BorderEdge> edges = border_edges(scene, atlas);
-  std::vector<Stretch> stretches = coincident_stretches(edges, settings);
+  std::vector<SeamStretch> stretches = coincident_stretches(edges, settings);
   const std::vector<SeamPoint> points = seam_points(edges, stretches, atlas.contacts, settings);
   const std::vector<SeamEquation> equations = seam_equations(atlas, map, points);
   report.stretches = stretches.size();
-  for (const Stretch& s : stretches) report.metres += s.metres;
+  for (const SeamStretch& s : stretches) report.metres += s.metres;
   report.equations = equations.size();
   if (equations.empty()) return report;
 

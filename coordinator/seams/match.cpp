@@ -34,7 +34,7 @@ bool within_distance(const DVec3& d0, const DVec3& d1, double most, double& lo, 
   return lo < hi;
 }
 
-bool common_stretch(const BorderEdge& a, const BorderEdge& b, double tolerance, Stretch& out) {
+bool common_stretch(const BorderEdge& a, const BorderEdge& b, double tolerance, SeamStretch& out) {
   if (dot(a.inward, b.inward) > kMostFold) return false;
   const DVec3 along = a.p[1] - a.p[0];
   const double size = length(along);
@@ -67,7 +67,7 @@ std::vector<Pair> partners(std::span<const BorderEdge> edges, const EdgeTree& tr
   std::vector<Pair> found;
   const double own = tolerance_of(edges[i], settings);
   tree.for_each_near(edges[i].p[0], edges[i].p[1], own, [&](uint32_t j) {
-    Stretch s;
+    SeamStretch s;
     const uint32_t a = std::min(i, j), b = std::max(i, j);
     if (i != j && common_stretch(edges[a], edges[b], std::min(own, tolerance_of(edges[j], settings)), s))
       found.push_back({a, b});
@@ -118,7 +118,8 @@ bool normals_agree(const DVec3& a, const DVec3& b, double least_cosine) {
 
 }  // namespace
 
-std::vector<Stretch> coincident_stretches(std::span<const BorderEdge> edges, const SeamSettings& settings) {
+std::vector<SeamStretch> coincident_stretches(std::span<const BorderEdge> edges,
+                                              const SeamSettings& settings) {
   const EdgeTree tree(edges);
   constexpr size_t kChunk = 1024;
   std::vector<std::vector<Pair>> found((edges.size() + kChunk - 1) / kChunk);
@@ -132,10 +133,10 @@ std::vector<Stretch> coincident_stretches(std::span<const BorderEdge> edges, con
   for (const std::vector<Pair>& some : found) pairs.insert(pairs.end(), some.begin(), some.end());
   std::sort(pairs.begin(), pairs.end());
   pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
-  std::vector<Stretch> stretches;
+  std::vector<SeamStretch> stretches;
   stretches.reserve(pairs.size());
   for (const auto& [a, b] : pairs) {
-    Stretch s;
+    SeamStretch s;
     s.side[0].edge = a, s.side[1].edge = b;
     const double tolerance = std::min(tolerance_of(edges[a], settings), tolerance_of(edges[b], settings));
     if (common_stretch(edges[a], edges[b], tolerance, s)) stretches.push_back(s);
@@ -143,14 +144,14 @@ std::vector<Stretch> coincident_stretches(std::span<const BorderEdge> edges, con
   return stretches;
 }
 
-std::vector<SeamPoint> seam_points(std::span<const BorderEdge> edges, std::vector<Stretch>& stretches,
+std::vector<SeamPoint> seam_points(std::span<const BorderEdge> edges, std::vector<SeamStretch>& stretches,
                                    std::span<const ContactLine> contacts, const SeamSettings& settings) {
   const ContactMap standing(contacts);
   // Less what rounding of unit normals does (a twelfth of a degree).
   const double least_cosine =
       double{sincos_turns(static_cast<float>(settings.angle_degrees / 360)).cos} - 1e-6;
   std::vector<SeamPoint> points;
-  std::erase_if(stretches, [&](const Stretch& s) {
+  std::erase_if(stretches, [&](const SeamStretch& s) {
     const size_t before = points.size();
     const BorderEdge* e[2] = {&edges[s.side[0].edge], &edges[s.side[1].edge]};
     double texels = 0;

@@ -19,7 +19,7 @@ struct SeamSettings {
 
 // A common stretch of two border edges, first.edge < second.edge. `from` and `to` are places along each edge
 // in [0, 1] and correspond: side[0].from is at side[1].from in the world.
-struct Stretch {
+struct SeamStretch {
   struct Side {
     uint32_t edge = 0;
     double from = 0, to = 0;
@@ -38,13 +38,14 @@ struct SeamPoint {
 // Common stretches of collinear edges whose faces lie on opposite sides of them, in order. Ends need not
 // coincide (T-junctions, other tessellations). Edges with more than 256 partners keep the first 256 found;
 // sheets in stacks of more have them.
-std::vector<Stretch> coincident_stretches(std::span<const BorderEdge> edges, const SeamSettings& settings);
+std::vector<SeamStretch> coincident_stretches(std::span<const BorderEdge> edges,
+                                              const SeamSettings& settings);
 
 // Places along the stretches, eight a texel of the finer side and at least one a stretch, where the shading
 // normals agree. Where both sides read the same texels (the chart goes on) is no seam.
 // Nor are places on a line of `contacts`, where something stands on the surface and light differs on either
 // side of it. Stretches without a place are dropped.
-std::vector<SeamPoint> seam_points(std::span<const BorderEdge> edges, std::vector<Stretch>& stretches,
+std::vector<SeamPoint> seam_points(std::span<const BorderEdge> edges, std::vector<SeamStretch>& stretches,
                                    std::span<const ContactLine> contacts, const SeamSettings& settings);
 
 }  // namespace kiln

@@ -190,7 +190,7 @@ void time_it(uint32_t count) {
   const Stopwatch all;
   const std::vector<BorderEdge> edges = border_edges(p.scene, atlas);
   const double border = all.seconds();
-  std::vector<Stretch> stretches = coincident_stretches(edges, {});
+  std::vector<SeamStretch> stretches = coincident_stretches(edges, {});
   const double match = all.seconds() - border;
   const Stopwatch joining;
   const SeamReport r = join_seams(map, p.scene, atlas, {});

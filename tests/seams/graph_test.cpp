@@ -8,7 +8,7 @@ namespace {
 using namespace test;
 
 struct Graph {
-  std::vector<Stretch> stretches;
+  std::vector<SeamStretch> stretches;
   std::vector<SeamPoint> points;
   double metres = 0;
 };
@@ -19,7 +19,7 @@ Graph graph_of(const Scene& scene, float texels_per_metre = 8, SeamSettings sett
   Graph g;
   g.stretches = coincident_stretches(edges, settings);
   g.points = seam_points(edges, g.stretches, atlas.contacts, settings);
-  for (const Stretch& s : g.stretches) g.metres += s.metres;
+  for (const SeamStretch& s : g.stretches) g.metres += s.metres;
   return g;
 }
 
@@ -56,7 +56,7 @@ TEST(SeamGraph, AShortSideJoinsThePartOfALongOneItLiesOn) {
   t.add(panel(3, 1, 1, 1), moved({0, 0, 0})).add(panel(1, 1, 1, 1), moved({1.2f, 1, 0}));
   const Graph g = graph_of(t.scene);
   EXPECT_NEAR(g.metres, 1, 1e-5);
-  for (const Stretch& s : g.stretches) {
+  for (const SeamStretch& s : g.stretches) {
     const double share =
         std::abs(s.side[0].to - s.side[0].from) * 3 + std::abs(s.side[1].to - s.side[1].from);
     EXPECT_NEAR(share, 2 * s.metres, 1e-5);  // of three metres, and of one
