@@ -30,6 +30,11 @@ struct Box3 {
     }
     return !(enter > end);
   }
+  // Square of the distance from `p`; 0 inside.
+  double square_distance(const DVec3& p) const {
+    const DVec3 out = glm::max(glm::max(low - p, p - high), DVec3(0.0));
+    return dot(out, out);
+  }
   bool meets(const Box3& b) const {
     for (int axis = 0; axis < 3; ++axis)
       if (low[axis] > b.high[axis] || high[axis] < b.low[axis]) return false;
@@ -58,6 +63,13 @@ class TriangleTree {
   template <class Visit>
   void for_each(const Box3& box, const Visit& visit) const {
     walk([&](const Box3& b) { return b.meets(box); }, visit);
+  }
+
+  // Calls visit(index) for every triangle whose box is no further from `point` than the root of `square`, in
+  // a fixed order, not by distance; the caller may lower `square` meanwhile.
+  template <class Visit>
+  void for_each_near(const DVec3& point, const double& square, const Visit& visit) const {
+    walk([&](const Box3& b) { return b.square_distance(point) <= square; }, visit);
   }
 
   // Calls visit(index, distance) for triangles that a ray meets from either side no further than `end`, in no

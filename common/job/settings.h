@@ -43,6 +43,9 @@ struct BakeSettings {
   std::string sampler = "owen";
   bool contact_cuts = true;  // layout pack
   bool watertight = false;
+  uint32_t lod = 0;         // level of MSFT_lod that is baked
+  double lod_distance = 0;  // metres; 0: kLodDistance of an object's size
+  double lod_split = 1;     // texels; 0: never
   std::string isa = "avx2";
   uint32_t lease_ms = 15000;
 

@@ -23,6 +23,20 @@ void print_json(const Preflight& p) {
   w.pair("coordinator_bytes", p.plan.coordinator_bytes).pair("worker_bytes", p.plan.worker_bytes);
   w.pair("output_bytes", p.plan.output_bytes);
   w.pair("least_seconds", p.plan.least_seconds).pair("most_seconds", p.plan.most_seconds);
+  w.key("lods").begin_array();
+  for (const DisplayFit& f : p.projection.fits)
+    w.begin_object()
+        .pair("name", f.name)
+        .pair("level", f.level)
+        .pair("baked", f.baked)
+        .pair("worst_metres", f.worst)
+        .pair("mean_metres", f.mean)
+        .pair("limit_metres", f.limit)
+        .pair("lookup_shift_texels", f.shift_texels)
+        .pair("triangles", f.triangles)
+        .pair("faces", f.faces)
+        .end_object();
+  w.end_array();
   w.key("left_out").begin_array();
   for (const std::string& s : p.plan.left_out) w.value(s);
   w.end_array().key("notes").begin_array();
@@ -31,6 +45,15 @@ void print_json(const Preflight& p) {
   for (const std::string& s : p.atlas.warnings)
     w.begin_object().pair("kind", "warning").pair("what", s).end_object();
   std::fputs(w.end_array().end_object().take().c_str(), stdout);
+}
+
+void print_lods(const std::vector<DisplayFit>& fits) {
+  for (const DisplayFit& f : fits)
+    std::printf(
+        "level       '%s' (level %u, from %s): %.3g m off at worst, %.3g m in the mean, %.3g m allowed; "
+        "lookups within %.2g texels; %llu triangles become %llu\n",
+        f.name.c_str(), f.level, f.baked.c_str(), f.worst, f.mean, f.limit, f.shift_texels,
+        static_cast<unsigned long long>(f.triangles), static_cast<unsigned long long>(f.faces));
 }
 
 void print_text(const Preflight& p) {
@@ -49,6 +72,7 @@ void print_text(const Preflight& p) {
               static_cast<unsigned long long>(p.plan.worker_bytes >> 20) + 1);
   std::printf("time        %s at min-samples to %s at max-samples everywhere (estimates)\n",
               duration_text(p.plan.least_seconds).c_str(), duration_text(p.plan.most_seconds).c_str());
+  print_lods(p.projection.fits);
   for (const std::string& s : p.plan.left_out) std::printf("left out    %s\n", s.c_str());
   for (const ImportNote& n : p.imported.notes) std::printf("%-11s %s\n", kind_word(n.kind), n.what.c_str());
   for (const std::string& s : p.atlas.warnings) std::printf("warning     %s\n", s.c_str());

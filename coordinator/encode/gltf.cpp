@@ -2,6 +2,7 @@
 // In layout atlas the file's own TEXCOORD_1 is that already. In layout pack vertices are split at chart
 // borders, once per set of charts (triangles that charts were cut through become several); every instance
 // gets a mesh of its own whose TEXCOORD_1 is new and whose other data is shared with the other instances.
+// Levels and display meshes that were not baked get meshes with projected coordinates, in either layout.
 #include <cstring>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -38,6 +39,7 @@ class GltfWriter {
     buffer_ = std::move(buffer);
     KILN_TRY_STATUS(buffer_.embed_images(doc_, c_.document.path.parent_path()));
     if (c_.atlas.packed) KILN_TRY_STATUS(give_instances_their_meshes());
+    if (c_.display) KILN_TRY_STATUS(give_levels_their_meshes());
     add_lightmap_note();
     Bytes bytes = buffer_.take(doc_);
     const std::string json = doc_.dump();
@@ -50,8 +52,13 @@ class GltfWriter {
 
  private:
   Status give_instances_their_meshes();
+  Status give_levels_their_meshes();
+  Expected<SplitMesh> split_faces(const Instance& in, const Mesh& mesh, const MeshCharts& charts);
   Expected<SplitMesh*> split_mesh(uint32_t instance);
   Expected<Json> primitive_of(uint32_t instance);
+  // The file's primitive with the vertices of `s`, whose charts are these placements.
+  Json lit_primitive(const Instance& in, const SplitMesh& s, const std::vector<Vec2>& uv,
+                     const std::vector<uint32_t>& placement_of_vertex);
   void add_lightmap_note();
 
   const OutputContext& c_;
@@ -64,6 +71,7 @@ class GltfWriter {
 Status GltfWriter::give_instances_their_meshes() {
   std::map<uint32_t, std::vector<std::vector<uint32_t>>> by_node;  // node -> copies -> instances (primitives)
   for (uint32_t i = 0; i < c_.scene.instances.size(); ++i) {
+    if (c_.display && !c_.display->is_drawn(i)) continue;  // a proxy stays as it was
     auto& copies = by_node[c_.scene.instances[i].node];
     const auto has = [&](const std::vector<uint32_t>& copy) {
       for (uint32_t other : copy)
@@ -130,13 +138,8 @@ VertexBlend blend_of(const MeshCharts& charts, size_t face, int k, const uint32_
   return blend;
 }
 
-Expected<SplitMesh*> GltfWriter::split_mesh(uint32_t instance) {
-  const Instance& in = c_.scene.instances[instance];
-  const uint32_t set = c_.atlas.charts_of_instance[instance];
-  if (const auto it = split_.find(set); it != split_.end()) return &it->second;
+Expected<SplitMesh> GltfWriter::split_faces(const Instance& in, const Mesh& mesh, const MeshCharts& charts) {
   SplitMesh s;
-  const Mesh& mesh = c_.scene.meshes[in.mesh];
-  const MeshCharts& charts = c_.atlas.charts[set];
   const Json primitive = doc_["meshes"][in.file_mesh]["primitives"][in.file_primitive];
   KILN_TRY(const std::vector<uint32_t> corners, buffer_.triangle_corners(doc_, primitive));
   struct Key {
@@ -165,35 +168,74 @@ Expected<SplitMesh*> GltfWriter::split_mesh(uint32_t instance) {
   }
   KILN_TRY(s.attributes, buffer_.gather_attributes(doc_, primitive["attributes"], s.source));
   s.index_accessor = buffer_.add_indices(doc_, s.indices);
+  return s;
+}
+
+Expected<SplitMesh*> GltfWriter::split_mesh(uint32_t instance) {
+  const Instance& in = c_.scene.instances[instance];
+  const uint32_t set = c_.atlas.charts_of_instance[instance];
+  if (const auto it = split_.find(set); it != split_.end()) return &it->second;
+  KILN_TRY(SplitMesh s, split_faces(in, c_.scene.meshes[in.mesh], c_.atlas.charts[set]));
   return &split_.emplace(set, std::move(s)).first->second;
 }
 
 Expected<Json> GltfWriter::primitive_of(uint32_t instance) {
   KILN_TRY(SplitMesh * s, split_mesh(instance));
-  const Instance& in = c_.scene.instances[instance];
-  Json primitive = doc_["meshes"][in.file_mesh]["primitives"][in.file_primitive];
   std::vector<Vec2> uv(s->source.size());
+  std::vector<uint32_t> placement(uv.size());
   for (size_t v = 0; v < uv.size(); ++v) {
-    const ChartPlacement& place = c_.atlas.placements[c_.atlas.instance_first_chart[instance] + s->chart[v]];
-    const Vec2 texels(place.to_texels(DVec2(s->chart_uv[v])));
+    placement[v] = c_.atlas.instance_first_chart[instance] + s->chart[v];
+    const Vec2 texels(c_.atlas.placements[placement[v]].to_texels(DVec2(s->chart_uv[v])));
     uv[v] = texels / Vec2(c_.atlas.width, c_.atlas.height);
   }
-  primitive["attributes"] = s->attributes;
+  return lit_primitive(c_.scene.instances[instance], *s, uv, placement);
+}
+
+Json GltfWriter::lit_primitive(const Instance& in, const SplitMesh& s, const std::vector<Vec2>& uv,
+                               const std::vector<uint32_t>& placement_of_vertex) {
+  Json primitive = doc_["meshes"][in.file_mesh]["primitives"][in.file_primitive];
+  primitive["attributes"] = s.attributes;
   primitive["attributes"]["TEXCOORD_1"] = buffer_.add_texcoords(doc_, uv);
-  primitive["indices"] = s->index_accessor;
+  primitive["indices"] = s.index_accessor;
   primitive["mode"] = 4;
   // Morph targets index the file's vertices; a bake has frozen the base pose.
   primitive.erase("targets");
-  if (c_.atlas.pages > 1 && !s->chart.empty()) {
+  if (c_.atlas.pages > 1 && !placement_of_vertex.empty()) {
     // Pages of this primitive's charts, in the order of first use.
     Json pages = Json::array();
-    for (uint32_t chart : s->chart) {
-      const uint32_t page = c_.atlas.placements[c_.atlas.instance_first_chart[instance] + chart].page;
+    for (const uint32_t placement : placement_of_vertex) {
+      const uint32_t page = c_.atlas.placements[placement].page;
       if (std::find(pages.begin(), pages.end(), Json(page)) == pages.end()) pages.push_back(page);
     }
     primitive["extras"]["kiln"]["pages"] = pages;
   }
   return primitive;
+}
+
+Status GltfWriter::give_levels_their_meshes() {
+  std::map<uint32_t, std::vector<uint32_t>> by_node;  // display meshes: primitives of the node's mesh
+  for (uint32_t i = 0; i < c_.display->shown.size(); ++i)
+    by_node[c_.display->shown[i].place.node].push_back(i);
+  for (const auto& [node, shown] : by_node) {
+    Json mesh = doc_["meshes"][c_.display->shown[shown.front()].place.file_mesh];
+    Json primitives = Json::array();
+    for (const uint32_t i : shown) {
+      const Instance& in = c_.display->shown[i].place;
+      const ProjectedCharts& projected = c_.projection->charts[i];
+      KILN_TRY(const SplitMesh s, split_faces(in, c_.display->meshes[in.mesh], projected.charts));
+      std::vector<Vec2> uv;
+      std::vector<uint32_t> placement;
+      for (size_t v = 0; v < s.source.size(); ++v) {
+        uv.push_back(s.chart_uv[v] / Vec2(c_.atlas.width, c_.atlas.height));
+        placement.push_back(projected.placement[s.chart[v]]);
+      }
+      primitives.push_back(lit_primitive(in, s, uv, placement));
+    }
+    mesh["primitives"] = std::move(primitives);
+    doc_["nodes"][node]["mesh"] = doc_["meshes"].size();
+    doc_["meshes"].push_back(std::move(mesh));
+  }
+  return {};
 }
 
 void GltfWriter::add_lightmap_note() {

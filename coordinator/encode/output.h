@@ -11,6 +11,7 @@
 #include "common/base/hash.h"
 #include "common/job/settings.h"
 #include "common/scene/scene.h"
+#include "coordinator/display/display.h"
 #include "coordinator/document/gltf_document.h"
 #include "coordinator/lightmap/lightmap.h"
 
@@ -23,6 +24,8 @@ struct OutputContext {
   const GltfDocument& document;
   const Lightmap& lightmap;
   std::filesystem::path folder;
+  const Display* display = nullptr;        // null: what is drawn is the scene
+  const Projection* projection = nullptr;  // of `display`
 };
 
 struct OutputFile {

@@ -24,6 +24,8 @@ constexpr KnownExtension kKnown[] = {
     {"KHR_materials_emissive_strength", Kind::kBaked, "read"},
     {"KHR_materials_unlit", Kind::kBaked, "read"},
     {"EXT_mesh_gpu_instancing", Kind::kBaked, "read"},
+    {"MSFT_lod", Kind::kBaked,
+     "one level of a node is baked, the others get its lightmap; levels of materials are left out"},
     {"EXT_texture_webp", Kind::kBaked, "read"},
     {"EXT_lights_image_based", Kind::kApproximated,
      "the cube is resampled to a latitude-longitude image, its irradiance coefficients are not used"},

@@ -5,10 +5,12 @@
 
 #include "common/base/format.h"
 #include "common/scene/prepared.h"
+#include "coordinator/import/display_meshes.h"
 #include "coordinator/import/environment.h"
 #include "coordinator/import/extensions.h"
 #include "coordinator/import/ies_lights.h"
 #include "coordinator/import/instancing.h"
+#include "coordinator/import/levels.h"
 #include "coordinator/import/lights.h"
 #include "coordinator/import/materials.h"
 #include "coordinator/import/meshes.h"
@@ -66,27 +68,9 @@ void read_materials(const ImportContext& context, Used& used, Scene& scene, Impo
   }
 }
 
-// Refuses instances that float arithmetic cannot hold: a corner of the bounds must stay well below the
-// square root of the largest float, because distances are squared.
-Status check_extent(const ImportContext& context, const MeshPlace& place, const Mesh& mesh) {
-  constexpr double kFarthest = 1e15;
-  DVec3 low(mesh.positions[0]), high = low;
-  for (const Vec3& p : mesh.positions) {
-    low = glm::min(low, DVec3(p));
-    high = glm::max(high, DVec3(p));
-  }
-  for (int corner = 0; corner < 8; ++corner) {
-    const DVec3 at = place.to_world.point(
-        {corner & 1 ? high.x : low.x, corner & 2 ? high.y : low.y, corner & 4 ? high.z : low.z});
-    if (!(std::max({std::abs(at.x), std::abs(at.y), std::abs(at.z)}) < kFarthest))
-      return context.bad(text("{}: mesh '{}' reaches more than {} m from the origin",
-                              node_name(context, place.node), mesh.name, kFarthest));
-  }
-  return {};
-}
-
 Status place_instances(const ImportContext& context, const std::vector<MeshPlace>& places, const Used& used,
-                       std::vector<PrimitiveResult> primitives, Scene& scene) {
+                       std::vector<PrimitiveResult> primitives, Scene& scene,
+                       std::vector<uint32_t>& group_of_instance) {
   std::vector<int64_t> mesh_of(primitives.size(), -1);
   for (size_t i = 0; i < primitives.size(); ++i) {
     if (primitives[i].mesh.triangles.empty()) continue;
@@ -99,16 +83,9 @@ Status place_instances(const ImportContext& context, const std::vector<MeshPlace
       const int64_t mesh = mesh_of[used.primitive_slot.at({place.mesh, p})];
       if (mesh < 0) continue;
       KILN_TRY_STATUS(check_extent(context, place, scene.meshes[static_cast<size_t>(mesh)]));
-      Instance instance;
-      instance.mesh = static_cast<uint32_t>(mesh);
-      instance.material = used.material_slot.at(file_primitives[p].material);
-      instance.to_world = to_float(place.to_world);
-      const std::string& name = context.model.nodes[place.node].name;
-      instance.name = name.empty() ? text("node {}", place.node) : name;
-      instance.node = place.node;
-      instance.file_mesh = place.mesh;
-      instance.file_primitive = p;
-      scene.instances.push_back(std::move(instance));
+      scene.instances.push_back(instance_of(context, place, p, static_cast<uint32_t>(mesh)));
+      scene.instances.back().material = used.material_slot.at(file_primitives[p].material);
+      group_of_instance.push_back(place.group);
     }
   }
   if (scene.instances.empty()) return context.bad("the scene has no triangles to bake");
@@ -171,13 +148,21 @@ Expected<ImportResult> import_scene(const std::filesystem::path& path, const Bak
   const ImportContext context{result.document, model, settings};
   Scene& scene = result.scene;
   KILN_TRY_STATUS(check_extensions(context, result.notes));
-  KILN_TRY(const std::vector<PlacedNode> nodes, place_nodes(context));
-  KILN_TRY(const std::vector<MeshPlace> places, place_meshes(context, nodes, result.notes));
+  KILN_TRY(const Levels levels, read_levels(context, result.notes));
+  const std::vector<PlacedNode>& nodes = levels.standing;
+  std::vector<MeshPlace> places;
+  for (uint32_t group = 0; group < levels.baked.size(); ++group) {
+    KILN_TRY(const std::vector<MeshPlace> some,
+             place_meshes(context, levels.baked[group], group, result.notes));
+    places.insert(places.end(), some.begin(), some.end());
+  }
   KILN_TRY(Used used, find_used(context, places));
   read_materials(context, used, scene, result.notes);
   KILN_TRY(std::vector<PrimitiveResult> primitives, read_primitives(context, used.primitives));
   note_primitives(context, used.primitives, primitives, result.notes);
-  KILN_TRY_STATUS(place_instances(context, places, used, std::move(primitives), scene));
+  std::vector<uint32_t> group_of_instance;
+  KILN_TRY_STATUS(place_instances(context, places, used, std::move(primitives), scene, group_of_instance));
+  KILN_TRY(result.display, read_display(context, levels, group_of_instance, result.notes));
   drop_unused_materials(scene);
   reduce_to_density(scene, settings, result.notes);
   KILN_TRY_STATUS(read_all_lights(context, nodes, scene, result.notes));

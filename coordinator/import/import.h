@@ -8,6 +8,7 @@
 
 #include "common/job/settings.h"
 #include "common/scene/scene.h"
+#include "coordinator/display/display.h"
 #include "coordinator/document/gltf_document.h"
 
 namespace kiln {
@@ -29,6 +30,7 @@ struct ImportResult {
   std::vector<ImportNote> notes;
   std::optional<Camera> camera;  // the first perspective camera of the scene
   GltfDocument document;
+  Display display;  // what is drawn but not traced
 };
 
 // Reads a scene and adds the lights and environment of the settings. Errors are kInvalidInput and name

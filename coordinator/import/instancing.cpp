@@ -60,7 +60,8 @@ Affine instance_transform(const InstanceArrays& arrays, size_t i) {
 }  // namespace
 
 Expected<std::vector<MeshPlace>> place_meshes(const ImportContext& context,
-                                              const std::vector<PlacedNode>& nodes, ImportNotes& notes) {
+                                              const std::vector<PlacedNode>& nodes, uint32_t group,
+                                              ImportNotes& notes) {
   std::vector<MeshPlace> places;
   Finding singular, skinned;
   const auto place = [&](uint32_t node, uint32_t mesh, const Affine& to_world) -> Status {
@@ -69,7 +70,7 @@ Expected<std::vector<MeshPlace>> place_meshes(const ImportContext& context,
     if (is_singular(to_world))
       singular.add(node_name(context, node));
     else
-      places.push_back({node, mesh, to_world});
+      places.push_back({node, mesh, to_world, group});
     return {};
   };
   for (const PlacedNode& at : nodes) {

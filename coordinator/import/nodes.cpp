@@ -5,7 +5,7 @@
 namespace kiln {
 namespace {
 
-constexpr int kNone = -1;
+constexpr int kNone = NodeTree::kNone;
 
 // The parent of every node; errors for two parents and for cycles.
 Expected<std::vector<int>> find_parents(const ImportContext& context) {
@@ -99,25 +99,30 @@ Expected<const GltfScene*> baked_scene(const ImportContext& context) {
   return &scenes[chosen < 0 ? 0 : static_cast<size_t>(chosen)];
 }
 
-Expected<std::vector<PlacedNode>> place_nodes(const ImportContext& context) {
-  KILN_TRY(const std::vector<int> parent, find_parents(context));
-  KILN_TRY(const std::vector<uint32_t> roots, find_roots(context, parent));
-  std::vector<PlacedNode> placed;
+Expected<NodeTree> read_node_tree(const ImportContext& context) {
+  NodeTree tree;
+  KILN_TRY(tree.parent, find_parents(context));
+  KILN_TRY(tree.roots, find_roots(context, tree.parent));
+  return tree;
+}
+
+Status walk_nodes(const ImportContext& context, uint32_t root, const Affine& parent_to_world,
+                  const std::function<bool(const PlacedNode&, const Affine&)>& enter) {
   std::vector<PlacedNode> open;  // a stack of our own: the depth of a file is not ours to trust
-  for (auto root = roots.rbegin(); root != roots.rend(); ++root) open.push_back({*root, {}});
+  open.push_back({root, parent_to_world});
   while (!open.empty()) {
-    PlacedNode at = open.back();  // to_world is the parent's until here
+    const PlacedNode above = open.back();  // to_world is the parent's
     open.pop_back();
-    KILN_TRY(const Affine local, local_transform(context, at.node));
-    at.to_world = at.to_world * local;
+    KILN_TRY(const Affine local, local_transform(context, above.node));
+    const PlacedNode at{above.node, above.to_world * local};
     if (!is_finite(at.to_world))
       return context.bad(text("{}: its transform is not finite", node_name(context, at.node)));
-    placed.push_back(at);
+    if (!enter(at, above.to_world)) continue;
     const auto& children = context.model.nodes[at.node].children;
     for (auto child = children.rbegin(); child != children.rend(); ++child)
       open.push_back({static_cast<uint32_t>(*child), at.to_world});
   }
-  return placed;
+  return {};
 }
 
 }  // namespace kiln

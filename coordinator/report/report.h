@@ -9,6 +9,7 @@
 #include "common/base/figures.h"
 #include "common/job/settings.h"
 #include "coordinator/dispatch/farm.h"
+#include "coordinator/display/display.h"
 #include "coordinator/encode/output.h"
 #include "coordinator/import/import.h"
 #include "coordinator/lightmap/lightmap.h"
@@ -49,6 +50,7 @@ struct BakeReport {
   std::vector<PassPoint> passes;
   FarmStatistics farm;
   std::vector<NonfinitePlace> nonfinite;
+  std::vector<DisplayFit> lods;
   Figures post;
   uint64_t texels_by_class[kValidityClasses] = {};
   bool complete = true;  // false: stopped by the time limit

@@ -81,6 +81,19 @@ void write_nonfinite(JsonWriter& w, const BakeReport& r) {
   w.end_array();
 }
 
+void write_lods(JsonWriter& w, const BakeReport& r) {
+  w.key("lods").begin_array();
+  for (const DisplayFit& f : r.lods) {
+    w.begin_object().pair("name", f.name).pair("level", f.level).pair("baked", f.baked);
+    w.pair("worst_metres", f.worst).pair("mean_metres", f.mean).pair("worst_texels", f.worst_texels);
+    w.pair("limit_metres", f.limit).pair("lookup_shift_texels", f.shift_texels);
+    w.key("worst_at").begin_array();
+    for (int axis = 0; axis < 3; ++axis) w.value(f.worst_at[axis]);
+    w.end_array().pair("triangles", f.triangles).pair("faces", f.faces).end_object();
+  }
+  w.end_array();
+}
+
 }  // namespace
 
 std::string_view validity_name(Validity v) {
@@ -122,6 +135,7 @@ std::string report_json(const BakeReport& r) {
   write_passes(w, r);
   write_farm(w, r.farm);
   write_nonfinite(w, r);
+  write_lods(w, r);
   w.key("notes").begin_array();
   for (const ImportNote& n : r.notes)
     w.begin_object().pair("kind", note_kind(n.kind)).pair("what", n.what).end_object();

@@ -11,6 +11,7 @@
 #include "common/math/samplers.h"
 #include "common/scene/prepared.h"
 #include "common/unwrap/unwrap_cache.h"
+#include "coordinator/lods/lods.h"
 #include "coordinator/merge/accumulator.h"
 #include "coordinator/plan/schedule.h"
 #include "coordinator/post/stage.h"
@@ -182,8 +183,9 @@ Status publish(const BakeRequest& request, const Preflight& pre, const Lightmap&
   const std::filesystem::path preview = request.output / "preview.png";
   {
     const StageTimer timer(report.stages, "encode");
-    KILN_TRY(report.outputs, write_outputs({request.settings, pre.imported.scene, pre.atlas,
-                                            pre.imported.document, map, request.output}));
+    KILN_TRY(report.outputs,
+             write_outputs({request.settings, pre.imported.scene, pre.atlas, pre.imported.document, map,
+                            request.output, &pre.imported.display, &pre.projection}));
   }
   {
     const StageTimer timer(report.stages, "preview");
@@ -211,6 +213,14 @@ Expected<Preflight> run_preflight(const std::filesystem::path& scene, const Bake
     progress({.stage = "atlas"});
     KILN_TRY(pre.atlas, build_atlas(pre.imported.scene, atlas_settings(settings)));
   }
+  if (!pre.imported.display.shown.empty()) {
+    const StageTimer timer(times, "lods");
+    progress({.stage = "lods"});
+    LodSettings lods;
+    lods.distance = settings.lod_distance;
+    lods.split = settings.lod_split;
+    KILN_TRY(pre.projection, project_display(pre.imported.display, pre.imported.scene, pre.atlas, lods));
+  }
   const unsigned workers = settings.workers ? settings.workers : 1;
   pre.plan = make_plan(pre.imported.scene, pre.atlas, settings,
                        settings.threads ? settings.threads * workers : hardware_threads());
@@ -228,6 +238,7 @@ Expected<BakeReport> run_bake(const BakeRequest& request, const Progress& progre
   report.warnings = pre.atlas.warnings;
   report.atlas = pre.atlas.statistics;
   report.plan = pre.plan;
+  report.lods = pre.projection.fits;
 
   ChunkStore chunks;
   JobSpec job;

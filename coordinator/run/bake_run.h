@@ -36,6 +36,7 @@ Expected<BakeReport> run_bake(const BakeRequest& request,
 struct Preflight {
   ImportResult imported;
   Atlas atlas;
+  Projection projection;  // of imported.display
   Plan plan;
 };
 Expected<Preflight> run_preflight(const std::filesystem::path& scene, const BakeSettings& settings,
