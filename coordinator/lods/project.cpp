@@ -71,10 +71,11 @@ class MeshProjection {
       for (uint32_t x = 0; x + y <= steps; ++x) {
         const double b1 = static_cast<double>(x) / steps, b2 = static_cast<double>(y) / steps;
         const DisplayPoint q = surface_.point(f.triangle, f.at(b1, b2));
-        if (!source_.nearest(q, search_)) refuse_missing(q);
+        const bool matched = source_.nearest(q, search_).has_value();
+        if (!matched) refuse_missing(q);
         const SurfacePoint s = place_in_chart(source_, q, search_, f.placement);
         const double shift = length(f.lookup(b1, b2) - s.texels);
-        check(q, s, shift, density);
+        if (matched) check(q, s, shift, density);
         if (s.distance > fit.worst) {
           fit.worst = s.distance;
           fit.worst_at = q.at;
@@ -109,20 +110,17 @@ class MeshProjection {
                   q.at.x, q.at.y, q.at.z, search_.reach, any.distance));
   }
 
+  // A match there is, but the triangle's chart may not reach it.
   void check(const DisplayPoint& q, const SurfacePoint& s, double shift, double density) {
-    if (s.distance > search_.reach)
-      refuse(s.distance,
-             text("at ({:.3f}, {:.3f}, {:.3f}) its triangle gets the light of a place {:.3g} m away, "
-                  "{:.3g} m are allowed",
-                  q.at.x, q.at.y, q.at.z, s.distance, search_.reach));
-    // A lookup is as blurred as two texels anyway.
-    constexpr double kBlur = 2;
-    const double metres = density > 0 ? shift / density : 0;
-    if (shift > std::max(kBlur, split_) && metres > search_.reach)
-      refuse(metres, text("at ({:.3f}, {:.3f}, {:.3f}) its triangle is too large for the charts of the baked "
-                          "surface: the lookup misses by {:.3g} texels or {:.3g} m, {:.3g} m are allowed "
-                          "(--lod-split splits it)",
-                          q.at.x, q.at.y, q.at.z, shift, metres, search_.reach));
+    constexpr double kBlur = 2;  // texels: as blurred as a bilinear lookup is anyway
+    const bool shifted = density > 0 && shift > std::max(kBlur, split_);
+    const double metres = std::max(s.distance, shifted ? shift / density : 0.0);
+    if (metres <= search_.reach) return;
+    refuse(metres,
+           text("at ({:.3f}, {:.3f}, {:.3f}) its triangle gets the light of a place {:.3g} m off, {:.3g} m "
+                "are allowed{}",
+                q.at.x, q.at.y, q.at.z, metres, search_.reach,
+                split_ > 0 ? "" : " (--lod-split would split it)"));
   }
 
   void write(const std::vector<DisplayFace>& faces, ProjectedCharts& out) const {

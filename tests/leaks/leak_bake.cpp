@@ -8,13 +8,14 @@
 
 namespace kiln::test {
 
-LeakBake bake_map(Scene scene, AtlasSettings settings, uint32_t samples) {
+LeakBake bake_map(Scene scene, AtlasSettings settings, uint32_t samples, uint64_t seed) {
   LeakBake b;
   auto atlas = build_atlas(scene, settings);
   if (!atlas) throw std::runtime_error(atlas.error().message);
   b.atlas = *atlas;
   b.scene = scene;
-  const TransportSettings transport;
+  TransportSettings transport;
+  transport.seed = seed;
   auto baker = Baker::create(std::move(scene), std::move(*atlas), transport, 2);
   if (!baker) throw std::runtime_error(baker.error().message);
   const auto sites = static_cast<uint32_t>(b.atlas.sites.size());

@@ -17,7 +17,7 @@ struct LeakBake {
   double bilinear(const AtlasPlace& place) const;
 };
 
-LeakBake bake_map(Scene scene, AtlasSettings atlas, uint32_t samples);
+LeakBake bake_map(Scene scene, AtlasSettings atlas, uint32_t samples, uint64_t seed = 0);
 
 // Calls visit(position, normal, E) for a grid of `steps` x `steps` points on every triangle.
 void for_each_point(const LeakBake& bake, uint32_t steps,
