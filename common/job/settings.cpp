@@ -245,7 +245,7 @@ const Setting kTable[] = {
      [](B& b, S s) { return store_number(b.lod_distance, s, 0, 1e9); },
      [](const B& b) { return print(b.lod_distance); }},
     {"lod-split", "N", "texels",
-     "triangles of other levels are split where their lookups would miss by more than N texels; 0: never",
+     "triangles of other levels are split while corners or middles look up more than N texels off; 0: never",
      [](B& b, S s) { return store_number(b.lod_split, s, 0, 1e6); },
      [](const B& b) { return print(b.lod_split); }},
     {"sampler", "NAME", "", "random numbers: owen (scrambled Sobol'), halton, pmj02 or random", parse_sampler,

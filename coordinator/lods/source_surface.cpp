@@ -119,10 +119,11 @@ std::optional<SurfacePoint> SourceSurface::search(const DisplayPoint& point, dou
 
 std::optional<SurfacePoint> SourceSurface::nearest(const DisplayPoint& point, const SurfaceSearch& how,
                                                    uint32_t placement) const {
-  return search(
-      point, how.reach, how.reach * how.reach, placement, [&](const DVec3& normal, const DVec3& facing) {
-        return dot(normal, point.normal) >= SurfaceSearch::kLeastCosine && dot(facing, point.facing) > 0;
-      });
+  return search(point, how.reach, SurfaceSearch::kTurn * how.reach * how.reach, placement,
+                [&](const DVec3& normal, const DVec3& facing) {
+                  return dot(normal, point.normal) >= SurfaceSearch::kLeastCosine &&
+                         dot(facing, point.facing) > 0;
+                });
 }
 
 SurfacePoint SourceSurface::nearest_of_any_normal(const DisplayPoint& point, uint32_t placement) const {
