@@ -71,9 +71,11 @@ class MeshProjection {
       for (uint32_t x = 0; x + y <= steps; ++x) {
         const double b1 = static_cast<double>(x) / steps, b2 = static_cast<double>(y) / steps;
         const DisplayPoint q = surface_.point(f.triangle, f.at(b1, b2));
-        const bool matched = source_.nearest(q, search_).has_value();
+        const auto matched = source_.nearest(q, search_);
         if (!matched) refuse_missing(q);
-        const SurfacePoint s = place_in_chart(source_, q, search_, f.placement);
+        const SurfacePoint s = matched && matched->placement == f.placement
+                                   ? *matched
+                                   : place_in_chart(source_, q, search_, f.placement);
         const double shift = length(f.lookup(b1, b2) - s.texels);
         if (matched) check(q, s, shift, density);
         if (s.distance > fit.worst) {

@@ -148,6 +148,20 @@ std::vector<Case> cases() {
       replace(s.json, R"("nodes":[0,1])", R"("nodes":[0,1,2])");
     });
   });
+  add("a level of detail off the baked one", 2,
+      {"x.gltf", "'low'", "node 0 'floor'", "4 m away", "--lod-distance"}, [](const fs::path& dir) {
+        return spoiled(dir, [](SmallScene& s) {
+          replace(s.json, R"("name":"floor",)", R"("name":"floor","extensions":{"MSFT_lod":{"ids":[2]}},)");
+          replace(s.json, R"("light":0}}}])",
+                  R"("light":0}}},{"name":"low","mesh":0,"translation":[0,4,0]}])");
+        });
+      });
+  add("a level of detail that does not exist", 2, {"x.gltf", "node 0 'floor'", "MSFT_lod", "node 9"},
+      [](const fs::path& dir) {
+        return spoiled(dir, [](SmallScene& s) {
+          replace(s.json, R"("name":"floor",)", R"("name":"floor","extensions":{"MSFT_lod":{"ids":[9]}},)");
+        });
+      });
   add("overlapping lightmap UVs, layout atlas", 2, {"floor", "itself"}, [](const fs::path& dir) {
     return spoiled(
         dir, [](SmallScene& s) { s.uv = {0, 0, 0, 1, 1, 1, 0.1f, 0.9f}; }, "--layout atlas --resolution 32");
