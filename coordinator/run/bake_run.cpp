@@ -219,7 +219,10 @@ Expected<Preflight> run_preflight(const std::filesystem::path& scene, const Bake
     LodSettings lods;
     lods.distance = settings.lod_distance;
     lods.split = settings.lod_split;
-    KILN_TRY(pre.projection, project_display(pre.imported.display, pre.imported.scene, pre.atlas, lods));
+    auto projection = project_display(pre.imported.display, pre.imported.scene, pre.atlas, lods);
+    if (!projection)
+      return fail(projection.error().kind, text("{}: {}", scene.string(), projection.error().message));
+    pre.projection = std::move(*projection);
   }
   const unsigned workers = settings.workers ? settings.workers : 1;
   pre.plan = make_plan(pre.imported.scene, pre.atlas, settings,
