@@ -63,8 +63,8 @@ std::optional<SurfacePoint> read_place(const Baked& b, const AtlasPlace& place) 
 
 Projection projected(const Baked& b, const Display& display, const LodSettings& settings = {}) {
   auto p = project_display(display, b.scene, b.atlas, settings);
-  EXPECT_TRUE(p) << p.error().message;
-  return p ? *p : Projection{};
+  if (!p) throw std::runtime_error(p.error().message);
+  return *p;
 }
 std::string refused(const Baked& b, const Display& display, const LodSettings& settings = {}) {
   const auto p = project_display(display, b.scene, b.atlas, settings);
