@@ -35,6 +35,11 @@ Expected<GltfScene> GltfScene::open(const OutputContext& c) {
   KILN_TRY(s.buffer, GltfBuffer::merge(s.doc, c.document));
   KILN_TRY_STATUS(s.buffer.embed_images(s.doc, c.document.path.parent_path()));
   s.file_meshes_ = s.doc.value("meshes", Json::array());
+  std::set<size_t> baked;
+  for (const Instance& in : c.scene.instances) baked.insert(in.node);
+  const Json nodes = s.doc.value("nodes", Json::array());
+  for (size_t n = 0; n < nodes.size(); ++n)
+    if (nodes[n].contains("mesh") && !baked.count(n)) s.in_use_.insert(nodes[n]["mesh"].get<uint32_t>());
   return s;
 }
 
@@ -105,8 +110,13 @@ Expected<Json> GltfScene::split_primitive(uint32_t instance) {
 }
 
 size_t GltfScene::add_mesh(const MeshCopy& copy, Json primitives) {
-  Json mesh = file_meshes_[c_->scene.instances[copy.front()].file_mesh];
+  const uint32_t place = c_->scene.instances[copy.front()].file_mesh;
+  Json mesh = file_meshes_[place];
   mesh["primitives"] = std::move(primitives);
+  if (in_use_.insert(place).second) {
+    doc["meshes"][place] = std::move(mesh);
+    return place;
+  }
   doc["meshes"].push_back(std::move(mesh));
   return doc["meshes"].size() - 1;
 }

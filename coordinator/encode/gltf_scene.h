@@ -4,6 +4,7 @@
 
 #include <map>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "coordinator/encode/gltf_buffer.h"
 #include "coordinator/encode/output.h"
@@ -33,7 +34,8 @@ class GltfScene {
   Expected<const SplitMesh*> split_mesh(uint32_t instance);
   // The file's primitive with the split mesh's vertices; no TEXCOORD_1 yet.
   Expected<nlohmann::json> split_primitive(uint32_t instance);
-  // A mesh like that of the copy's with these primitives; its index.
+  // A mesh like that of the copy's with these primitives; its index. The first one takes the place of the
+  // file's mesh, unless a node that is not baked shows that too.
   size_t add_mesh(const MeshCopy& copy, nlohmann::json primitives);
   bool is_repeated(uint32_t node) const;  // by EXT_mesh_gpu_instancing
   // Gives a copy of a repeated node a root node of its own; its index.
@@ -55,6 +57,7 @@ class GltfScene {
 
   const OutputContext* c_;
   nlohmann::json file_meshes_;           // as they were
+  std::set<uint32_t> in_use_;            // places in doc["meshes"] that are not free
   std::map<uint32_t, SplitMesh> split_;  // by set of charts
 };
 

@@ -235,7 +235,9 @@ TEST_F(Instanced, EveryMeshIsThereOnceAndInstancesStayTogether) {
   write(street());
   const Glb simple(dir_.path() / "scene.glb"), once(dir_.path() / "scene_instanced.glb");
   EXPECT_EQ(meshes_in_use(simple), 7u);
-  EXPECT_EQ(meshes_in_use(once), 4u);  // bench, floor, the floor that is cut, wall
+  EXPECT_EQ(meshes_in_use(once), 4u);          // bench, floor, the floor that is cut, wall
+  EXPECT_EQ(simple.doc["meshes"].size(), 7u);  // none is left over
+  EXPECT_EQ(once.doc["meshes"].size(), 4u);
   std::multiset<size_t> copies;
   for (const json& node : once.doc["nodes"])
     if (node.contains("extensions"))
@@ -256,6 +258,18 @@ TEST_F(Instanced, InstancesThatAreAlikeKeepTheirNodeAsItIs) {
   const Glb once(dir_.path() / "scene_instanced.glb");
   EXPECT_EQ(meshes_in_use(once), 2u);
   EXPECT_EQ(once.doc["nodes"].size(), b.root["nodes"].size());
+  expect_equal();
+}
+
+TEST_F(Instanced, ANodeOutsideTheSceneKeepsItsMesh) {
+  test::GltfBuilder b = street();
+  const json before = b.root["meshes"][0];
+  b.root["nodes"].push_back({{"mesh", 0}});
+  write(b);
+  for (const char* name : {"scene.glb", "scene_instanced.glb"}) {
+    const Glb glb(dir_.path() / name);
+    EXPECT_EQ(glb.doc["meshes"][glb.doc["nodes"][4]["mesh"].get<size_t>()], before) << name;
+  }
   expect_equal();
 }
 
