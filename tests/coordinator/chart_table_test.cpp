@@ -17,6 +17,7 @@ class ChartTableFile : public testing::Test {
   ChartTableFile() {
     AtlasSettings settings;
     settings.layout = AtlasSettings::Layout::kPack;
+    settings.texels_per_metre = 3.7f;  // numbers that need all their digits
     atlas_ = *build_atlas(scene_, settings);
     text_ = charts_json(scene_, atlas_);
     root_ = json::parse(text_);
