@@ -237,6 +237,17 @@ const Setting kTable[] = {
      "sides",
      [](B& b, S s) { return store_switch(b.contact_cuts, s); },
      [](const B& b) { return print_switch(b.contact_cuts); }},
+    {"keep-layout", "FILE", "",
+     "charts.json of an earlier bake: charts that have not changed stay where they were (layout pack)",
+     [](B& b, S s) {
+       b.keep_layout = s;
+       return s.empty() ? refuse("'' is not a file") : Status{};
+     },
+     [](const B& b) { return b.keep_layout; }},
+    {"instanced", "WORD", "",
+     "on: scene_instanced.glb as well, every mesh once, for engines that read charts.bin (layout pack)",
+     [](B& b, S s) { return store_switch(b.instanced, s); },
+     [](const B& b) { return print_switch(b.instanced); }},
     {"sampler", "NAME", "", "random numbers: owen (scrambled Sobol'), halton, pmj02 or random", parse_sampler,
      [](const B& b) { return b.sampler; }},
     {"watertight", "WORD", "",

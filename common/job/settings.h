@@ -20,7 +20,7 @@ struct BakeSettings {
   uint32_t mip_levels = 0;
   std::string unwrap = "auto";        // auto, always
   std::string unwrap_cache = "auto";  // a folder, auto or off
-  std::string environment;  // empty: what the scene says; "R,G,B" or a path
+  std::string environment;            // empty: what the scene says; "R,G,B" or a path
   double environment_strength = 1;
   double environment_rotation = 0;  // degrees about +Y
   struct Sun {
@@ -42,6 +42,8 @@ struct BakeSettings {
   uint64_t seed = 0;
   std::string sampler = "owen";
   bool contact_cuts = true;  // layout pack
+  bool instanced = false;    // scene_instanced.glb, layout pack
+  std::string keep_layout;   // charts.json of an earlier bake; empty: none
   bool watertight = false;
   std::string isa = "avx2";
   uint32_t lease_ms = 15000;

@@ -19,6 +19,7 @@ void print_json(const Preflight& p) {
   w.begin_object().pair("layout", p.atlas.packed ? "pack" : "atlas");
   w.pair("width", p.atlas.width).pair("height", p.atlas.height).pair("pages", p.atlas.pages);
   w.pair("texels", p.plan.texels).pair("valid_texels", p.plan.valid_texels).pair("charts", p.plan.charts);
+  w.pair("kept_charts", p.atlas.statistics.kept_charts);
   w.pair("triangles", p.plan.triangles).pair("stored_triangles", p.plan.stored_triangles);
   w.pair("coordinator_bytes", p.plan.coordinator_bytes).pair("worker_bytes", p.plan.worker_bytes);
   w.pair("output_bytes", p.plan.output_bytes);
@@ -37,6 +38,11 @@ void print_text(const Preflight& p) {
   std::printf("lightmap    %s, %u x %u, %u page%s, %llu charts\n", p.atlas.packed ? "pack" : "atlas",
               p.atlas.width, p.atlas.height, p.atlas.pages, p.atlas.pages == 1 ? "" : "s",
               static_cast<unsigned long long>(p.plan.charts));
+  if (p.atlas.packed && p.kept_layout.empty())
+    std::printf("kept        no chart: all are placed anew (--keep-layout charts.json of an earlier bake)\n");
+  else if (p.atlas.packed)
+    std::printf("kept        %llu charts at their place in the earlier layout\n",
+                static_cast<unsigned long long>(p.atlas.statistics.kept_charts));
   std::printf("texels      %llu to sample of %llu\n", static_cast<unsigned long long>(p.plan.valid_texels),
               static_cast<unsigned long long>(p.plan.texels));
   std::printf("triangles   %llu in %zu instances (%llu stored in %zu meshes)\n",

@@ -45,6 +45,7 @@ struct BakeReport {
   uint64_t charts = 0, owned_texels = 0;
   std::string scene_id;
   AtlasStatistics atlas;
+  std::string kept_layout;  // SHA-256 of the file of --keep-layout; empty: none
   std::vector<StageTime> stages;
   std::vector<PassPoint> passes;
   FarmStatistics farm;
@@ -61,7 +62,10 @@ std::string_view validity_name(Validity v);
 // Text of report.json.
 std::string report_json(const BakeReport& report);
 // One self-contained page; the pictures are embedded.
+struct ReportPictures {
+  std::filesystem::path preview, validity;
+};
 Expected<std::string> report_html(const BakeReport& report, const Lightmap& map,
-                                  const std::filesystem::path& preview);
+                                  const ReportPictures& pictures);
 
 }  // namespace kiln

@@ -70,24 +70,6 @@ Expected<std::string> map_figure(const Lightmap& map, std::string_view caption, 
   return embedded(png, caption);
 }
 
-Vec3 class_color(Validity v) {
-  switch (v) {
-    case Validity::kEmpty:
-      return {24, 24, 24};
-    case Validity::kMeasured:
-      return {90, 160, 110};
-    case Validity::kPushed:
-      return {80, 140, 220};
-    case Validity::kFilled:
-      return {230, 200, 80};
-    case Validity::kDilated:
-      return {70, 70, 90};
-    case Validity::kInside:
-      return {255, 0, 255};
-  }
-  return {};
-}
-
 Expected<std::string> maps(const BakeReport& r, const Lightmap& map) {
   const std::vector<float>& samples = map.planes.plane("samples");
   const std::vector<float>& error = map.planes.plane("error");
@@ -111,10 +93,7 @@ Expected<std::string> maps(const BakeReport& r, const Lightmap& map) {
                    if (!measured(t)) return Vec3(24);
                    return e > 0 ? ramp(error[t] / e / static_cast<float>(r.settings.error)) : Vec3(0);
                  }));
-  KILN_TRY(const std::string c,
-           map_figure(map, "validity: green measured, yellow filled, grey dilated, magenta inside geometry",
-                      [&](size_t t) { return class_color(map.validity[t]); }));
-  return a + b + c;
+  return a + b;
 }
 
 // Error against run time, both logarithmic, as inline SVG.
@@ -199,6 +178,9 @@ std::string facts(const BakeReport& r) {
   row("layout",
       text("{}, {} x {}, {} page{}", r.layout, r.width, r.height, r.pages, r.pages == 1 ? "" : "s"));
   row("charts", text("{}", r.charts));
+  if (r.layout == "pack")
+    row("charts kept in place", r.kept_layout.empty() ? "none: every chart was placed anew (no --keep-layout)"
+                                                      : text("{}", r.atlas.kept_charts));
   row("atlas used", text("{:.1f} %", 100.0 * r.owned_texels / std::max<uint64_t>(1, r.plan.texels)));
   for (int i = 0; i < kValidityClasses; ++i)
     row(text("texels {}", validity_name(static_cast<Validity>(i))), text("{}", r.texels_by_class[i]));
@@ -223,18 +205,19 @@ constexpr const char* kStyle =
 
 }  // namespace
 
-Expected<std::string> report_html(const BakeReport& r, const Lightmap& map,
-                                  const std::filesystem::path& preview) {
-  KILN_TRY(const Bytes picture, read_file(preview));
+Expected<std::string> report_html(const BakeReport& r, const Lightmap& map, const ReportPictures& pictures) {
+  KILN_TRY(const Bytes preview, read_file(pictures.preview));
+  KILN_TRY(const Bytes validity, read_file(pictures.validity));
   KILN_TRY(const std::string figures, maps(r, map));
   std::string out =
       "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><meta name=\"viewport\" "
       "content=\"width=device-width\"><title>Kiln: " +
       escape(r.scene_path.filename().string()) + "</title><style>" + kStyle + "</style>\n";
   out += "<h1>" + escape(r.scene_path.filename().string()) + "</h1>\n";
-  out += embedded(picture, "the scene through its lightmap, and the lightmap");
+  out += embedded(preview, "the scene through its lightmap, and the lightmap");
   out += "<h2>Error against run time</h2>\n" + curve(r) + passes_table(r);
   out += "<h2>Maps</h2>\n" + figures;
+  out += embedded(validity, "validity: where the lightmap's values are from; magenta: inside geometry");
   out += "<h2>Facts</h2>\n" + facts(r);
   out += "<h2>Findings</h2>\n" + notes_html(r);
   out += "<h2>Settings</h2>\n" + settings_table_html(r.settings);

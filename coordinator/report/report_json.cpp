@@ -40,6 +40,8 @@ void write_atlas(JsonWriter& w, const BakeReport& r) {
   w.key("atlas").begin_object();
   w.pair("layout", r.layout).pair("width", r.width).pair("height", r.height).pair("pages", r.pages);
   w.pair("charts", r.charts).pair("texels", r.plan.texels).pair("valid_texels", r.plan.valid_texels);
+  w.pair("kept_charts", r.atlas.kept_charts);
+  if (!r.kept_layout.empty()) w.pair("kept_layout_sha256", r.kept_layout);
   w.pair("used_share",
          static_cast<double>(r.owned_texels) / static_cast<double>(std::max<uint64_t>(1, r.plan.texels)));
   w.key("texels_by_class").begin_object();

@@ -11,10 +11,12 @@
 #include "common/math/samplers.h"
 #include "common/scene/prepared.h"
 #include "common/unwrap/unwrap_cache.h"
+#include "coordinator/chart_table/chart_table.h"
 #include "coordinator/merge/accumulator.h"
 #include "coordinator/plan/schedule.h"
 #include "coordinator/post/stage.h"
 #include "coordinator/report/preview.h"
+#include "coordinator/report/validity_view.h"
 #include "coordinator/run/nonfinite.h"
 
 namespace kiln {
@@ -45,6 +47,16 @@ AtlasSettings atlas_settings(const BakeSettings& s) {
         s.unwrap_cache == "auto" ? default_cache_folder() : std::filesystem::path(s.unwrap_cache);
   a.cut_contacts = s.contact_cuts;
   return a;
+}
+
+// Settings of layout pack say nothing to a scene whose own atlas is used.
+void warn_of_unused(const BakeSettings& settings, Atlas& atlas) {
+  if (atlas.packed) return;
+  if (!settings.keep_layout.empty())
+    atlas.warnings.push_back(
+        "--keep-layout is not used: the lightmap is the file's own atlas (--layout pack)");
+  if (settings.instanced)
+    atlas.warnings.push_back("--instanced is not used: the lightmap is the file's own atlas (--layout pack)");
 }
 
 FarmSettings farm_settings(const BakeRequest& request) {
@@ -179,7 +191,7 @@ void count_classes(const Lightmap& map, const Atlas& atlas, BakeReport& report) 
 
 Status publish(const BakeRequest& request, const Preflight& pre, const Lightmap& map, BakeReport& report,
                const Stopwatch& watch) {
-  const std::filesystem::path preview = request.output / "preview.png";
+  const ReportPictures pictures{request.output / "preview.png", request.output / "validity.png"};
   {
     const StageTimer timer(report.stages, "encode");
     KILN_TRY(report.outputs, write_outputs({request.settings, pre.imported.scene, pre.atlas,
@@ -187,10 +199,12 @@ Status publish(const BakeRequest& request, const Preflight& pre, const Lightmap&
   }
   {
     const StageTimer timer(report.stages, "preview");
-    KILN_TRY_STATUS(write_preview(preview, pre.imported, pre.atlas, map));
+    const Camera camera = preview_camera(pre.imported, pre.atlas, map);
+    KILN_TRY_STATUS(write_preview(pictures.preview, pre.imported, pre.atlas, map, camera));
+    KILN_TRY_STATUS(write_validity_view(pictures.validity, pre.imported, pre.atlas, map, camera));
   }
   report.total_seconds = watch.seconds();
-  KILN_TRY(const std::string page, report_html(report, map, preview));
+  KILN_TRY(const std::string page, report_html(report, map, pictures));
   KILN_TRY_STATUS(write_file_atomic(request.output / "report.html", page));
   return write_file_atomic(request.output / "report.json", report_json(report));
 }
@@ -209,7 +223,15 @@ Expected<Preflight> run_preflight(const std::filesystem::path& scene, const Bake
   {
     const StageTimer timer(times, "atlas");
     progress({.stage = "atlas"});
-    KILN_TRY(pre.atlas, build_atlas(pre.imported.scene, atlas_settings(settings)));
+    AtlasSettings atlas = atlas_settings(settings);
+    KeptLayout kept;
+    if (!settings.keep_layout.empty()) {
+      KILN_TRY(kept, read_layout(settings.keep_layout));
+      atlas.previous = &kept.layout;
+      pre.kept_layout = kept.digest.hex();
+    }
+    KILN_TRY(pre.atlas, build_atlas(pre.imported.scene, atlas));
+    warn_of_unused(settings, pre.atlas);
   }
   const unsigned workers = settings.workers ? settings.workers : 1;
   pre.plan = make_plan(pre.imported.scene, pre.atlas, settings,
@@ -228,6 +250,7 @@ Expected<BakeReport> run_bake(const BakeRequest& request, const Progress& progre
   report.warnings = pre.atlas.warnings;
   report.atlas = pre.atlas.statistics;
   report.plan = pre.plan;
+  report.kept_layout = pre.kept_layout;
 
   ChunkStore chunks;
   JobSpec job;

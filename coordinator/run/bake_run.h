@@ -37,6 +37,7 @@ struct Preflight {
   ImportResult imported;
   Atlas atlas;
   Plan plan;
+  std::string kept_layout;  // SHA-256 of the file of --keep-layout; empty: none
 };
 Expected<Preflight> run_preflight(const std::filesystem::path& scene, const BakeSettings& settings,
                                   std::vector<StageTime>& times,
