@@ -128,9 +128,8 @@ Picture atlas_picture(const Lightmap& map, uint32_t size) {
 }
 
 Status write_preview(const std::filesystem::path& path, const ImportResult& imported, const Atlas& atlas,
-                     const Lightmap& map) {
+                     const Lightmap& map, const Camera& camera) {
   constexpr uint32_t kHeight = 720, kWidth = 1280, kGap = 8;
-  const Camera camera = imported.camera ? *imported.camera : choose_camera(imported, atlas, map);
   const Picture view = render_view(imported, atlas, map, camera, kWidth, kHeight);
   const Picture sheet = atlas_picture(map, kHeight);
   Picture both{kWidth + kGap + sheet.width, kHeight, {}};

@@ -13,6 +13,7 @@
 #include "coordinator/import/import.h"
 #include "coordinator/lightmap/lightmap.h"
 #include "coordinator/plan/plan.h"
+#include "coordinator/report/picture.h"
 
 namespace kiln {
 
@@ -62,6 +63,6 @@ std::string_view validity_name(Validity v);
 std::string report_json(const BakeReport& report);
 // One self-contained page; the pictures are embedded.
 Expected<std::string> report_html(const BakeReport& report, const Lightmap& map,
-                                  const std::filesystem::path& preview);
+                                  const std::filesystem::path& preview, const Picture& heat_map);
 
 }  // namespace kiln

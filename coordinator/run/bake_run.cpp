@@ -11,9 +11,12 @@
 #include "common/math/samplers.h"
 #include "common/scene/prepared.h"
 #include "common/unwrap/unwrap_cache.h"
+#include "coordinator/density/density.h"
+#include "coordinator/imageio/imageio.h"
 #include "coordinator/merge/accumulator.h"
 #include "coordinator/plan/schedule.h"
 #include "coordinator/post/stage.h"
+#include "coordinator/report/density_view.h"
 #include "coordinator/report/preview.h"
 #include "coordinator/run/nonfinite.h"
 
@@ -180,6 +183,7 @@ void count_classes(const Lightmap& map, const Atlas& atlas, BakeReport& report) 
 Status publish(const BakeRequest& request, const Preflight& pre, const Lightmap& map, BakeReport& report,
                const Stopwatch& watch) {
   const std::filesystem::path preview = request.output / "preview.png";
+  Picture heat_map;
   {
     const StageTimer timer(report.stages, "encode");
     KILN_TRY(report.outputs, write_outputs({request.settings, pre.imported.scene, pre.atlas,
@@ -187,10 +191,12 @@ Status publish(const BakeRequest& request, const Preflight& pre, const Lightmap&
   }
   {
     const StageTimer timer(report.stages, "preview");
-    KILN_TRY_STATUS(write_preview(preview, pre.imported, pre.atlas, map));
+    const Camera camera = choose_camera(pre.imported, pre.atlas, map);
+    KILN_TRY_STATUS(write_preview(preview, pre.imported, pre.atlas, map, camera));
+    heat_map = density_view(pre.imported, pre.atlas, camera, 960, 540);
   }
   report.total_seconds = watch.seconds();
-  KILN_TRY(const std::string page, report_html(report, map, preview));
+  KILN_TRY(const std::string page, report_html(report, map, preview, heat_map));
   KILN_TRY_STATUS(write_file_atomic(request.output / "report.html", page));
   return write_file_atomic(request.output / "report.json", report_json(report));
 }
@@ -201,6 +207,7 @@ Expected<Preflight> run_preflight(const std::filesystem::path& scene, const Bake
                                   std::vector<StageTime>& times, const Progress& progress) {
   KILN_TRY_STATUS(check_settings(settings));
   Preflight pre;
+  AtlasSettings layout = atlas_settings(settings);
   {
     const StageTimer timer(times, "import");
     progress({.stage = "import"});
@@ -209,12 +216,35 @@ Expected<Preflight> run_preflight(const std::filesystem::path& scene, const Bake
   {
     const StageTimer timer(times, "atlas");
     progress({.stage = "atlas"});
-    KILN_TRY(pre.atlas, build_atlas(pre.imported.scene, atlas_settings(settings)));
+    DensityFactors factors = density_factors(pre.imported.scene, pre.imported.density, settings);
+    layout.density = std::move(factors.by_instance);
+    for (std::string& note : factors.notes)
+      pre.imported.notes.push_back({ImportNote::Kind::kWarning, std::move(note)});
+    KILN_TRY(pre.atlas, build_atlas(pre.imported.scene, layout));
   }
+  if (!pre.atlas.packed && !layout.density.empty())
+    pre.imported.notes.push_back(
+        {ImportNote::Kind::kIgnored,
+         "densities of objects are asked for, but the file's own atlas decides: --layout pack heeds them"});
   const unsigned workers = settings.workers ? settings.workers : 1;
   pre.plan = make_plan(pre.imported.scene, pre.atlas, settings,
                        settings.threads ? settings.threads * workers : hardware_threads());
+  pre.plan.objects = plan_objects(pre.imported.scene, pre.atlas, layout.density);
+  std::string advice =
+      advise_density(pre.imported.scene, pre.atlas, layout, pre.plan.objects, pre.plan.least_seconds);
+  if (!advice.empty()) pre.plan.warnings.push_back(std::move(advice));
   return pre;
+}
+
+Status write_plan(const std::filesystem::path& scene, const Preflight& pre,
+                  const std::filesystem::path& folder) {
+  KILN_TRY_STATUS(prepare_output_folder(folder, 0));
+  const Camera camera = choose_camera(pre.imported, pre.atlas, unbaked_lightmap(pre.atlas));
+  const Picture heat_map = density_view(pre.imported, pre.atlas, camera, 1280, 720);
+  KILN_TRY_STATUS(write_png(folder / "density.png", heat_map.width, heat_map.height, heat_map.rgb));
+  KILN_TRY(const std::string page, plan_html(pre.view(), scene, heat_map));
+  KILN_TRY_STATUS(write_file_atomic(folder / "plan.html", page));
+  return write_file_atomic(folder / "plan.json", plan_json(pre.view()));
 }
 
 Expected<BakeReport> run_bake(const BakeRequest& request, const Progress& progress) {
@@ -225,7 +255,8 @@ Expected<BakeReport> run_bake(const BakeRequest& request, const Progress& progre
   KILN_TRY(Preflight pre, run_preflight(request.scene, request.settings, report.stages, progress));
   KILN_TRY_STATUS(prepare_output_folder(request.output, pre.plan.output_bytes));
   report.notes = pre.imported.notes;
-  report.warnings = pre.atlas.warnings;
+  report.warnings = pre.plan.warnings;
+  report.warnings.insert(report.warnings.end(), pre.atlas.warnings.begin(), pre.atlas.warnings.end());
   report.atlas = pre.atlas.statistics;
   report.plan = pre.plan;
 
