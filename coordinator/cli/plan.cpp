@@ -13,19 +13,20 @@ namespace {
 void print_objects(const Preflight& p) {
   constexpr size_t kShown = 12;
   const std::vector<size_t> order = by_texels(p.plan.objects);
-  std::printf("\n%-32s %7s %10s %7s %9s %10s %7s\n", "object", "charts", "texels", "share", "texels/m", "m2",
-              "factor");
+  std::printf("\n%-24s %-16s %7s %10s %7s %9s %10s %7s\n", "object", "material", "charts", "texels", "share",
+              "texels/m", "m2", "factor");
   uint64_t shown = 0;
   const auto all = static_cast<double>(std::max<uint64_t>(1, p.atlas.statistics.mask_texels));
   for (size_t i = 0; i < std::min(kShown, order.size()); ++i) {
     const ObjectPlan& o = p.plan.objects[order[i]];
     shown += o.texels;
-    std::printf("%-32.32s %7llu %10llu %6.1f%% %9.3g %10.4g %7.3g\n", o.name.c_str(),
-                static_cast<unsigned long long>(o.charts), static_cast<unsigned long long>(o.texels),
-                100 * static_cast<double>(o.texels) / all, o.texels_per_metre, o.square_metres, o.factor);
+    std::printf("%-24.24s %-16.16s %7llu %10llu %6.1f%% %9.3g %10.4g %7.3g\n", o.name.c_str(),
+                o.material.c_str(), static_cast<unsigned long long>(o.charts),
+                static_cast<unsigned long long>(o.texels), 100 * static_cast<double>(o.texels) / all,
+                o.texels_per_metre, o.square_metres, o.factor);
   }
   if (order.size() > kShown)
-    std::printf("%-32s %7s %10llu %6.1f%%\n", text("{} more", order.size() - kShown).c_str(), "",
+    std::printf("%-41s %7s %10llu %6.1f%%\n", text("{} more", order.size() - kShown).c_str(), "",
                 static_cast<unsigned long long>(p.atlas.statistics.mask_texels - shown),
                 100 * static_cast<double>(p.atlas.statistics.mask_texels - shown) / all);
 }

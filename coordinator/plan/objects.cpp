@@ -83,6 +83,7 @@ std::vector<ObjectPlan> plan_objects(const Scene& scene, const Atlas& atlas,
     const Instance& instance = scene.instances[i];
     objects[i].name = instance.name;
     objects[i].mesh = scene.meshes[instance.mesh].name;
+    objects[i].material = scene.materials[instance.material].name;
     objects[i].charts = atlas.instance_first_chart[i + 1] - atlas.instance_first_chart[i];
     objects[i].factor = density.empty() || !atlas.packed ? 1.0 : double{density[i]};
     measure(scene, atlas, static_cast<uint32_t>(i), objects[i]);

@@ -11,7 +11,7 @@
 namespace kiln {
 
 struct ObjectPlan {
-  std::string name, mesh;
+  std::string name, mesh, material;
   uint64_t charts = 0;
   uint64_t texels = 0;  // that belong to its charts: sum over all objects is AtlasStatistics::mask_texels
   uint64_t valid_texels = 0;  // to sample: sum is TexelSites::size()

@@ -76,21 +76,24 @@ std::string objects_table_html(const std::vector<ObjectPlan>& objects) {
     return 100.0 * static_cast<double>(texels) / static_cast<double>(std::max<uint64_t>(1, all));
   };
   std::string out =
-      "<table><tr><th>object</th><th>mesh</th><th>charts</th><th>texels</th><th>share</th><th>to "
+      "<table><tr><th>object</th><th>mesh</th><th>material</th><th>charts</th><th>texels</th><th>share</"
+      "th><th>to "
       "sample</th><th>texels per metre</th><th>area</th><th>factor</th></tr>\n";
   const std::vector<size_t> order = by_texels(objects);
   for (size_t i = 0; i < std::min(kShown, order.size()); ++i) {
     const ObjectPlan& o = objects[order[i]];
     shown += o.texels;
     out += text(
-        "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{:.1f} %</td><td>{}</td><td>{:.3g}</td>"
+        "<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{:.1f} "
+        "%</td><td>{}</td><td>{:.3g}</td>"
         "<td>{:.4g} m\u00b2</td><td>{:.3g}</td></tr>\n",
-        escape(o.name), escape(o.mesh), o.charts, o.texels, share(o.texels), o.valid_texels,
-        o.texels_per_metre, o.square_metres, o.factor);
+        escape(o.name), escape(o.mesh), escape(o.material), o.charts, o.texels, share(o.texels),
+        o.valid_texels, o.texels_per_metre, o.square_metres, o.factor);
   }
   if (order.size() > kShown)
-    out += text("<tr class=\"dim\"><td>{} more</td><td></td><td></td><td>{}</td><td>{:.1f} %</td></tr>\n",
-                order.size() - kShown, all - shown, share(all - shown));
+    out += text(
+        "<tr class=\"dim\"><td>{} more</td><td></td><td></td><td></td><td>{}</td><td>{:.1f} %</td></tr>\n",
+        order.size() - kShown, all - shown, share(all - shown));
   return out + "</table>\n";
 }
 

@@ -66,7 +66,11 @@ void write_objects(JsonWriter& w, const std::vector<ObjectPlan>& objects) {
   for (const ObjectPlan& o : objects) all += o.texels;
   w.key("objects").begin_array();
   for (const ObjectPlan& o : objects) {
-    w.begin_object().pair("name", o.name).pair("mesh", o.mesh).pair("charts", o.charts);
+    w.begin_object()
+        .pair("name", o.name)
+        .pair("mesh", o.mesh)
+        .pair("material", o.material)
+        .pair("charts", o.charts);
     w.pair("texels", o.texels).pair("valid_texels", o.valid_texels);
     w.pair("share", static_cast<double>(o.texels) / static_cast<double>(std::max<uint64_t>(1, all)));
     w.pair("texels_per_metre", o.texels_per_metre).pair("square_metres", o.square_metres);
