@@ -102,8 +102,7 @@ Expected<DensityWishes> read_density(const ImportContext& context, const std::ve
   std::vector<double> of_node(model.nodes.size(), 1), of_mesh, of_material;
   for (const PlacedNode& at : nodes) {  // parents first
     KILN_TRY(const double own, reader.factor(node_name(context, at.node), kiln(model.nodes[at.node].extras)));
-    // Kept within what doubles hold however deep the tree is.
-    of_node[at.node] = std::clamp(of_node[at.node] * own, 0x1p-100, 0x1p100);
+    of_node[at.node] *= own;  // 0 or infinite in trees deep enough, which is clamped below like any other
     for (const int child : model.nodes[at.node].children)
       of_node[static_cast<size_t>(child)] = of_node[at.node];
   }
