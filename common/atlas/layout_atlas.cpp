@@ -59,6 +59,13 @@ Status read_charts(const Scene& scene, Atlas& atlas, unsigned threads) {
     return fail(
         ErrorKind::kInvalidInput,
         text("layout atlas needs TEXCOORD_1 within [0, 1], which it leaves on {}", list_names(names)));
+  constexpr double kWorthSaying = 0.01;
+  const std::vector<std::string> flat = instances_where(
+      scene, [&](uint32_t m) { return degenerate_share(scene.meshes[m], atlas.charts[m]) > kWorthSaying; });
+  if (!flat.empty())
+    atlas.warnings.push_back(
+        text("more than {:g} % of the surface has no area in TEXCOORD_1 and gets no light of its own: {}",
+             100 * kWorthSaying, list_names(flat)));
   for (size_t m = 0; m < count; ++m)  // of meshes without an instance
     if (!why[m].empty()) {
       atlas.charts[m].corner_uv.resize(3 * scene.meshes[m].triangles.size());

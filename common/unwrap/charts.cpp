@@ -9,8 +9,9 @@
 namespace kiln {
 namespace {
 
-// Above this share of its area a mesh's TEXCOORD_1 counts as unusable.
-constexpr double kMostDegenerate = 0.01;
+// Above this share of its area a mesh's TEXCOORD_1 counts as unusable. What nobody sees may have none: our
+// own scene.glb gives faces below walls no area.
+constexpr double kMostDegenerate = 0.25;
 constexpr double kMostOverlap = 0.005;
 
 // Moves charts that lie far from the unit square back by whole numbers: offsets are floats, and at
@@ -32,7 +33,8 @@ void bring_near(MeshCharts& charts) {
   }
 }
 
-// Share of the mesh's area whose triangles have no area in lightmap space.
+}  // namespace
+
 double degenerate_share(const Mesh& mesh, const MeshCharts& charts) {
   DVec2 lo(charts.corner_uv[0]), hi = lo;
   for (const Vec2& uv : charts.corner_uv) {
@@ -50,6 +52,8 @@ double degenerate_share(const Mesh& mesh, const MeshCharts& charts) {
   }
   return all > 0 ? flat / all : 1.0;
 }
+
+namespace {
 
 // +1, -1: the triangle lies left or right of its side a -> b in lightmap space; 0: it has no area.
 int side_of(const MeshCharts& charts, const std::vector<uint32_t>& weld, const Edge& edge) {

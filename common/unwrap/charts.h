@@ -61,6 +61,9 @@ ChartTriangles triangles_by_chart(const MeshCharts& charts);
 // mesh's name: "has no TEXCOORD_1".
 Expected<MeshCharts> authored_charts(const Mesh& mesh);
 
+// Share of the mesh's area whose triangles have no area in lightmap space: it gets no light.
+double degenerate_share(const Mesh& mesh, const MeshCharts& charts);
+
 // Share in [0, 1] of covered points that more than one triangle of the same chart covers.
 double self_overlap(const MeshCharts& charts);
 

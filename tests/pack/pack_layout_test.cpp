@@ -230,7 +230,7 @@ TEST(PackLayout, SameBytesForAnyNumberOfThreads) {
   AtlasSettings settings = pack_at(6);
   settings.mip_levels = 1;
   settings.block_align = true;
-  settings.max_page_size = 200;
+  settings.max_page_size = 160;
   settings.threads = 1;
   const Scene scene = busy_scene();
   const Atlas one = packed(scene, settings);

@@ -32,7 +32,7 @@ TEST(Seams, StepsFallBelowHalfAPercentOfTheLocalMean) {
                                                         {"cylinder", kCylinder, kCylinder, 0.1},
                                                         {"bevelled box", kBevelledBox, kBevelledBox, 0.3}}) {
     const std::vector<PlainPoint> some = of_pieces(points, first, last);
-    ASSERT_GT(some.size(), 100u) << name;
+    ASSERT_GT(some.size(), 40u) << name;
     const PlainSteps was = plain_steps(atlas, f.room.map, some), is = plain_steps(atlas, joined, some);
     EXPECT_GT(was.largest, least_before) << name;
     EXPECT_LT(is.largest, 0.005) << name;
