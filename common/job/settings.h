@@ -14,7 +14,15 @@ struct BakeSettings {
   std::string layout = "auto";
   uint32_t width = 1024, height = 1024;
   double texels_per_metre = 4;
-  uint64_t max_texels = 0;    // 0: no budget
+  uint64_t max_texels = 0;  // 0: no budget
+  struct ImportanceBox {
+    double low[3], high[3], factor;
+  };
+  std::vector<ImportanceBox> importance_boxes;
+  bool importance_cameras = false;
+  double camera_distance = 10;  // metres
+  double unseen_density = 1;
+  double small_objects = 0;   // metres; 0: size does not matter
   uint32_t page_size = 8192;  // texels
   bool power_of_two = false, block_align = false;
   uint32_t mip_levels = 0;

@@ -8,6 +8,7 @@
 
 #include "common/job/settings.h"
 #include "common/scene/scene.h"
+#include "coordinator/density/wishes.h"
 #include "coordinator/document/gltf_document.h"
 
 namespace kiln {
@@ -28,6 +29,7 @@ struct ImportResult {
   Scene scene;
   std::vector<ImportNote> notes;
   std::optional<Camera> camera;  // the first perspective camera of the scene
+  DensityWishes density;         // not a part of the scene: workers do not see it
   GltfDocument document;
 };
 

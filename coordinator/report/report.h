@@ -13,6 +13,7 @@
 #include "coordinator/import/import.h"
 #include "coordinator/lightmap/lightmap.h"
 #include "coordinator/plan/plan.h"
+#include "coordinator/report/picture.h"
 
 namespace kiln {
 
@@ -66,6 +67,6 @@ struct ReportPictures {
   std::filesystem::path preview, validity;
 };
 Expected<std::string> report_html(const BakeReport& report, const Lightmap& map,
-                                  const ReportPictures& pictures);
+                                  const ReportPictures& pictures, const Picture& heat_map);
 
 }  // namespace kiln

@@ -4,52 +4,12 @@
 #include "common/base/files.h"
 #include "common/base/format.h"
 #include "coordinator/imageio/imageio.h"
-#include "coordinator/report/preview.h"
+#include "coordinator/report/html.h"
+#include "coordinator/report/ramp.h"
 #include "coordinator/report/report.h"
 
 namespace kiln {
 namespace {
-
-std::string escape(std::string_view s) {
-  std::string out;
-  for (char c : s) {
-    if (c == '<')
-      out += "&lt;";
-    else if (c == '>')
-      out += "&gt;";
-    else if (c == '&')
-      out += "&amp;";
-    else
-      out += c;
-  }
-  return out;
-}
-
-std::string base64(std::span<const std::byte> data) {
-  static const char* kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string out;
-  for (size_t i = 0; i < data.size(); i += 3) {
-    uint32_t v = 0;
-    for (size_t k = 0; k < 3; ++k)
-      v = v << 8 | (i + k < data.size() ? static_cast<uint32_t>(data[i + k]) : 0);
-    for (size_t k = 0; k < 4; ++k) out += i + k > data.size() ? '=' : kDigits[v >> (18 - 6 * k) & 63];
-  }
-  return out;
-}
-
-std::string embedded(std::span<const std::byte> png, std::string_view caption) {
-  return text(
-      "<figure><img src=\"data:image/png;base64,{}\" alt=\"{}\"><figcaption>{}</figcaption></figure>\n",
-      base64(png), escape(caption), escape(caption));
-}
-
-// Five stops of a perceptually even ramp (dark blue to yellow), interpolated.
-Vec3 ramp(float t) {
-  static const Vec3 kStops[] = {{68, 1, 84}, {59, 82, 139}, {33, 145, 140}, {94, 201, 98}, {253, 231, 37}};
-  t = std::clamp(t, 0.0f, 1.0f) * 4.0f;
-  const int i = std::min(3, static_cast<int>(t));
-  return kStops[i] + (kStops[i + 1] - kStops[i]) * (t - static_cast<float>(i));
-}
 
 // A map of the stacked pages, at most 512 texels a side; `color` gives 0 to 255.
 template <class Color>
@@ -192,32 +152,21 @@ std::string facts(const BakeReport& r) {
   return out + "</table>\n";
 }
 
-constexpr const char* kStyle =
-    "body{font:15px/1.45 system-ui,sans-serif;margin:2em auto;max-width:72em;padding:0 "
-    "1em;color:#222;background:#fafafa}"
-    "h1{font-weight:600}h2{margin-top:1.6em;border-bottom:1px solid "
-    "#ccc}img{max-width:100%;image-rendering:auto}"
-    "figure{display:inline-block;margin:0 1em 1em "
-    "0;vertical-align:top;max-width:100%}figcaption{color:#555;max-width:34em}"
-    "table{border-collapse:collapse}td,th{padding:.15em .9em .15em 0;text-align:left}.dim{color:#888}"
-    "@media(prefers-color-scheme:dark){body{color:#ddd;background:#181818}figcaption{color:#aaa}text{fill:#"
-    "ccc}}";
-
 }  // namespace
 
-Expected<std::string> report_html(const BakeReport& r, const Lightmap& map, const ReportPictures& pictures) {
+Expected<std::string> report_html(const BakeReport& r, const Lightmap& map, const ReportPictures& pictures,
+                                  const Picture& heat_map) {
+  KILN_TRY(const Bytes density, encode_png(heat_map.width, heat_map.height, heat_map.rgb));
   KILN_TRY(const Bytes preview, read_file(pictures.preview));
   KILN_TRY(const Bytes validity, read_file(pictures.validity));
   KILN_TRY(const std::string figures, maps(r, map));
-  std::string out =
-      "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><meta name=\"viewport\" "
-      "content=\"width=device-width\"><title>Kiln: " +
-      escape(r.scene_path.filename().string()) + "</title><style>" + kStyle + "</style>\n";
-  out += "<h1>" + escape(r.scene_path.filename().string()) + "</h1>\n";
+  std::string out = page_head(r.scene_path.filename().string());
   out += embedded(preview, "the scene through its lightmap, and the lightmap");
   out += "<h2>Error against run time</h2>\n" + curve(r) + passes_table(r);
   out += "<h2>Maps</h2>\n" + figures;
   out += embedded(validity, "validity: where the lightmap's values are from; magenta: inside geometry");
+  out += "<h2>Density</h2>\n" + embedded(density, "texels per metre; squares are texels") +
+         objects_table_html(r.plan.objects);
   out += "<h2>Facts</h2>\n" + facts(r);
   out += "<h2>Findings</h2>\n" + notes_html(r);
   out += "<h2>Settings</h2>\n" + settings_table_html(r.settings);
