@@ -115,6 +115,10 @@ struct AtlasSettings {
 // two objects on one texel; a density at which the pages would not fit; no texel covered at all.
 Expected<Atlas> build_atlas(const Scene& scene, const AtlasSettings& settings);
 
+// Texels that layout pack needs about for the charts of an atlas at a density, with the settings it was built
+// with; exact enough for proportions.
+double layout_texels(const Scene& scene, const Atlas& atlas, const AtlasSettings& settings, double density);
+
 // Point j of 64 in the unit square: Hammersley (j + 1/2)/64, radical inverse.
 Vec2 site_point(uint32_t j);
 

@@ -161,4 +161,10 @@ double fitting_density(const std::vector<ChartSize>& sizes, double density, cons
   return low;
 }
 
+double layout_texels(const Scene& scene, const Atlas& atlas, const AtlasSettings& settings, double density) {
+  const std::vector<MeshChartBoxes> boxes = chart_boxes(atlas, settings.threads);
+  return texels_needed(chart_sizes(scene, atlas, boxes, settings.density, settings.threads), density,
+                       pack_rules(settings));
+}
+
 }  // namespace kiln

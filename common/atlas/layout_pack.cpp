@@ -67,15 +67,21 @@ void choose_charts(const Scene& scene, const AtlasSettings& settings, Atlas& atl
 }
 
 void warn_of_limited(const Scene& scene, const std::vector<ChartSize>& sizes, const std::vector<Steps>& steps,
-                     Atlas& atlas) {
+                     const PackRules& rules, Atlas& atlas) {
   std::vector<std::string> names;
-  for (size_t p = 0; p < sizes.size(); ++p)
-    if (steps[p].limited && (names.empty() || names.back() != instance_name(scene, sizes[p].instance)))
+  double widest = 0;  // texels at one texel a metre
+  for (size_t p = 0; p < sizes.size(); ++p) {
+    if (!steps[p].limited) continue;
+    widest = std::max({widest, sizes[p].metres.x, sizes[p].metres.y});
+    if (names.empty() || names.back() != instance_name(scene, sizes[p].instance))
       names.push_back(instance_name(scene, sizes[p].instance));
+  }
   if (!names.empty())
     atlas.warnings.push_back(
-        text("charts larger than a page were made smaller, so these have fewer texels per metre: {}",
-             list_names(names)));
+        text("charts larger than a page were made smaller, so these have fewer texels per metre: {}; at "
+             "--texels-per-metre {} all charts fit, as they do where these objects have a lower density of "
+             "their own (docs/density.md)",
+             list_names(names), round_down((rules.most - 1) / widest)));
 }
 
 Status check_density(const Scene& scene, const std::vector<float>& density) {
@@ -130,7 +136,7 @@ class Layout {
                packing.result.pages, settings_.texel_budget));
     atlas_.statistics.texels_per_metre = static_cast<float>(packing.density);
     atlas_.statistics.kept_charts = packing.result.kept;
-    warn_of_limited(scene_, sizes_, packing.steps, atlas_);
+    warn_of_limited(scene_, sizes_, packing.steps, rules_, atlas_);
     apply_packing(packing.result, packing.masks, boxes_, rules_, atlas_);
   }
 

@@ -87,6 +87,40 @@ std::string print_suns(const BakeSettings& b) {
   return out;
 }
 
+// Several are separated by blanks, as print gives them.
+Status parse_importance_boxes(BakeSettings& b, const std::string& s) {
+  constexpr size_t kMost = 256;
+  const auto no_box = [] { return refuse("an importance box is X,Y,Z:X,Y,Z:F (two corners, factor)"); };
+  for (size_t at = 0; at <= s.size();) {
+    const size_t end = std::min(s.find(' ', at), s.size());
+    const std::string word = s.substr(at, end - at);
+    at = end + 1;
+    const size_t first = word.find(':'), second = first == word.npos ? first : word.find(':', first + 1);
+    if (second == word.npos) return no_box();
+    KILN_TRY(const auto low, numbers(word.substr(0, first)));
+    KILN_TRY(const auto high, numbers(word.substr(first + 1, second - first - 1)));
+    if (low.size() != 3 || high.size() != 3) return no_box();
+    BakeSettings::ImportanceBox box;
+    for (size_t k = 0; k < 3; ++k) {
+      box.low[k] = std::min(low[k], high[k]);
+      box.high[k] = std::max(low[k], high[k]);
+    }
+    KILN_TRY_STATUS(store_number(box.factor, word.substr(second + 1), 1.0 / 64, 64));
+    if (b.importance_boxes.size() == kMost)
+      return refuse(text("there are more than {} importance boxes", kMost));
+    b.importance_boxes.push_back(box);
+  }
+  return {};
+}
+
+std::string print_importance_boxes(const BakeSettings& b) {
+  std::string out;
+  for (const auto& x : b.importance_boxes)
+    out += text("{}{},{},{}:{},{},{}:{}", out.empty() ? "" : " ", x.low[0], x.low[1], x.low[2], x.high[0],
+                x.high[1], x.high[2], x.factor);
+  return out;
+}
+
 Status parse_components(BakeSettings& b, const std::string& s) {
   b.direct = s == "direct" || s == "direct,indirect" || s == "indirect,direct";
   b.indirect = s == "indirect" || s == "direct,indirect" || s == "indirect,direct";
@@ -141,6 +175,23 @@ const Setting kTable[] = {
      "budget of layout pack, width x height x pages: the density is lowered to stay within; 0: none",
      [](B& b, S s) { return store_number(b.max_texels, s, 0, 2147483648.0); },
      [](const B& b) { return text("{}", b.max_texels); }},
+    {"importance-box", "X,Y,Z:X,Y,Z:F", "",
+     "layout pack: objects that touch the box have F times the density; F below 1: those wholly inside",
+     parse_importance_boxes, print_importance_boxes},
+    {"importance-cameras", "WORD", "",
+     "layout pack, on: density falls with the distance to the nearest camera of the file",
+     [](B& b, S s) { return store_switch(b.importance_cameras, s); },
+     [](const B& b) { return print_switch(b.importance_cameras); }},
+    {"camera-distance", "M", "metres", "up to which density is full with --importance-cameras on",
+     [](B& b, S s) { return store_number(b.camera_distance, s, 1e-3, 1e6); },
+     [](const B& b) { return print(b.camera_distance); }},
+    {"unseen-density", "F", "", "density of what is in no camera's view, with --importance-cameras on",
+     [](B& b, S s) { return store_number(b.unseen_density, s, 1.0 / 64, 1); },
+     [](const B& b) { return print(b.unseen_density); }},
+    {"small-objects", "M", "metres",
+     "layout pack: objects smaller than this have less density, in proportion to their size; 0: all the same",
+     [](B& b, S s) { return store_number(b.small_objects, s, 0, 1e6); },
+     [](const B& b) { return print(b.small_objects); }},
     {"page-size", "N", "texels", "largest side of a page in layout pack",
      [](B& b, S s) { return store_number(b.page_size, s, 4, 16384); },
      [](const B& b) { return text("{}", b.page_size); }},
@@ -248,6 +299,17 @@ const Setting kTable[] = {
      "triangles of other levels are split while corners or middles look up more than N texels off; 0: never",
      [](B& b, S s) { return store_number(b.lod_split, s, 0, 1e6); },
      [](const B& b) { return print(b.lod_split); }},
+    {"keep-layout", "FILE", "",
+     "charts.json of an earlier bake: charts that have not changed stay where they were (layout pack)",
+     [](B& b, S s) {
+       b.keep_layout = s;
+       return s.empty() ? refuse("'' is not a file") : Status{};
+     },
+     [](const B& b) { return b.keep_layout; }},
+    {"instanced", "WORD", "",
+     "on: scene_instanced.glb as well, every mesh once, for engines that read charts.bin (layout pack)",
+     [](B& b, S s) { return store_switch(b.instanced, s); },
+     [](const B& b) { return print_switch(b.instanced); }},
     {"sampler", "NAME", "", "random numbers: owen (scrambled Sobol'), halton, pmj02 or random", parse_sampler,
      [](const B& b) { return b.sampler; }},
     {"watertight", "WORD", "",

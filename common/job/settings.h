@@ -14,13 +14,21 @@ struct BakeSettings {
   std::string layout = "auto";
   uint32_t width = 1024, height = 1024;
   double texels_per_metre = 4;
-  uint64_t max_texels = 0;    // 0: no budget
+  uint64_t max_texels = 0;  // 0: no budget
+  struct ImportanceBox {
+    double low[3], high[3], factor;
+  };
+  std::vector<ImportanceBox> importance_boxes;
+  bool importance_cameras = false;
+  double camera_distance = 10;  // metres
+  double unseen_density = 1;
+  double small_objects = 0;   // metres; 0: size does not matter
   uint32_t page_size = 8192;  // texels
   bool power_of_two = false, block_align = false;
   uint32_t mip_levels = 0;
   std::string unwrap = "auto";        // auto, always
   std::string unwrap_cache = "auto";  // a folder, auto or off
-  std::string environment;  // empty: what the scene says; "R,G,B" or a path
+  std::string environment;            // empty: what the scene says; "R,G,B" or a path
   double environment_strength = 1;
   double environment_rotation = 0;  // degrees about +Y
   struct Sun {
@@ -42,6 +50,8 @@ struct BakeSettings {
   uint64_t seed = 0;
   std::string sampler = "owen";
   bool contact_cuts = true;  // layout pack
+  bool instanced = false;    // scene_instanced.glb, layout pack
+  std::string keep_layout;   // charts.json of an earlier bake; empty: none
   bool watertight = false;
   uint32_t lod = 0;         // level of MSFT_lod that is baked
   double lod_distance = 0;  // metres; 0: kLodDistance of an object's size

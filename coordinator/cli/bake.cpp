@@ -22,6 +22,10 @@ void print_result(const BakeReport& r, const std::string& folder) {
     if (n.kind == ImportNote::Kind::kIgnored) std::printf("note: %s\n", n.what.c_str());
   }
   for (const std::string& s : r.warnings) std::printf("warning: %s\n", s.c_str());
+  if (!r.kept_layout.empty())
+    std::printf("%llu of %llu charts kept their place\n",
+                static_cast<unsigned long long>(r.atlas.kept_charts),
+                static_cast<unsigned long long>(r.charts));
   std::printf(
       "look at:  %s/preview.png   the scene through its lightmap\n"
       "          %s/report.html   error against run time, maps, every setting\n"

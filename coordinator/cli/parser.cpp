@@ -91,9 +91,12 @@ Expected<BakeSettings> gather_settings(const Parsed& p, const Arguments& argumen
     std::fprintf(stderr, "settings from %s\n", file.c_str());
   }
   for (size_t i = 0; i < p.settings.size(); ++i) {
-    if (!p.settings[i].empty() && std::string(settings_table()[i].name) == "sun") settings.suns.clear();
+    const std::string name = settings_table()[i].name;
+    // Lists of the command line replace those of the job file.
+    if (!p.settings[i].empty() && name == "sun") settings.suns.clear();
+    if (!p.settings[i].empty() && name == "importance-box") settings.importance_boxes.clear();
     for (const std::string& value : p.settings[i])
-      KILN_TRY_STATUS(set_option(settings, settings_table()[i].name, value, "command line"));
+      KILN_TRY_STATUS(set_option(settings, name, value, "command line"));
   }
   KILN_TRY_STATUS(check_settings(settings));
   return settings;

@@ -1,50 +1,34 @@
 #include <cstdio>
 
 #include "common/base/format.h"
-#include "common/base/json.h"
 #include "coordinator/cli/command.h"
 #include "coordinator/cli/progress.h"
+#include "coordinator/report/html.h"
 #include "coordinator/run/bake_run.h"
 
 namespace kiln {
 namespace {
 
-const char* kind_word(ImportNote::Kind kind) {
-  static const char* kWords[] = {"baked", "approximated", "ignored", "warning"};
-  return kWords[static_cast<int>(kind)];
-}
-
-void print_json(const Preflight& p) {
-  JsonWriter w;
-  w.begin_object().pair("layout", p.atlas.packed ? "pack" : "atlas");
-  w.pair("width", p.atlas.width).pair("height", p.atlas.height).pair("pages", p.atlas.pages);
-  w.pair("texels", p.plan.texels).pair("valid_texels", p.plan.valid_texels).pair("charts", p.plan.charts);
-  w.pair("triangles", p.plan.triangles).pair("stored_triangles", p.plan.stored_triangles);
-  w.pair("coordinator_bytes", p.plan.coordinator_bytes).pair("worker_bytes", p.plan.worker_bytes);
-  w.pair("output_bytes", p.plan.output_bytes);
-  w.pair("least_seconds", p.plan.least_seconds).pair("most_seconds", p.plan.most_seconds);
-  w.key("lods").begin_array();
-  for (const DisplayFit& f : p.projection.fits)
-    w.begin_object()
-        .pair("name", f.name)
-        .pair("level", f.level)
-        .pair("baked", f.baked)
-        .pair("worst_metres", f.worst)
-        .pair("mean_metres", f.mean)
-        .pair("limit_metres", f.limit)
-        .pair("lookup_shift_texels", f.shift_texels)
-        .pair("triangles", f.triangles)
-        .pair("faces", f.faces)
-        .end_object();
-  w.end_array();
-  w.key("left_out").begin_array();
-  for (const std::string& s : p.plan.left_out) w.value(s);
-  w.end_array().key("notes").begin_array();
-  for (const ImportNote& n : p.imported.notes)
-    w.begin_object().pair("kind", kind_word(n.kind)).pair("what", n.what).end_object();
-  for (const std::string& s : p.atlas.warnings)
-    w.begin_object().pair("kind", "warning").pair("what", s).end_object();
-  std::fputs(w.end_array().end_object().take().c_str(), stdout);
+// The objects with the most texels.
+void print_objects(const Preflight& p) {
+  constexpr size_t kShown = 12;
+  const std::vector<size_t> order = by_texels(p.plan.objects);
+  std::printf("\n%-24s %-16s %7s %10s %7s %9s %10s %7s\n", "object", "material", "charts", "texels", "share",
+              "texels/m", "m2", "factor");
+  uint64_t shown = 0;
+  const auto all = static_cast<double>(std::max<uint64_t>(1, p.atlas.statistics.mask_texels));
+  for (size_t i = 0; i < std::min(kShown, order.size()); ++i) {
+    const ObjectPlan& o = p.plan.objects[order[i]];
+    shown += o.texels;
+    std::printf("%-24.24s %-16.16s %7llu %10llu %6.1f%% %9.3g %10.4g %7.3g\n", o.name.c_str(),
+                o.material.c_str(), static_cast<unsigned long long>(o.charts),
+                static_cast<unsigned long long>(o.texels), 100 * static_cast<double>(o.texels) / all,
+                o.texels_per_metre, o.square_metres, o.factor);
+  }
+  if (order.size() > kShown)
+    std::printf("%-41s %7s %10llu %6.1f%%\n", text("{} more", order.size() - kShown).c_str(), "",
+                static_cast<unsigned long long>(p.atlas.statistics.mask_texels - shown),
+                100 * static_cast<double>(p.atlas.statistics.mask_texels - shown) / all);
 }
 
 void print_lods(const std::vector<DisplayFit>& fits) {
@@ -60,8 +44,15 @@ void print_text(const Preflight& p) {
   std::printf("lightmap    %s, %u x %u, %u page%s, %llu charts\n", p.atlas.packed ? "pack" : "atlas",
               p.atlas.width, p.atlas.height, p.atlas.pages, p.atlas.pages == 1 ? "" : "s",
               static_cast<unsigned long long>(p.plan.charts));
-  std::printf("texels      %llu to sample of %llu\n", static_cast<unsigned long long>(p.plan.valid_texels),
-              static_cast<unsigned long long>(p.plan.texels));
+  if (p.atlas.packed && p.kept_layout.empty())
+    std::printf("kept        no chart: all are placed anew (--keep-layout charts.json of an earlier bake)\n");
+  else if (p.atlas.packed)
+    std::printf("kept        %llu charts at their place in the earlier layout\n",
+                static_cast<unsigned long long>(p.atlas.statistics.kept_charts));
+  std::printf("texels      %llu to sample of %llu, %.1f %% empty\n",
+              static_cast<unsigned long long>(p.plan.valid_texels),
+              static_cast<unsigned long long>(p.plan.texels), 100 * (1 - p.atlas.used_share()));
+  if (p.atlas.packed) std::printf("density     %.4g texels per metre\n", p.atlas.statistics.texels_per_metre);
   std::printf("triangles   %llu in %zu instances (%llu stored in %zu meshes)\n",
               static_cast<unsigned long long>(p.plan.triangles), p.imported.scene.instances.size(),
               static_cast<unsigned long long>(p.plan.stored_triangles), p.imported.scene.meshes.size());
@@ -70,19 +61,33 @@ void print_text(const Preflight& p) {
   std::printf("memory      coordinator %llu MiB, each worker %llu MiB (estimates)\n",
               static_cast<unsigned long long>(p.plan.coordinator_bytes >> 20) + 1,
               static_cast<unsigned long long>(p.plan.worker_bytes >> 20) + 1);
+  std::printf("files       %llu MiB before compression (estimate)\n",
+              static_cast<unsigned long long>(p.plan.output_bytes >> 20) + 1);
   std::printf("time        %s at min-samples to %s at max-samples everywhere (estimates)\n",
               duration_text(p.plan.least_seconds).c_str(), duration_text(p.plan.most_seconds).c_str());
   print_lods(p.projection.fits);
   for (const std::string& s : p.plan.left_out) std::printf("left out    %s\n", s.c_str());
-  for (const ImportNote& n : p.imported.notes) std::printf("%-11s %s\n", kind_word(n.kind), n.what.c_str());
+  for (const ImportNote& n : p.imported.notes)
+    std::printf("%-11s %s\n", std::string(note_kind(n.kind)).c_str(), n.what.c_str());
   for (const std::string& s : p.atlas.warnings) std::printf("warning     %s\n", s.c_str());
+  for (const std::string& s : p.plan.warnings) std::printf("warning     %s\n", s.c_str());
+  print_objects(p);
 }
 
 int run(const Arguments& a, const BakeSettings& settings) {
   std::vector<StageTime> times;
   const auto preflight = run_preflight(a.get("scene"), settings, times, [](const BakeProgress&) {});
   if (!preflight) return report_error(preflight.error());
-  a.has("json") ? print_json(*preflight) : print_text(*preflight);
+  if (a.has("json"))
+    std::fputs(plan_json(preflight->view()).c_str(), stdout);
+  else
+    print_text(*preflight);
+  if (!a.has("output")) return 0;
+  if (const Status s = write_plan(a.get("scene"), *preflight, a.get("output")); !s)
+    return report_error(s.error());
+  const std::string folder = a.get("output");
+  if (!a.has("json"))
+    std::printf("\nlook at     %s/plan.html and %s/density.png\n", folder.c_str(), folder.c_str());
   return 0;
 }
 
@@ -91,8 +96,10 @@ int run(const Arguments& a, const BakeSettings& settings) {
 Command plan_command() {
   return {"plan",
           "Say what a bake would do, need and leave out, and what is wrong with the input; traces no ray",
-          "kiln plan scene.glb --texels-per-metre 8",
-          {{"scene", "SCENE", "glTF 2.0 file (.gltf or .glb)", true}, {"--json", "", "print JSON"}},
+          "kiln plan scene.glb --texels-per-metre 8 -o plan",
+          {{"scene", "SCENE", "glTF 2.0 file (.gltf or .glb)", true},
+           {"-o,--output", "DIR", "folder for plan.html, plan.json and density.png, made if needed"},
+           {"--json", "", "print JSON"}},
           true,
           run};
 }

@@ -5,28 +5,13 @@
 #include <nlohmann/json.hpp>
 
 #include "common/base/format.h"
+#include "coordinator/document/gltf_component.h"
 #include "coordinator/document/uri.h"
 
 namespace kiln {
 namespace {
 
 using Json = nlohmann::json;
-
-size_t component_bytes(int type) {
-  switch (type) {
-    case 5120:
-    case 5121:
-      return 1;
-    case 5122:
-    case 5123:
-      return 2;
-    case 5125:
-    case 5126:
-      return 4;
-    default:
-      return 0;
-  }
-}
 
 size_t components_of(const std::string& type) {
   static const std::pair<const char*, size_t> kTypes[] = {
@@ -101,6 +86,23 @@ void blend(const VertexBlend& b, const std::byte* elements, size_t size, int typ
     for (size_t c = 0; norm > 0 && c < 3; ++c) value[c] /= norm;
   }
   for (size_t c = 0; c < std::min<size_t>(count, 4); ++c) put_component(out + c * width, type, value[c]);
+}
+
+// glTF 2.0, 3.7.2.1: POSITION states the bounds of the values as they are stored.
+Json bounds(const Bytes& elements, size_t stride, size_t count, int type, size_t components, bool upper) {
+  Json out = Json::array();
+  for (size_t c = 0; c < components; ++c) {
+    double bound = component(elements.data() + c * component_bytes(type), type);
+    for (size_t i = 1; i < count; ++i) {
+      const double value = component(elements.data() + i * stride + c * component_bytes(type), type);
+      bound = upper ? std::max(bound, value) : std::min(bound, value);
+    }
+    if (type == 5126)
+      out.push_back(bound);
+    else
+      out.push_back(static_cast<int64_t>(bound));
+  }
+  return out;
 }
 
 tl::unexpected<Error> lost(std::string what) {
@@ -241,7 +243,14 @@ Expected<Json> GltfBuffer::gather_attributes(Json& doc, const Json& attributes,
     Json made = doc["accessors"][accessor.get<size_t>()];
     made.erase("sparse");
     made.erase("byteOffset");
+    made.erase("min");
+    made.erase("max");
     made["count"] = source.size();
+    if (name == "POSITION" && !source.empty()) {
+      const size_t components = e.size / component_bytes(type);
+      made["min"] = bounds(packed, stride, source.size(), type, components, false);
+      made["max"] = bounds(packed, stride, source.size(), type, components, true);
+    }
     made["bufferView"] = add_view(doc, packed, 34962, stride);
     out[name] = doc["accessors"].size();
     doc["accessors"].push_back(std::move(made));
@@ -260,6 +269,13 @@ int GltfBuffer::add_texcoords(Json& doc, const std::vector<Vec2>& uv) {
   const size_t view = add_view(doc, bytes_of(uv), 34962, sizeof(Vec2));
   doc["accessors"].push_back(
       {{"bufferView", view}, {"componentType", 5126}, {"count", uv.size()}, {"type", "VEC2"}});
+  return static_cast<int>(doc["accessors"].size() - 1);
+}
+
+int GltfBuffer::add_scalars(Json& doc, const std::vector<float>& values) {
+  const size_t view = add_view(doc, bytes_of(values), 34962, sizeof(float));
+  doc["accessors"].push_back(
+      {{"bufferView", view}, {"componentType", 5126}, {"count", values.size()}, {"type", "SCALAR"}});
   return static_cast<int>(doc["accessors"].size() - 1);
 }
 

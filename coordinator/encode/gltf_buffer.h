@@ -29,10 +29,12 @@ class GltfBuffer {
 
   // New accessors with the elements `source` of each attribute but TEXCOORD_1, as {name: accessor}. A blend
   // of unit normals is made a unit vector again; joints and their weights are those of the nearest vertex.
+  // POSITION gets the bounds of its new elements, the others none.
   Expected<nlohmann::json> gather_attributes(nlohmann::json& doc, const nlohmann::json& attributes,
                                              const std::vector<VertexBlend>& source);
   int add_indices(nlohmann::json& doc, const std::vector<uint32_t>& indices);
   int add_texcoords(nlohmann::json& doc, const std::vector<Vec2>& uv);
+  int add_scalars(nlohmann::json& doc, const std::vector<float>& values);
 
   // Writes the length into the document and hands over the bytes.
   Bytes take(nlohmann::json& doc);

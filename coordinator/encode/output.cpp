@@ -12,7 +12,9 @@ std::span<const Output> output_roster() {
       {"error", "stated standard error of E (luminance)", true, write_error},
       {"samples", "samples of each texel", true, write_samples},
       {"validity", "class of each texel", true, write_validity},
+      {"charts", "where every chart is: the table for engines", true, write_charts},
       {"gltf", "the scene with lightmap coordinates", false, write_gltf},
+      {"gltf_instanced", "the scene with every mesh once, for the table", false, write_gltf_instanced},
   };
   return kRoster;
 }

@@ -57,5 +57,7 @@ Expected<std::vector<std::string>> write_error(const OutputContext& context);
 Expected<std::vector<std::string>> write_samples(const OutputContext& context);
 Expected<std::vector<std::string>> write_validity(const OutputContext& context);
 Expected<std::vector<std::string>> write_gltf(const OutputContext& context);
+Expected<std::vector<std::string>> write_gltf_instanced(const OutputContext& context);
+Expected<std::vector<std::string>> write_charts(const OutputContext& context);
 
 }  // namespace kiln

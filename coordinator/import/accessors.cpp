@@ -4,28 +4,13 @@
 #include <cmath>
 
 #include "common/base/format.h"
+#include "coordinator/document/gltf_component.h"
 
 namespace kiln {
 namespace {
 
 // Accessors without a buffer view are zeros by the specification; nothing in the file bounds their count.
 constexpr size_t kMaxZeros = size_t{1} << 24;
-
-size_t component_bytes(int type) {
-  switch (type) {
-    case 5120:
-    case 5121:
-      return 1;
-    case 5122:
-    case 5123:
-      return 2;
-    case 5125:
-    case 5126:
-      return 4;
-    default:
-      return 0;
-  }
-}
 
 template <class T>
 T load(const std::byte* p) {

@@ -69,7 +69,7 @@ GltfAccessor convert(const tinygltf::Accessor& in) {
 }
 
 GltfMesh convert(const tinygltf::Mesh& in) {
-  GltfMesh out{in.name, {}};
+  GltfMesh out{in.name, {}, convert(in.extras)};
   for (const auto& p : in.primitives)
     out.primitives.push_back(
         {p.attributes, p.indices, p.material, p.mode, !p.targets.empty(), convert(p.extensions)});
@@ -114,6 +114,7 @@ GltfMaterial convert(const tinygltf::Material& in) {
   out.normal_texture = convert_info(in.normalTexture);
   out.normal_scale = in.normalTexture.scale;
   out.extensions = convert(in.extensions);
+  out.extras = convert(in.extras);
   return out;
 }
 
@@ -126,7 +127,7 @@ GltfTexture convert(const tinygltf::Texture& in) {
 }
 
 GltfCamera convert(const tinygltf::Camera& in) {
-  return {in.name, in.type == "perspective", in.perspective.yfov};
+  return {in.name, in.type == "perspective", in.perspective.yfov, in.perspective.aspectRatio};
 }
 
 GltfLight convert(const tinygltf::Light& in) {

@@ -47,6 +47,7 @@ struct GltfPrimitive {
 struct GltfMesh {
   std::string name;
   std::vector<GltfPrimitive> primitives;
+  GltfValue extras;
 };
 
 struct GltfNode {
@@ -72,6 +73,7 @@ struct GltfMaterial {
   bool double_sided = false;
   GltfTextureInfo base_color_texture, metallic_roughness_texture, emissive_texture, normal_texture;
   GltfExtensions extensions;
+  GltfValue extras;
 };
 
 struct GltfSampler {
@@ -88,6 +90,7 @@ struct GltfCamera {
   std::string name;
   bool perspective = false;
   double vertical_fov = 0;
+  double aspect = 0;  // 0: not said
 };
 
 struct GltfLight {

@@ -5,6 +5,8 @@
 
 #include "common/base/format.h"
 #include "common/scene/prepared.h"
+#include "coordinator/density/density.h"
+#include "coordinator/import/density_extras.h"
 #include "coordinator/import/display_meshes.h"
 #include "coordinator/import/environment.h"
 #include "coordinator/import/extensions.h"
@@ -124,7 +126,8 @@ Status read_all_lights(const ImportContext& context, const std::vector<PlacedNod
   return {};
 }
 
-std::optional<Camera> first_camera(const ImportContext& context, const std::vector<PlacedNode>& nodes) {
+// The first is where previews are seen from; all of them may steer density.
+void read_cameras(const ImportContext& context, const std::vector<PlacedNode>& nodes, ImportResult& result) {
   for (const PlacedNode& at : nodes) {
     const int index = context.model.nodes[at.node].camera;
     if (index < 0 || static_cast<size_t>(index) >= context.model.cameras.size()) continue;
@@ -134,9 +137,11 @@ std::optional<Camera> first_camera(const ImportContext& context, const std::vect
     if (!rigid_part(at.to_world, camera.to_world)) continue;
     camera.vertical_fov = static_cast<float>(file.vertical_fov);
     camera.name = !file.name.empty() ? file.name : context.model.nodes[at.node].name;
-    return camera;
+    Viewpoint viewpoint{camera.to_world, camera.vertical_fov};
+    if (file.aspect >= 1e-2 && file.aspect <= 1e2) viewpoint.aspect = static_cast<float>(file.aspect);
+    result.density.cameras.push_back(viewpoint);
+    if (!result.camera) result.camera = std::move(camera);
   }
-  return std::nullopt;
 }
 
 }  // namespace
@@ -164,9 +169,10 @@ Expected<ImportResult> import_scene(const std::filesystem::path& path, const Bak
   KILN_TRY_STATUS(place_instances(context, places, used, std::move(primitives), scene, group_of_instance));
   KILN_TRY(result.display, read_display(context, levels, group_of_instance, result.notes));
   drop_unused_materials(scene);
-  reduce_to_density(scene, settings, result.notes);
+  KILN_TRY(result.density, read_density(context, nodes, scene, result.notes));
+  reduce_to_density(scene, settings, most_density_factor(result.density, settings), result.notes);
   KILN_TRY_STATUS(read_all_lights(context, nodes, scene, result.notes));
-  result.camera = first_camera(context, nodes);
+  read_cameras(context, nodes, result);
   if (auto checked = check_scene(scene); !checked) return context.bad(checked.error().message);
   return result;
 }

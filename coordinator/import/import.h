@@ -9,6 +9,7 @@
 #include "common/job/settings.h"
 #include "common/scene/scene.h"
 #include "coordinator/display/display.h"
+#include "coordinator/density/wishes.h"
 #include "coordinator/document/gltf_document.h"
 
 namespace kiln {
@@ -29,6 +30,7 @@ struct ImportResult {
   Scene scene;
   std::vector<ImportNote> notes;
   std::optional<Camera> camera;  // the first perspective camera of the scene
+  DensityWishes density;         // not a part of the scene: workers do not see it
   GltfDocument document;
   Display display;  // what is drawn but not traced
 };

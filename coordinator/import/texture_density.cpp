@@ -36,15 +36,17 @@ Areas areas_of(const Mesh& m, const Mat4x3& to_world) {
 }
 
 // Texels per metre of the lightmap; of the finer layout where it is not decided yet.
-double lightmap_density(const Scene& scene, const BakeSettings& settings, const std::vector<Areas>& areas) {
+double lightmap_density(const Scene& scene, const BakeSettings& settings, double factor,
+                        const std::vector<Areas>& areas) {
   double atlas_area = 0;
   for (size_t i = 0; i < areas.size(); ++i)
     if (!scene.meshes[scene.instances[i].mesh].uv[1].empty()) atlas_area += areas[i].world;
   const double atlas =
       atlas_area > 0 ? std::sqrt(static_cast<double>(settings.width) * settings.height / atlas_area) : 0.0;
-  if (settings.layout == "pack") return settings.texels_per_metre;
+  const double packed = factor * settings.texels_per_metre;
+  if (settings.layout == "pack") return packed;
   if (settings.layout == "atlas") return atlas;
-  return std::max(atlas, settings.texels_per_metre);
+  return std::max(atlas, packed);
 }
 
 // Texels per metre of each texture where it is coarsest; 0: not to be touched.
@@ -70,10 +72,10 @@ std::vector<double> texture_densities(const Scene& scene, const std::vector<Area
 
 }  // namespace
 
-void reduce_to_density(Scene& scene, const BakeSettings& settings, ImportNotes& notes) {
+void reduce_to_density(Scene& scene, const BakeSettings& settings, double factor, ImportNotes& notes) {
   std::vector<Areas> areas;
   for (const Instance& i : scene.instances) areas.push_back(areas_of(scene.meshes[i.mesh], i.to_world));
-  const double wanted = kTexelsPerLightmapTexel * lightmap_density(scene, settings, areas);
+  const double wanted = kTexelsPerLightmapTexel * lightmap_density(scene, settings, factor, areas);
   const std::vector<double> density = texture_densities(scene, areas);
   std::vector<uint8_t> reduced(scene.textures.size(), 0);
   parallel_for(scene.textures.size(), [&](size_t i) {

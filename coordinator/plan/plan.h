@@ -7,6 +7,7 @@
 #include "common/atlas/atlas.h"
 #include "common/job/settings.h"
 #include "common/scene/scene.h"
+#include "coordinator/plan/objects.h"
 
 namespace kiln {
 
@@ -17,6 +18,8 @@ struct Plan {
   uint64_t coordinator_bytes = 0, worker_bytes = 0, output_bytes = 0;  // estimates
   double least_seconds = 0, most_seconds = 0;  // at min and max samples, see kRaysPerSecond
   std::vector<std::string> left_out;           // what this scene does not need, one sentence each
+  std::vector<ObjectPlan> objects;             // by instance
+  std::vector<std::string> warnings;           // one sentence each
 };
 
 // Rays a second of one thread assumed for the estimate of time: the middle of what the benchmark of

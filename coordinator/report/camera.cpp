@@ -43,6 +43,7 @@ double score(const SurfaceLook& look, const View& view, float radius) {
 }  // namespace
 
 Camera choose_camera(const ImportResult& imported, const Atlas& atlas, const Lightmap& map) {
+  if (imported.camera) return *imported.camera;
   const Scene& scene = imported.scene;
   // Bounds that ignore the outermost hundredth on each side: a sky dome is not where to stand.
   std::vector<float> axis[3];

@@ -1,7 +1,6 @@
 #include "coordinator/report/preview.h"
 
 #include <algorithm>
-#include <numeric>
 
 #include "common/base/parallel.h"
 #include "coordinator/imageio/imageio.h"
@@ -9,8 +8,6 @@
 
 namespace kiln {
 namespace {
-
-constexpr uint32_t kSupersample = 2;  // per side
 
 // Narkowicz 2015, ACES filmic tone mapping curve (fit), then sRGB.
 uint8_t display(float x) {
@@ -72,76 +69,41 @@ Picture render_view(const ImportResult& imported, const Atlas& atlas, const Ligh
   for (size_t i = 0; i < shot.kind.size(); ++i)
     if (shot.kind[i] == 1) lit.push_back(luminance(shot.radiance[i]));
   const float exposure = exposure_of(std::move(lit));
-  Picture picture{width, height, std::vector<uint8_t>(size_t{width} * height * 3)};
-  for (uint32_t y = 0; y < height; ++y)
-    for (uint32_t x = 0; x < width; ++x) {
-      Vec3 sum(0.0f);  // of displayed values, so that bright edges are smooth
-      for (uint32_t k = 0; k < kSupersample * kSupersample; ++k) {
-        const size_t i =
-            (size_t{y} * kSupersample + k / kSupersample) * view.width + x * kSupersample + k % kSupersample;
-        if (shot.kind[i] == 2)
-          sum += Vec3(255, 0, 255);
-        else
-          for (int c = 0; c < 3; ++c) sum[c] += display(shot.radiance[i][c] * exposure);
-      }
-      for (int c = 0; c < 3; ++c)
-        picture.rgb[(size_t{y} * width + x) * 3 + c] =
-            static_cast<uint8_t>(sum[c] / static_cast<float>(kSupersample * kSupersample) + 0.5f);
-    }
-  return picture;
+  return supersampled(width, height, [&](size_t i) {
+    if (shot.kind[i] == 2) return Vec3(255, 0, 255);
+    Vec3 color;
+    for (int c = 0; c < 3; ++c) color[c] = display(shot.radiance[i][c] * exposure);
+    return color;
+  });
 }
 
 Picture atlas_picture(const Lightmap& map, uint32_t size) {
-  const uint32_t pages = map.planes.height / map.page_height;
-  const uint32_t across = static_cast<uint32_t>(std::ceil(std::sqrt(static_cast<double>(pages))));
-  const uint32_t down = (pages + across - 1) / across;
-  const uint32_t full_width = across * map.planes.width, full_height = down * map.page_height;
-  // Shrinks by any factor, grows by whole ones: small maps show their texels.
-  double step = std::max(double(full_width) / size, double(full_height) / size);
-  if (step < 1) step = 1 / std::floor(1 / step);
-  Picture p;
-  p.width = std::max(1u, static_cast<uint32_t>(full_width / step));
-  p.height = std::max(1u, static_cast<uint32_t>(full_height / step));
-  p.rgb.assign(size_t{p.width} * p.height * 3, 24);
   std::vector<float> lit;
   for (size_t t = 0; t < map.validity.size(); ++t)
     if (map.validity[t] == Validity::kMeasured)
       lit.push_back(luminance(Vec3(map.planes.data[0][t], map.planes.data[1][t], map.planes.data[2][t])));
   const float exposure = exposure_of(std::move(lit));
-  for (uint32_t y = 0; y < p.height; ++y)
-    for (uint32_t x = 0; x < p.width; ++x) {
-      const auto fx = std::min(full_width - 1, static_cast<uint32_t>((x + 0.5) * step));
-      const auto fy = std::min(full_height - 1, static_cast<uint32_t>((y + 0.5) * step));
-      const uint32_t page = fy / map.page_height * across + fx / map.planes.width;
-      if (page >= pages) continue;
-      const size_t t =
-          (size_t{page} * map.page_height + fy % map.page_height) * map.planes.width + fx % map.planes.width;
-      if (map.validity[t] == Validity::kEmpty) continue;
-      uint8_t* out = &p.rgb[(size_t{y} * p.width + x) * 3];
-      if (map.validity[t] == Validity::kInside) {
-        out[0] = out[2] = 255, out[1] = 0;
-        continue;
-      }
-      for (int c = 0; c < 3; ++c) out[c] = display(map.planes.data[c][t] * exposure);
-    }
-  return p;
+  return page_sheet(map, size, [&](size_t t) -> std::array<uint8_t, 3> {
+    if (map.validity[t] == Validity::kEmpty) return {24, 24, 24};
+    if (map.validity[t] == Validity::kInside) return {255, 0, 255};
+    std::array<uint8_t, 3> rgb;
+    for (size_t c = 0; c < 3; ++c) rgb[c] = display(map.planes.data[c][t] * exposure);
+    return rgb;
+  });
+}
+
+Camera preview_camera(const ImportResult& imported, const Atlas& atlas, const Lightmap& map) {
+  return imported.camera ? *imported.camera : choose_camera(imported, atlas, map);
 }
 
 Status write_preview(const std::filesystem::path& path, const ImportResult& imported, const Atlas& atlas,
-                     const Lightmap& map) {
+                     const Lightmap& map, const Camera& camera) {
   constexpr uint32_t kHeight = 720, kWidth = 1280, kGap = 8;
-  const Camera camera = imported.camera ? *imported.camera : choose_camera(imported, atlas, map);
   const Picture view = render_view(imported, atlas, map, camera, kWidth, kHeight);
   const Picture sheet = atlas_picture(map, kHeight);
-  Picture both{kWidth + kGap + sheet.width, kHeight, {}};
-  both.rgb.assign(size_t{both.width} * kHeight * 3, 16);
-  const auto paste = [&](const Picture& p, uint32_t left) {
-    for (uint32_t y = 0; y < p.height; ++y)
-      std::copy_n(&p.rgb[size_t{y} * p.width * 3], p.width * 3,
-                  &both.rgb[(size_t{y} * both.width + left) * 3]);
-  };
-  paste(view, 0);
-  paste(sheet, kWidth + kGap);
+  Picture both(kWidth + kGap + sheet.width, kHeight, 16);
+  both.paste(view, 0, 0);
+  both.paste(sheet, kWidth + kGap, 0);
   return write_png(path, both.width, both.height, both.rgb);
 }
 

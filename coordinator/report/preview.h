@@ -6,27 +6,25 @@
 #include "common/atlas/atlas.h"
 #include "coordinator/import/import.h"
 #include "coordinator/lightmap/lightmap.h"
+#include "coordinator/report/picture.h"
 
 namespace kiln {
-
-// An 8-bit picture, row 0 on top.
-struct Picture {
-  uint32_t width = 0, height = 0;
-  std::vector<uint8_t> rgb;
-};
 
 // The scene seen by `camera`: base colour / pi x E, emission, sky; exposure from the picture's own median;
 // a filmic curve. Surfaces without a lightmap value are magenta.
 Picture render_view(const ImportResult& imported, const Atlas& atlas, const Lightmap& map,
                     const Camera& camera, uint32_t width, uint32_t height);
 
-// The file's camera, or one chosen to see many lit surfaces from their front at varied distance.
+// One that sees many lit surfaces from their front at varied distance.
 Camera choose_camera(const ImportResult& imported, const Atlas& atlas, const Lightmap& map);
 
 // The atlas, tone-mapped, pages side by side, scaled to at most `size` a side.
 Picture atlas_picture(const Lightmap& map, uint32_t size);
 
+// The file's camera, or one chosen.
+Camera preview_camera(const ImportResult& imported, const Atlas& atlas, const Lightmap& map);
+
 Status write_preview(const std::filesystem::path& path, const ImportResult& imported, const Atlas& atlas,
-                     const Lightmap& map);
+                     const Lightmap& map, const Camera& camera);
 
 }  // namespace kiln

@@ -14,6 +14,7 @@
 #include "coordinator/import/import.h"
 #include "coordinator/lightmap/lightmap.h"
 #include "coordinator/plan/plan.h"
+#include "coordinator/report/picture.h"
 
 namespace kiln {
 
@@ -46,6 +47,7 @@ struct BakeReport {
   uint64_t charts = 0, owned_texels = 0;
   std::string scene_id;
   AtlasStatistics atlas;
+  std::string kept_layout;  // SHA-256 of the file of --keep-layout; empty: none
   std::vector<StageTime> stages;
   std::vector<PassPoint> passes;
   FarmStatistics farm;
@@ -63,7 +65,10 @@ std::string_view validity_name(Validity v);
 // Text of report.json.
 std::string report_json(const BakeReport& report);
 // One self-contained page; the pictures are embedded.
+struct ReportPictures {
+  std::filesystem::path preview, validity;
+};
 Expected<std::string> report_html(const BakeReport& report, const Lightmap& map,
-                                  const std::filesystem::path& preview);
+                                  const ReportPictures& pictures, const Picture& heat_map);
 
 }  // namespace kiln

@@ -4,52 +4,12 @@
 #include "common/base/files.h"
 #include "common/base/format.h"
 #include "coordinator/imageio/imageio.h"
-#include "coordinator/report/preview.h"
+#include "coordinator/report/html.h"
+#include "coordinator/report/ramp.h"
 #include "coordinator/report/report.h"
 
 namespace kiln {
 namespace {
-
-std::string escape(std::string_view s) {
-  std::string out;
-  for (char c : s) {
-    if (c == '<')
-      out += "&lt;";
-    else if (c == '>')
-      out += "&gt;";
-    else if (c == '&')
-      out += "&amp;";
-    else
-      out += c;
-  }
-  return out;
-}
-
-std::string base64(std::span<const std::byte> data) {
-  static const char* kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string out;
-  for (size_t i = 0; i < data.size(); i += 3) {
-    uint32_t v = 0;
-    for (size_t k = 0; k < 3; ++k)
-      v = v << 8 | (i + k < data.size() ? static_cast<uint32_t>(data[i + k]) : 0);
-    for (size_t k = 0; k < 4; ++k) out += i + k > data.size() ? '=' : kDigits[v >> (18 - 6 * k) & 63];
-  }
-  return out;
-}
-
-std::string embedded(std::span<const std::byte> png, std::string_view caption) {
-  return text(
-      "<figure><img src=\"data:image/png;base64,{}\" alt=\"{}\"><figcaption>{}</figcaption></figure>\n",
-      base64(png), escape(caption), escape(caption));
-}
-
-// Five stops of a perceptually even ramp (dark blue to yellow), interpolated.
-Vec3 ramp(float t) {
-  static const Vec3 kStops[] = {{68, 1, 84}, {59, 82, 139}, {33, 145, 140}, {94, 201, 98}, {253, 231, 37}};
-  t = std::clamp(t, 0.0f, 1.0f) * 4.0f;
-  const int i = std::min(3, static_cast<int>(t));
-  return kStops[i] + (kStops[i + 1] - kStops[i]) * (t - static_cast<float>(i));
-}
 
 // A map of the stacked pages, at most 512 texels a side; `color` gives 0 to 255.
 template <class Color>
@@ -68,24 +28,6 @@ Expected<std::string> map_figure(const Lightmap& map, std::string_view caption, 
     }
   KILN_TRY(const Bytes png, encode_png(width, height, rgb));
   return embedded(png, caption);
-}
-
-Vec3 class_color(Validity v) {
-  switch (v) {
-    case Validity::kEmpty:
-      return {24, 24, 24};
-    case Validity::kMeasured:
-      return {90, 160, 110};
-    case Validity::kPushed:
-      return {80, 140, 220};
-    case Validity::kFilled:
-      return {230, 200, 80};
-    case Validity::kDilated:
-      return {70, 70, 90};
-    case Validity::kInside:
-      return {255, 0, 255};
-  }
-  return {};
 }
 
 Expected<std::string> maps(const BakeReport& r, const Lightmap& map) {
@@ -111,10 +53,7 @@ Expected<std::string> maps(const BakeReport& r, const Lightmap& map) {
                    if (!measured(t)) return Vec3(24);
                    return e > 0 ? ramp(error[t] / e / static_cast<float>(r.settings.error)) : Vec3(0);
                  }));
-  KILN_TRY(const std::string c,
-           map_figure(map, "validity: green measured, yellow filled, grey dilated, magenta inside geometry",
-                      [&](size_t t) { return class_color(map.validity[t]); }));
-  return a + b + c;
+  return a + b;
 }
 
 // Error against run time, both logarithmic, as inline SVG.
@@ -199,6 +138,9 @@ std::string facts(const BakeReport& r) {
   row("layout",
       text("{}, {} x {}, {} page{}", r.layout, r.width, r.height, r.pages, r.pages == 1 ? "" : "s"));
   row("charts", text("{}", r.charts));
+  if (r.layout == "pack")
+    row("charts kept in place", r.kept_layout.empty() ? "none: every chart was placed anew (no --keep-layout)"
+                                                      : text("{}", r.atlas.kept_charts));
   row("atlas used", text("{:.1f} %", 100.0 * r.owned_texels / std::max<uint64_t>(1, r.plan.texels)));
   for (int i = 0; i < kValidityClasses; ++i)
     row(text("texels {}", validity_name(static_cast<Validity>(i))), text("{}", r.texels_by_class[i]));
@@ -210,31 +152,21 @@ std::string facts(const BakeReport& r) {
   return out + "</table>\n";
 }
 
-constexpr const char* kStyle =
-    "body{font:15px/1.45 system-ui,sans-serif;margin:2em auto;max-width:72em;padding:0 "
-    "1em;color:#222;background:#fafafa}"
-    "h1{font-weight:600}h2{margin-top:1.6em;border-bottom:1px solid "
-    "#ccc}img{max-width:100%;image-rendering:auto}"
-    "figure{display:inline-block;margin:0 1em 1em "
-    "0;vertical-align:top;max-width:100%}figcaption{color:#555;max-width:34em}"
-    "table{border-collapse:collapse}td,th{padding:.15em .9em .15em 0;text-align:left}.dim{color:#888}"
-    "@media(prefers-color-scheme:dark){body{color:#ddd;background:#181818}figcaption{color:#aaa}text{fill:#"
-    "ccc}}";
-
 }  // namespace
 
-Expected<std::string> report_html(const BakeReport& r, const Lightmap& map,
-                                  const std::filesystem::path& preview) {
-  KILN_TRY(const Bytes picture, read_file(preview));
+Expected<std::string> report_html(const BakeReport& r, const Lightmap& map, const ReportPictures& pictures,
+                                  const Picture& heat_map) {
+  KILN_TRY(const Bytes density, encode_png(heat_map.width, heat_map.height, heat_map.rgb));
+  KILN_TRY(const Bytes preview, read_file(pictures.preview));
+  KILN_TRY(const Bytes validity, read_file(pictures.validity));
   KILN_TRY(const std::string figures, maps(r, map));
-  std::string out =
-      "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><meta name=\"viewport\" "
-      "content=\"width=device-width\"><title>Kiln: " +
-      escape(r.scene_path.filename().string()) + "</title><style>" + kStyle + "</style>\n";
-  out += "<h1>" + escape(r.scene_path.filename().string()) + "</h1>\n";
-  out += embedded(picture, "the scene through its lightmap, and the lightmap");
+  std::string out = page_head(r.scene_path.filename().string());
+  out += embedded(preview, "the scene through its lightmap, and the lightmap");
   out += "<h2>Error against run time</h2>\n" + curve(r) + passes_table(r);
   out += "<h2>Maps</h2>\n" + figures;
+  out += embedded(validity, "validity: where the lightmap's values are from; magenta: inside geometry");
+  out += "<h2>Density</h2>\n" + embedded(density, "texels per metre; squares are texels") +
+         objects_table_html(r.plan.objects);
   out += "<h2>Facts</h2>\n" + facts(r);
   out += "<h2>Findings</h2>\n" + notes_html(r);
   out += "<h2>Settings</h2>\n" + settings_table_html(r.settings);

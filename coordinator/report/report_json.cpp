@@ -1,22 +1,9 @@
 #include "common/base/json.h"
+#include "coordinator/report/plan_page.h"
 #include "coordinator/report/report.h"
 
 namespace kiln {
 namespace {
-
-std::string_view note_kind(ImportNote::Kind kind) {
-  switch (kind) {
-    case ImportNote::Kind::kBaked:
-      return "baked";
-    case ImportNote::Kind::kApproximated:
-      return "approximated";
-    case ImportNote::Kind::kIgnored:
-      return "ignored";
-    case ImportNote::Kind::kWarning:
-      return "warning";
-  }
-  return "";
-}
 
 void write_settings(JsonWriter& w, const BakeSettings& settings) {
   w.key("settings").begin_object();
@@ -40,6 +27,9 @@ void write_atlas(JsonWriter& w, const BakeReport& r) {
   w.key("atlas").begin_object();
   w.pair("layout", r.layout).pair("width", r.width).pair("height", r.height).pair("pages", r.pages);
   w.pair("charts", r.charts).pair("texels", r.plan.texels).pair("valid_texels", r.plan.valid_texels);
+  w.pair("kept_charts", r.atlas.kept_charts);
+  if (!r.kept_layout.empty()) w.pair("kept_layout_sha256", r.kept_layout);
+  if (r.layout == "pack") w.pair("texels_per_metre", double{r.atlas.texels_per_metre});
   w.pair("used_share",
          static_cast<double>(r.owned_texels) / static_cast<double>(std::max<uint64_t>(1, r.plan.texels)));
   w.key("texels_by_class").begin_object();
@@ -127,6 +117,7 @@ std::string report_json(const BakeReport& r) {
   w.key("left_out").begin_array();
   for (const std::string& s : r.plan.left_out) w.value(s);
   w.end_array().end_object();
+  write_objects(w, r.plan.objects);
   write_times(w, "stages", r.stages);
   w.key("post").begin_array();
   for (const Figure& f : r.post)

@@ -10,43 +10,18 @@
 #include "common/basis/basis.h"
 #include "common/math/samplers.h"
 #include "common/scene/prepared.h"
-#include "common/unwrap/unwrap_cache.h"
-#include "coordinator/lods/lods.h"
 #include "coordinator/merge/accumulator.h"
 #include "coordinator/plan/schedule.h"
 #include "coordinator/post/stage.h"
+#include "coordinator/report/density_view.h"
 #include "coordinator/report/preview.h"
+#include "coordinator/report/validity_view.h"
 #include "coordinator/run/nonfinite.h"
 
 namespace kiln {
 namespace {
 
 using Progress = std::function<void(const BakeProgress&)>;
-
-// What a texel costs the coordinator: site 40, sums 150, planes 80, results on their way 130.
-constexpr uint64_t kBytesPerTexel = 400;
-
-AtlasSettings atlas_settings(const BakeSettings& s) {
-  AtlasSettings a;
-  a.max_texels = std::min<uint64_t>(a.max_texels, memory_bytes() / kBytesPerTexel);
-  a.layout = s.layout == "atlas"  ? AtlasSettings::Layout::kAtlas
-             : s.layout == "pack" ? AtlasSettings::Layout::kPack
-                                  : AtlasSettings::Layout::kAuto;
-  a.width = s.width;
-  a.height = s.height;
-  a.texels_per_metre = static_cast<float>(s.texels_per_metre);
-  a.texel_budget = s.max_texels;
-  a.max_page_size = s.page_size;
-  a.power_of_two = s.power_of_two;
-  a.block_align = s.block_align;
-  a.mip_levels = s.mip_levels;
-  a.unwrap.always = s.unwrap == "always";
-  if (s.unwrap_cache != "off")
-    a.unwrap.cache =
-        s.unwrap_cache == "auto" ? default_cache_folder() : std::filesystem::path(s.unwrap_cache);
-  a.cut_contacts = s.contact_cuts;
-  return a;
-}
 
 FarmSettings farm_settings(const BakeRequest& request) {
   const BakeSettings& s = request.settings;
@@ -180,7 +155,8 @@ void count_classes(const Lightmap& map, const Atlas& atlas, BakeReport& report) 
 
 Status publish(const BakeRequest& request, const Preflight& pre, const Lightmap& map, BakeReport& report,
                const Stopwatch& watch) {
-  const std::filesystem::path preview = request.output / "preview.png";
+  const ReportPictures pictures{request.output / "preview.png", request.output / "validity.png"};
+  Picture heat_map;
   {
     const StageTimer timer(report.stages, "encode");
     KILN_TRY(report.outputs,
@@ -189,46 +165,18 @@ Status publish(const BakeRequest& request, const Preflight& pre, const Lightmap&
   }
   {
     const StageTimer timer(report.stages, "preview");
-    KILN_TRY_STATUS(write_preview(preview, pre.imported, pre.atlas, map));
+    const Camera camera = preview_camera(pre.imported, pre.atlas, map);
+    KILN_TRY_STATUS(write_preview(pictures.preview, pre.imported, pre.atlas, map, camera));
+    KILN_TRY_STATUS(write_validity_view(pictures.validity, pre.imported, pre.atlas, map, camera));
+    heat_map = density_view(pre.imported, pre.atlas, camera, 960, 540);
   }
   report.total_seconds = watch.seconds();
-  KILN_TRY(const std::string page, report_html(report, map, preview));
+  KILN_TRY(const std::string page, report_html(report, map, pictures, heat_map));
   KILN_TRY_STATUS(write_file_atomic(request.output / "report.html", page));
   return write_file_atomic(request.output / "report.json", report_json(report));
 }
 
 }  // namespace
-
-Expected<Preflight> run_preflight(const std::filesystem::path& scene, const BakeSettings& settings,
-                                  std::vector<StageTime>& times, const Progress& progress) {
-  KILN_TRY_STATUS(check_settings(settings));
-  Preflight pre;
-  {
-    const StageTimer timer(times, "import");
-    progress({.stage = "import"});
-    KILN_TRY(pre.imported, import_scene(scene, settings));
-  }
-  {
-    const StageTimer timer(times, "atlas");
-    progress({.stage = "atlas"});
-    KILN_TRY(pre.atlas, build_atlas(pre.imported.scene, atlas_settings(settings)));
-  }
-  if (!pre.imported.display.shown.empty()) {
-    const StageTimer timer(times, "lods");
-    progress({.stage = "lods"});
-    LodSettings lods;
-    lods.distance = settings.lod_distance;
-    lods.split = settings.lod_split;
-    auto projection = project_display(pre.imported.display, pre.imported.scene, pre.atlas, lods);
-    if (!projection)
-      return fail(projection.error().kind, text("{}: {}", scene.string(), projection.error().message));
-    pre.projection = std::move(*projection);
-  }
-  const unsigned workers = settings.workers ? settings.workers : 1;
-  pre.plan = make_plan(pre.imported.scene, pre.atlas, settings,
-                       settings.threads ? settings.threads * workers : hardware_threads());
-  return pre;
-}
 
 Expected<BakeReport> run_bake(const BakeRequest& request, const Progress& progress) {
   const Stopwatch watch;
@@ -238,10 +186,12 @@ Expected<BakeReport> run_bake(const BakeRequest& request, const Progress& progre
   KILN_TRY(Preflight pre, run_preflight(request.scene, request.settings, report.stages, progress));
   KILN_TRY_STATUS(prepare_output_folder(request.output, pre.plan.output_bytes));
   report.notes = pre.imported.notes;
-  report.warnings = pre.atlas.warnings;
+  report.warnings = pre.plan.warnings;
+  report.warnings.insert(report.warnings.end(), pre.atlas.warnings.begin(), pre.atlas.warnings.end());
   report.atlas = pre.atlas.statistics;
   report.plan = pre.plan;
   report.lods = pre.projection.fits;
+  report.kept_layout = pre.kept_layout;
 
   ChunkStore chunks;
   JobSpec job;

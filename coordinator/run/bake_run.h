@@ -6,6 +6,7 @@
 #include <string>
 
 #include "common/job/settings.h"
+#include "coordinator/report/plan_page.h"
 #include "coordinator/report/report.h"
 
 namespace kiln {
@@ -38,9 +39,15 @@ struct Preflight {
   Atlas atlas;
   Projection projection;  // of imported.display
   Plan plan;
+  std::string kept_layout;  // SHA-256 of the file of --keep-layout; empty: none
+  PlanView view() const { return {imported, atlas, plan, projection}; }
 };
 Expected<Preflight> run_preflight(const std::filesystem::path& scene, const BakeSettings& settings,
                                   std::vector<StageTime>& times,
                                   const std::function<void(const BakeProgress&)>& progress);
+
+// plan.html, plan.json and density.png into a folder, made if needed.
+Status write_plan(const std::filesystem::path& scene, const Preflight& preflight,
+                  const std::filesystem::path& folder);
 
 }  // namespace kiln

@@ -109,7 +109,19 @@ std::vector<uint8_t> tighten(const Lightmap& map, std::span<const SeamEquation> 
   return any ? changed : std::vector<uint8_t>{};
 }
 
-// Solves until no step is too large or the rounds are over.
+// Root of the squares by which texels have moved, in E.
+double moved_by(const Lightmap& map, const std::vector<std::vector<float>>& before,
+                const std::vector<size_t>& planes, std::span<const uint32_t> texels) {
+  double sum = 0;
+  for (size_t p = 0; p < planes.size() && planes[p] < 3; ++p)
+    for (const uint32_t t : texels) {
+      const double d = double{map.planes.data[planes[p]][t]} - double{before[p][t]};
+      sum += d * d;
+    }
+  return std::sqrt(sum);
+}
+
+// Solves until no step is too large, the rounds are over, or agreement would cost too much.
 void solve_in_rounds(Lightmap& map, std::span<const SeamEquation> equations, const SeamWeights& weights,
                      SeamUnknowns& unknowns, SeamReport& report) {
   const std::vector<size_t> planes = solved_planes(map.planes);
@@ -121,6 +133,7 @@ void solve_in_rounds(Lightmap& map, std::span<const SeamEquation> equations, con
   }
   Solution solution;
   std::vector<uint8_t> changed;
+  double first_moved = 0;
   do {
     solve(unknowns.problem, targets, solution, changed);
     ++report.rounds;
@@ -128,7 +141,9 @@ void solve_in_rounds(Lightmap& map, std::span<const SeamEquation> equations, con
     for (size_t p = 0; p < planes.size(); ++p)
       report.held_at_zero +=
           apply(before[p], unknowns.texels, solution.corrections[p], map.planes.data[planes[p]]);
-    if (report.rounds >= weights.rounds) break;
+    const double moved = moved_by(map, before, planes, unknowns.texels);
+    if (report.rounds == 1) first_moved = moved;
+    if (report.rounds >= weights.rounds || moved > weights.most_change * first_moved) break;
     changed = tighten(map, equations, weights.most_step, unknowns.problem);
   } while (!changed.empty());
   report.residual = solution.residual;

@@ -80,7 +80,7 @@ class SameBytes : public testing::Test {
 
   const std::map<std::string, std::string>& reference() {
     if (reference_.empty()) reference_ = bake(request());
-    EXPECT_EQ(reference_.size(), 5u);
+    EXPECT_EQ(reference_.size(), 7u);
     return reference_;
   }
 

@@ -219,6 +219,12 @@ std::vector<Case> cases() {
         },
         "--layout atlas --resolution 16");
   });
+  add("another file as the kept layout", 2, {"charts.json", "format", "--keep-layout"},
+      [](const fs::path& dir) {
+        EXPECT_TRUE(write_file_atomic(dir / "charts.json", R"({"width": 4})"));
+        return spoiled(
+            dir, [](SmallScene&) {}, "--layout pack --keep-layout charts.json");
+      });
   add("density too high", 2, {"--texels-per-metre"}, [](const fs::path& dir) {
     return spoiled(
         dir, [](SmallScene&) {}, "--layout pack --texels-per-metre 8000");

@@ -1,0 +1,31 @@
+// What `kiln plan` says, for machines and as a page.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "coordinator/display/display.h"
+#include "coordinator/import/import.h"
+#include "coordinator/plan/plan.h"
+#include "coordinator/report/picture.h"
+
+namespace kiln {
+
+struct PlanView {
+  const ImportResult& imported;
+  const Atlas& atlas;
+  const Plan& plan;
+  const Projection& projection;  // of levels and display meshes
+};
+
+// Text of plan.json: layout, numbers, "objects" by instance, findings.
+std::string plan_json(const PlanView& view);
+// One self-contained page; the picture is embedded.
+Expected<std::string> plan_html(const PlanView& view, const std::filesystem::path& scene,
+                                const Picture& heat_map);
+// The rows of "objects" in plan.json and report.json.
+void write_objects(class JsonWriter& writer, const std::vector<ObjectPlan>& objects);
+
+std::string_view note_kind(ImportNote::Kind kind);  // "warning"
+
+}  // namespace kiln

@@ -1,0 +1,24 @@
+// validity.png: where the lightmap's values are from. The scene from the preview's camera and the atlas, both
+// in the colours of the classes, and a legend.
+#pragma once
+
+#include <filesystem>
+
+#include "common/atlas/atlas.h"
+#include "coordinator/import/import.h"
+#include "coordinator/report/picture.h"
+
+namespace kiln {
+
+// Measured grey, pushed orange, filled yellow, dilated blue, inside magenta, empty black.
+std::array<uint8_t, 3> class_color(Validity v);
+
+// A pixel has the class of the texel that holds its point, darker where the surface is seen at an angle;
+// magenta alone is always at its full. Background: dark grey.
+Picture validity_scene(const ImportResult& imported, const Atlas& atlas, const Lightmap& map,
+                       const Camera& camera, uint32_t width, uint32_t height);
+
+Status write_validity_view(const std::filesystem::path& path, const ImportResult& imported,
+                           const Atlas& atlas, const Lightmap& map, const Camera& camera);
+
+}  // namespace kiln

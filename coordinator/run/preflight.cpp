@@ -1,0 +1,118 @@
+// The part of a bake before any ray.
+#include "common/base/files.h"
+#include "common/base/format.h"
+#include "common/base/parallel.h"
+#include "common/unwrap/unwrap_cache.h"
+#include "coordinator/chart_table/chart_table.h"
+#include "coordinator/density/density.h"
+#include "coordinator/imageio/imageio.h"
+#include "coordinator/lods/lods.h"
+#include "coordinator/report/density_view.h"
+#include "coordinator/report/preview.h"
+#include "coordinator/run/bake_run.h"
+
+namespace kiln {
+namespace {
+
+// What a texel costs the coordinator: site 40, sums 150, planes 80, results on their way 130.
+constexpr uint64_t kBytesPerTexel = 400;
+
+AtlasSettings atlas_settings(const BakeSettings& s) {
+  AtlasSettings a;
+  a.max_texels = std::min<uint64_t>(a.max_texels, memory_bytes() / kBytesPerTexel);
+  a.layout = s.layout == "atlas"  ? AtlasSettings::Layout::kAtlas
+             : s.layout == "pack" ? AtlasSettings::Layout::kPack
+                                  : AtlasSettings::Layout::kAuto;
+  a.width = s.width;
+  a.height = s.height;
+  a.texels_per_metre = static_cast<float>(s.texels_per_metre);
+  a.texel_budget = s.max_texels;
+  a.max_page_size = s.page_size;
+  a.power_of_two = s.power_of_two;
+  a.block_align = s.block_align;
+  a.mip_levels = s.mip_levels;
+  a.unwrap.always = s.unwrap == "always";
+  if (s.unwrap_cache != "off")
+    a.unwrap.cache =
+        s.unwrap_cache == "auto" ? default_cache_folder() : std::filesystem::path(s.unwrap_cache);
+  a.cut_contacts = s.contact_cuts;
+  return a;
+}
+
+// Settings of layout pack say nothing to a scene whose own atlas is used.
+void warn_of_unused(const BakeSettings& settings, Atlas& atlas) {
+  if (atlas.packed) return;
+  if (!settings.keep_layout.empty())
+    atlas.warnings.push_back(
+        "--keep-layout is not used: the lightmap is the file's own atlas (--layout pack)");
+  if (settings.instanced)
+    atlas.warnings.push_back("--instanced is not used: the lightmap is the file's own atlas (--layout pack)");
+}
+
+}  // namespace
+
+Expected<Preflight> run_preflight(const std::filesystem::path& scene, const BakeSettings& settings,
+                                  std::vector<StageTime>& times,
+                                  const std::function<void(const BakeProgress&)>& progress) {
+  KILN_TRY_STATUS(check_settings(settings));
+  Preflight pre;
+  AtlasSettings layout = atlas_settings(settings);
+  {
+    const StageTimer timer(times, "import");
+    progress({.stage = "import"});
+    KILN_TRY(pre.imported, import_scene(scene, settings));
+  }
+  {
+    const StageTimer timer(times, "atlas");
+    progress({.stage = "atlas"});
+    DensityFactors factors = density_factors(pre.imported.scene, pre.imported.density, settings);
+    layout.density = std::move(factors.by_instance);
+    for (std::string& note : factors.notes)
+      pre.imported.notes.push_back({ImportNote::Kind::kWarning, std::move(note)});
+    KeptLayout kept;
+    if (!settings.keep_layout.empty()) {
+      KILN_TRY(kept, read_layout(settings.keep_layout));
+      layout.previous = &kept.layout;
+      pre.kept_layout = kept.digest.hex();
+    }
+    KILN_TRY(pre.atlas, build_atlas(pre.imported.scene, layout));
+    layout.previous = nullptr;
+    warn_of_unused(settings, pre.atlas);
+  }
+  if (!pre.imported.display.shown.empty()) {
+    const StageTimer timer(times, "lods");
+    progress({.stage = "lods"});
+    LodSettings lods;
+    lods.distance = settings.lod_distance;
+    lods.split = settings.lod_split;
+    auto projection = project_display(pre.imported.display, pre.imported.scene, pre.atlas, lods);
+    if (!projection)
+      return fail(projection.error().kind, text("{}: {}", scene.string(), projection.error().message));
+    pre.projection = std::move(*projection);
+  }
+  if (!pre.atlas.packed && !layout.density.empty())
+    pre.imported.notes.push_back(
+        {ImportNote::Kind::kIgnored,
+         "densities of objects are asked for, but the file's own atlas decides: --layout pack heeds them"});
+  const unsigned workers = settings.workers ? settings.workers : 1;
+  pre.plan = make_plan(pre.imported.scene, pre.atlas, settings,
+                       settings.threads ? settings.threads * workers : hardware_threads());
+  pre.plan.objects = plan_objects(pre.imported.scene, pre.atlas, layout.density);
+  std::string advice =
+      advise_density(pre.imported.scene, pre.atlas, layout, pre.plan.objects, pre.plan.least_seconds);
+  if (!advice.empty()) pre.plan.warnings.push_back(std::move(advice));
+  return pre;
+}
+
+Status write_plan(const std::filesystem::path& scene, const Preflight& pre,
+                  const std::filesystem::path& folder) {
+  KILN_TRY_STATUS(prepare_output_folder(folder, 0));
+  const Camera camera = preview_camera(pre.imported, pre.atlas, unbaked_lightmap(pre.atlas));
+  const Picture heat_map = density_view(pre.imported, pre.atlas, camera, 1280, 720);
+  KILN_TRY_STATUS(write_png(folder / "density.png", heat_map.width, heat_map.height, heat_map.rgb));
+  KILN_TRY(const std::string page, plan_html(pre.view(), scene, heat_map));
+  KILN_TRY_STATUS(write_file_atomic(folder / "plan.html", page));
+  return write_file_atomic(folder / "plan.json", plan_json(pre.view()));
+}
+
+}  // namespace kiln

@@ -1,0 +1,157 @@
+// `kiln plan` as a user runs it: the table as JSON, the folder with the heat map, and the same of a bake.
+#include <cmath>
+
+#include "common/base/files.h"
+#include "coordinator/imageio/imageio.h"
+#include "coordinator/report/ramp.h"
+#include "tests/density/squares.h"
+
+namespace kiln {
+namespace {
+using test::GltfBuilder;
+using test::json;
+using test::kiln_extras;
+using test::square_at;
+using test::square_meshes;
+namespace fs = std::filesystem;
+
+test::CommandResult kiln(const test::TempDir& dir, const std::string& arguments) {
+  return test::run_command("cd '" + dir.path().string() + "' && '" +
+                           (test::binary_dir() / "bin/kiln").string() + "' " + arguments);
+}
+
+json read_json(const fs::path& path) {
+  const auto bytes = read_file(path);
+  EXPECT_TRUE(bytes) << path;
+  return bytes ? json::parse(reinterpret_cast<const char*>(bytes->data()),
+                             reinterpret_cast<const char*>(bytes->data()) + bytes->size())
+               : json();
+}
+
+// Two squares of 16 m beside each other, the right one twice as dense, and a camera above that sees both.
+GltfBuilder two_squares() {
+  GltfBuilder b = square_meshes(16);
+  b.node(square_at("left", -16, 0, -8));
+  json right = square_at("right", 0, 0, -8);
+  right["extras"] = kiln_extras({{"density", 2}});
+  b.node(right);
+  b.root["cameras"].push_back({{"type", "perspective"}, {"perspective", {{"yfov", 0.9}, {"znear", 0.1}}}});
+  b.node({{"camera", 0}, {"translation", {0, 20, 0}}, {"rotation", {-std::sqrt(0.5), 0, 0, std::sqrt(0.5)}}});
+  return b;
+}
+
+TEST(PlanCommand, JsonHasTheTableAndItSumsToTheTotals) {
+  test::TempDir dir;
+  write_glb_file(two_squares(), dir.path());
+  const auto r = kiln(dir, "plan x.glb --layout pack --json -o out 2>/dev/null");
+  ASSERT_EQ(r.exit_status, 0) << r.output;
+  const json plan = json::parse(r.output);
+  EXPECT_EQ(plan, read_json(dir.path() / "out/plan.json"));
+  ASSERT_EQ(plan["objects"].size(), 2u);
+  uint64_t texels = 0, valid = 0, charts = 0;
+  double share = 0;
+  for (const json& o : plan["objects"]) {
+    texels += o["texels"].get<uint64_t>();
+    valid += o["valid_texels"].get<uint64_t>();
+    charts += o["charts"].get<uint64_t>();
+    share += o["share"].get<double>();
+  }
+  EXPECT_EQ(texels, plan["chart_texels"].get<uint64_t>());
+  EXPECT_EQ(valid, plan["valid_texels"].get<uint64_t>());
+  EXPECT_EQ(valid, 65u * 65 + 129 * 129);
+  EXPECT_EQ(charts, plan["charts"].get<uint64_t>());
+  EXPECT_NEAR(share, 1, 1e-5);
+  EXPECT_EQ(plan["objects"][1]["name"], "right");
+  EXPECT_NEAR(plan["objects"][1]["texels_per_metre"].get<double>(), 8, 1e-4);
+  EXPECT_EQ(plan["texels_per_metre"], 4);
+}
+
+// The largest components in a part of the picture: the colour of a face without the squares.
+Vec3 brightest(const Texture& png, uint32_t x0, uint32_t x1, uint32_t y0, uint32_t y1) {
+  Vec3 most(0.0f);
+  for (uint32_t y = y0; y < y1; ++y)
+    for (uint32_t x = x0; x < x1; ++x)
+      for (uint32_t c = 0; c < 3; ++c)
+        most[static_cast<int>(c)] =
+            std::max(most[static_cast<int>(c)],
+                     static_cast<float>(png.texels[(size_t{y} * png.width + x) * png.channels + c]));
+  return most;
+}
+
+TEST(PlanCommand, TheHeatMapShowsTheDensities) {
+  test::TempDir dir;
+  write_glb_file(two_squares(), dir.path());
+  ASSERT_EQ(kiln(dir, "plan x.glb --layout pack -o out").exit_status, 0);
+  const auto bytes = read_file(dir.path() / "out/density.png");
+  ASSERT_TRUE(bytes);
+  const auto png = decode_image(*bytes, "density.png");
+  ASSERT_TRUE(png) << png.error().message;
+  ASSERT_EQ(png->width, 1280u);
+  ASSERT_EQ(png->height, 776u);
+  // The scale runs from 2 to 8 texels per metre: 4 is its middle, 8 its end. Both are seen from straight
+  // above beside the middle of the picture, where the shading is within 1 % of full.
+  const Vec3 left = brightest(*png, 600, 630, 340, 380), right = brightest(*png, 650, 680, 340, 380);
+  for (int c = 0; c < 3; ++c) {
+    EXPECT_NEAR(left[c], ramp(0.5f)[c], 0.01f * 255 + 1);
+    EXPECT_NEAR(right[c], ramp(1.0f)[c], 0.01f * 255 + 1);
+  }
+  // Squares: a metre is 720 / (2 tan(0.45) 20) = 37 pixels, a texel of the left 9. In a row some are darker.
+  uint32_t dark = 0, light = 0;
+  for (uint32_t x = 480; x < 640; ++x) {
+    const int green = static_cast<int>(png->texels[(size_t{360} * png->width + x) * png->channels + 1]);
+    (green < 0.8f * left.y ? dark : light) += 1;
+  }
+  EXPECT_GT(dark, 50u);
+  EXPECT_GT(light, 50u);
+  // Numbers under the scale.
+  EXPECT_GT(brightest(*png, 500, 560, 754, 770).x, 200.0f);
+  const auto page = read_file(dir.path() / "out/plan.html");
+  ASSERT_TRUE(page);
+  const std::string html(reinterpret_cast<const char*>(page->data()), page->size());
+  for (const char* words : {"data:image/png;base64,", "<td>right</td>", "texels per metre", "% empty"})
+    EXPECT_NE(html.find(words), std::string::npos) << words;
+}
+
+TEST(PlanCommand, TextNamesTheObjectsAndAnUnheededDensity) {
+  test::TempDir dir;
+  GltfBuilder b = two_squares();
+  write_glb_file(b, dir.path());
+  const std::string out = kiln(dir, "plan x.glb --layout pack --importance-box -16,-1,-8:0,1,8:0.5").output;
+  EXPECT_SAYS(out, "density     4 texels per metre");
+  EXPECT_SAYS(out, "right");
+  EXPECT_SAYS(out, "0.5\n");  // the factor of what is inside the box
+  b.root["nodes"].erase(0);
+  b.root["nodes"][0]["translation"] = {0, 0, 0};
+  b.root["scenes"][0]["nodes"] = {0, 1};
+  write_glb_file(b, dir.path());
+  EXPECT_SAYS(kiln(dir, "plan x.glb --layout atlas --resolution 64").output,
+              "densities of objects are asked for, but the file's own atlas decides");
+}
+
+TEST(BakeCommand, TheReportHasTheTableToo) {
+  test::TempDir dir;
+  write_glb_file(two_squares(), dir.path());
+  const auto r = kiln(dir,
+                      "bake x.glb -o out --layout pack --texels-per-metre 0.5 --environment 1,1,1 "
+                      "--min-samples 16 --max-samples 16 --quiet");
+  ASSERT_EQ(r.exit_status, 0) << r.output;
+  const json report = read_json(dir.path() / "out/report.json");
+  ASSERT_EQ(report["objects"].size(), 2u);
+  EXPECT_EQ(report["objects"][1]["density_factor"], 2);
+  EXPECT_EQ(report["atlas"]["texels_per_metre"], 0.5);
+}
+
+TEST(PlanCommand, CamerasOfTheFileSteerTheDensity) {
+  test::TempDir dir;
+  write_glb_file(two_squares(), dir.path());
+  // The camera is 20 m above: half of the density from 10 m on.
+  const auto r = kiln(dir, "plan x.glb --layout pack --importance-cameras on --json 2>/dev/null");
+  ASSERT_EQ(r.exit_status, 0) << r.output;
+  const json objects = json::parse(r.output)["objects"];
+  EXPECT_EQ(objects[0]["density_factor"], 0.5);
+  EXPECT_EQ(objects[1]["density_factor"], 1);
+  EXPECT_EQ(objects[0]["valid_texels"], 33 * 33);
+}
+
+}  // namespace
+}  // namespace kiln
