@@ -85,6 +85,7 @@ std::string plan_json(const PlanView& v) {
   w.begin_object().pair("layout", v.atlas.packed ? "pack" : "atlas");
   w.pair("width", v.atlas.width).pair("height", v.atlas.height).pair("pages", v.atlas.pages);
   w.pair("texels", p.texels).pair("valid_texels", p.valid_texels).pair("charts", p.charts);
+  w.pair("kept_charts", v.atlas.statistics.kept_charts);
   w.pair("chart_texels", v.atlas.statistics.mask_texels).pair("used_share", v.atlas.used_share());
   if (v.atlas.packed) w.pair("texels_per_metre", double{v.atlas.statistics.texels_per_metre});
   w.pair("triangles", p.triangles).pair("stored_triangles", p.stored_triangles);
@@ -93,7 +94,7 @@ std::string plan_json(const PlanView& v) {
   w.pair("least_seconds", p.least_seconds).pair("most_seconds", p.most_seconds);
   write_objects(w, p.objects);
   w.key("lods").begin_array();
-  for (const DisplayFit& f : view.projection.fits)
+  for (const DisplayFit& f : v.projection.fits)
     w.begin_object()
         .pair("name", f.name)
         .pair("level", f.level)
