@@ -36,6 +36,7 @@ void bring_near(MeshCharts& charts) {
 }  // namespace
 
 double degenerate_share(const Mesh& mesh, const MeshCharts& charts) {
+  if (charts.corner_uv.empty()) return 0;
   DVec2 lo(charts.corner_uv[0]), hi = lo;
   for (const Vec2& uv : charts.corner_uv) {
     lo = glm::min(lo, DVec2(uv));
