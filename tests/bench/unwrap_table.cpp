@@ -102,7 +102,7 @@ int run(int argc, char** argv) {
   if (next == argc)
     for (const Mesh& mesh :
          {box({1, 2, 3}, Uv::kNone), sphere(64, 1), torus(64, 2, 0.7f), terrain(256), tree_of_cones(8),
-          letters(9), blob(500), soup(3000, 7), klein(48), tube(64, 32)}) {
+          letters(9), blob(501), soup(3000, 7), klein(48), tube(64, 32)}) {
       Row row;
       add(row, mesh);
       print(mesh.name, row);
