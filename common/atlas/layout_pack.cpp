@@ -260,8 +260,11 @@ Expected<Atlas> layout_packed(const Scene& scene, const AtlasSettings& settings)
     else
       layout.apply(packing);
   }
-  const StageTimer timer(steps, "sites");
-  KILN_TRY(const SiteOverlap overlap, find_sites(atlas, settings.threads));
+  SiteOverlap overlap;
+  {
+    const StageTimer timer(steps, "sites");
+    KILN_TRY(overlap, find_sites(atlas, settings.threads));
+  }
   atlas.statistics.overlapped_points = overlap.points;
   return atlas;
 }

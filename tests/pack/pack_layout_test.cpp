@@ -226,6 +226,15 @@ TEST(PackLayout, DensityByInstance) {
   EXPECT_NE(refused.error().message.find("'plane 1'"), std::string::npos) << refused.error().message;
 }
 
+TEST(PackLayout, EveryStepSaysHowLongItTook) {
+  AtlasSettings settings = pack_at(6);
+  settings.cut_contacts = true;
+  const Atlas atlas = packed(busy_scene(), settings);
+  std::string names;
+  for (const StageTime& step : atlas.statistics.steps) names += step.name + " ";
+  EXPECT_EQ(names, "charts contacts masks pack sites ");
+}
+
 TEST(PackLayout, SameBytesForAnyNumberOfThreads) {
   AtlasSettings settings = pack_at(6);
   settings.mip_levels = 1;
