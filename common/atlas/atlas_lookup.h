@@ -14,8 +14,8 @@ class AtlasLookup {
  public:
   explicit AtlasLookup(const Atlas& atlas);  // outlives the lookup
 
-  // Of the point with barycentrics (b1, b2) of vertices 1 and 2 of a triangle. On a line along which a triangle
-  // was parted the face that comes first has it.
+  // Of the point with barycentrics (b1, b2) of vertices 1 and 2 of a triangle. On a line along which a
+  // triangle was parted the face that comes first has it.
   AtlasPlace at(uint32_t instance, uint32_t triangle, double b1, double b2) const;
   // The face that holds the point; `b1`, `b2` become its own.
   uint32_t face_at(uint32_t instance, uint32_t triangle, double& b1, double& b2) const;

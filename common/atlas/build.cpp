@@ -19,8 +19,9 @@ Status check_settings(const AtlasSettings& s) {
   if (s.max_page_size < 4 || s.max_page_size > 1u << 14)
     return refuse(text("a page of {} texels a side cannot be made: 4 to 16384", s.max_page_size));
   if (s.mip_levels > 8 || s.max_page_size < 4u << s.mip_levels)
-    return refuse(text("{} mip levels need pages of {} texels a side or more, and 8 is the most (--mip-levels)",
-                       s.mip_levels, uint64_t{4} << std::min(s.mip_levels, 8u)));
+    return refuse(
+        text("{} mip levels need pages of {} texels a side or more, and 8 is the most (--mip-levels)",
+             s.mip_levels, uint64_t{4} << std::min(s.mip_levels, 8u)));
   return {};
 }
 

@@ -289,10 +289,10 @@ const Setting kTable[] = {
      [](B& b, S s) { return store_switch(b.contact_cuts, s); },
      [](const B& b) { return print_switch(b.contact_cuts); }},
     {"lod", "N", "", "level of MSFT_lod that is baked, 0 the finest; the others get its lightmap",
-     [](B& b, S s) { return store_number(b.lod, s, 0, 64); },
-     [](const B& b) { return text("{}", b.lod); }},
+     [](B& b, S s) { return store_number(b.lod, s, 0, 64); }, [](const B& b) { return text("{}", b.lod); }},
     {"lod-distance", "D", "metres",
-     "farthest that another level or what a proxy stands for may be from the baked surface; 0: 5 % of its size",
+     "farthest that another level or what a proxy stands for may be from the baked surface; 0: 5 % of its "
+     "size",
      [](B& b, S s) { return store_number(b.lod_distance, s, 0, 1e9); },
      [](const B& b) { return print(b.lod_distance); }},
     {"lod-split", "N", "texels",

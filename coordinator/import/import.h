@@ -8,8 +8,8 @@
 
 #include "common/job/settings.h"
 #include "common/scene/scene.h"
-#include "coordinator/display/display.h"
 #include "coordinator/density/wishes.h"
+#include "coordinator/display/display.h"
 #include "coordinator/document/gltf_document.h"
 
 namespace kiln {

@@ -23,8 +23,8 @@ struct SeamWeights {
   // a high weight everywhere would flatten what the light does along a seam for the sake of 0.01 %.
   double most_step = 0.0025;
   uint32_t rounds = 12;
-  // The rounds end once texels have moved by this many times what the first solve moved them: agreement that takes
-  // more flattens the light.
+  // The rounds end once texels have moved by this many times what the first solve moved them: agreement that
+  // takes more flattens the light.
   double most_change = 1.25;
 };
 

@@ -18,8 +18,7 @@ std::vector<SitePoint> site_points(const Bake& b, uint32_t site) {
   const int n = std::popcount(record[0]) + std::popcount(record[1]);
   std::vector<SitePoint> points;
   for (int i = 0; i < n; ++i) {
-    const SitePick p =
-        pick_site(b.atlas, site, (static_cast<float>(i) + 0.5f) / static_cast<float>(n));
+    const SitePick p = pick_site(b.atlas, site, (static_cast<float>(i) + 0.5f) / static_cast<float>(n));
     const Instance& instance = b.scene.instances[p.instance];
     const Mesh& m = b.scene.meshes[instance.mesh];
     const UVec3& t = m.triangles[p.triangle];

@@ -129,13 +129,12 @@ TEST(Sites, PicksReproduceTheirPoint) {
       uint64_t rest = valid;
       for (int d = 0; d < k; ++d) rest &= rest - 1;
       const Vec2 point = site_point(static_cast<uint32_t>(std::countr_zero(rest)));
-      const SitePick pick =
-          pick_site(atlas, i, (static_cast<float>(k) + 0.5f) / static_cast<float>(n));
+      const SitePick pick = pick_site(atlas, i, (static_cast<float>(k) + 0.5f) / static_cast<float>(n));
       ASSERT_GE(std::min(pick.b1, pick.b2), 0.0f);
       ASSERT_LE(pick.b1 + pick.b2, 1.0f + 1e-6f);
       const MeshCharts& charts = atlas.of_instance(pick.instance);
-      const ChartPlacement& place = atlas.placements[atlas.instance_first_chart[pick.instance] +
-                                                     charts.chart_of_face[pick.triangle]];
+      const ChartPlacement& place =
+          atlas.placements[atlas.instance_first_chart[pick.instance] + charts.chart_of_face[pick.triangle]];
       const Triangle2 t = texel_triangle(charts, place, pick.triangle);
       const DVec2 at = t.c[0] + double{pick.b1} * (t.c[1] - t.c[0]) + double{pick.b2} * (t.c[2] - t.c[0]);
       const uint32_t texel = atlas.sites.texel[i] % (atlas.width * atlas.height);
