@@ -2,14 +2,14 @@
 // In layout atlas the file's own TEXCOORD_1 is that already. In layout pack every instance gets a mesh of its
 // own whose TEXCOORD_1 is new and whose other data is shared with the other instances. Levels and display
 // meshes that were not baked get meshes with projected coordinates, in either layout.
-#include "coordinator/encode/gltf_scene.h"
+#include "coordinator/encode/gltf_output.h"
 
 namespace kiln {
 namespace {
 
 using Json = nlohmann::json;
 
-Expected<Json> primitive_of(const OutputContext& c, GltfScene& scene, uint32_t instance) {
+Expected<Json> primitive_of(const OutputContext& c, GltfOutput& scene, uint32_t instance) {
   KILN_TRY(Json primitive, scene.split_primitive(instance));
   KILN_TRY(const SplitMesh* s, scene.split_mesh(instance));
   const ChartPlacement* places = &c.atlas.placements[c.atlas.instance_first_chart[instance]];
@@ -25,8 +25,8 @@ Expected<Json> primitive_of(const OutputContext& c, GltfScene& scene, uint32_t i
   return primitive;
 }
 
-Status give_instances_their_meshes(const OutputContext& c, GltfScene& scene) {
-  for (const auto& [node, copies] : GltfScene::copies_by_node(c)) {
+Status give_instances_their_meshes(const OutputContext& c, GltfOutput& scene) {
+  for (const auto& [node, copies] : GltfOutput::copies_by_node(c)) {
     const bool repeated = scene.is_repeated(node);
     for (const MeshCopy& copy : copies) {
       Json primitives = Json::array();
@@ -47,7 +47,7 @@ Status give_instances_their_meshes(const OutputContext& c, GltfScene& scene) {
 }
 
 Expected<Bytes> write(const OutputContext& c) {
-  KILN_TRY(GltfScene scene, GltfScene::open(c));
+  KILN_TRY(GltfOutput scene, GltfOutput::open(c));
   if (c.atlas.packed) KILN_TRY_STATUS(give_instances_their_meshes(c, scene));
   KILN_TRY_STATUS(scene.give_levels_their_meshes());
   scene.note_lightmap();

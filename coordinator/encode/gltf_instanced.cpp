@@ -6,7 +6,7 @@
 
 #include "common/base/format.h"
 #include "coordinator/chart_table/chart_table.h"
-#include "coordinator/encode/gltf_scene.h"
+#include "coordinator/encode/gltf_output.h"
 
 namespace kiln {
 namespace {
@@ -19,7 +19,7 @@ constexpr uint32_t kMaxChart = 1u << 24;
 
 class InstancedWriter {
  public:
-  InstancedWriter(const OutputContext& c, GltfScene& scene) : c_(c), scene_(scene) {}
+  InstancedWriter(const OutputContext& c, GltfOutput& scene) : c_(c), scene_(scene) {}
 
   Status write() {
     if (c_.atlas.placements.size() > kMaxChart)
@@ -27,7 +27,7 @@ class InstancedWriter {
                   text("scene_instanced.glb numbers at most {} charts, this scene has {}: bake without "
                        "--instanced, or split the scene",
                        kMaxChart, c_.atlas.placements.size()));
-    for (const auto& [node, copies] : GltfScene::copies_by_node(c_)) {
+    for (const auto& [node, copies] : GltfOutput::copies_by_node(c_)) {
       const bool repeated = scene_.is_repeated(node);
       KILN_TRY_STATUS(repeated ? place_repeated(node, copies) : place_once(node, copies.front()));
     }
@@ -41,7 +41,7 @@ class InstancedWriter {
     KILN_TRY(const size_t mesh, mesh_of(copy));
     Json& n = scene_.doc["nodes"][node];
     n["mesh"] = mesh;
-    GltfScene::note(n)["first_chart"] = first_chart(copy);
+    GltfOutput::note(n)["first_chart"] = first_chart(copy);
     return {};
   }
 
@@ -58,7 +58,7 @@ class InstancedWriter {
     if (count_of(attributes) != copies.size()) {  // a copy without extent was left out: which is not known
       for (size_t k = 0; k < copies.size(); ++k) {
         const size_t root = scene_.add_root_node(copies[k], mesh_of_copy[k]);
-        GltfScene::note(scene_.doc["nodes"][root])["first_chart"] = first_chart(copies[k]);
+        GltfOutput::note(scene_.doc["nodes"][root])["first_chart"] = first_chart(copies[k]);
       }
       scene_.empty_node(node);
       return {};
@@ -137,18 +137,18 @@ class InstancedWriter {
   }
 
   const OutputContext& c_;
-  GltfScene& scene_;
+  GltfOutput& scene_;
   std::map<std::vector<uint32_t>, size_t> meshes_;       // by file mesh and sets of charts
   std::map<uint32_t, int> texcoords_;                    // accessors by set
   std::map<std::pair<uint32_t, uint32_t>, int> charts_;  // accessors by set and first number
 };
 
 Expected<Bytes> write(const OutputContext& c) {
-  KILN_TRY(GltfScene scene, GltfScene::open(c));
+  KILN_TRY(GltfOutput scene, GltfOutput::open(c));
   KILN_TRY_STATUS(InstancedWriter(c, scene).write());
   KILN_TRY_STATUS(scene.give_levels_their_meshes());
   scene.note_lightmap();
-  Json& note = GltfScene::note(scene.doc);
+  Json& note = GltfOutput::note(scene.doc);
   note["charts"] = "charts.bin";
   note["texcoord_space"] = "chart";
   return scene.finish("scene_instanced.glb");

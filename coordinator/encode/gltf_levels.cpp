@@ -1,12 +1,12 @@
 #include <algorithm>
 
-#include "coordinator/encode/gltf_scene.h"
+#include "coordinator/encode/gltf_output.h"
 
 namespace kiln {
 
 using Json = nlohmann::json;
 
-void GltfScene::note_pages(Json& primitive, const std::vector<uint32_t>& placements) const {
+void GltfOutput::note_pages(Json& primitive, const std::vector<uint32_t>& placements) const {
   if (c_->atlas.pages < 2 || placements.empty()) return;
   Json pages = Json::array();
   for (const uint32_t placement : placements) {
@@ -16,7 +16,7 @@ void GltfScene::note_pages(Json& primitive, const std::vector<uint32_t>& placeme
   note(primitive)["pages"] = pages;
 }
 
-Status GltfScene::give_levels_their_meshes() {
+Status GltfOutput::give_levels_their_meshes() {
   if (!c_->display) return {};
   const std::vector<DisplayMesh>& shown = c_->display->shown;
   std::map<uint32_t, std::vector<uint32_t>> by_node;  // display meshes: primitives of the node's mesh

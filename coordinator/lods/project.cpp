@@ -73,9 +73,9 @@ class MeshProjection {
         const DisplayPoint q = surface_.point(f.triangle, f.at(b1, b2));
         const auto matched = source_.nearest(q, search_);
         if (!matched) refuse_missing(q);
-        const SurfacePoint s = matched && matched->placement == f.placement
-                                   ? *matched
-                                   : place_in_chart(source_, q, search_, f.placement);
+        const LitPoint s = matched && matched->placement == f.placement
+                               ? *matched
+                               : place_in_chart(source_, q, search_, f.placement);
         const double shift = length(f.lookup(b1, b2) - s.texels);
         if (matched) check(q, s, shift, density);
         if (s.distance > fit.worst) {
@@ -99,7 +99,7 @@ class MeshProjection {
   }
 
   void refuse_missing(const DisplayPoint& q) {
-    const SurfacePoint any = source_.nearest_of_any_normal(q);
+    const LitPoint any = source_.nearest_of_any_normal(q);
     if (any.distance > search_.reach)
       refuse(any.distance,
              text("at ({:.3f}, {:.3f}, {:.3f}) the baked surface is {:.3g} m away, {:.3g} m are "
@@ -113,7 +113,7 @@ class MeshProjection {
   }
 
   // A match there is, but the triangle's chart may not reach it.
-  void check(const DisplayPoint& q, const SurfacePoint& s, double shift, double density) {
+  void check(const DisplayPoint& q, const LitPoint& s, double shift, double density) {
     constexpr double kBlur = 2;  // texels: as blurred as a bilinear lookup is anyway
     const bool shifted = density > 0 && shift > std::max(kBlur, split_);
     const double metres = std::max(s.distance, shifted ? shift / density : 0.0);

@@ -54,7 +54,7 @@ class Evaluation {
     if (charts.empty()) charts.push_back(source_.nearest_of_any_normal(point_[6]).placement);
     double least = std::numeric_limits<double>::infinity();
     for (const uint32_t chart : charts) {
-      std::array<SurfacePoint, kProbes> place;
+      std::array<LitPoint, kProbes> place;
       double cost = 0;
       for (int i = 0; i < kProbes; ++i) {
         const bool own = free_[i] && free_[i]->placement == chart;
@@ -94,8 +94,8 @@ class Evaluation {
   const SurfaceSearch& search_;
   const double split_;
   DisplayPoint point_[kProbes];
-  std::optional<SurfacePoint> free_[kProbes];
-  SurfacePoint place_[kProbes];
+  std::optional<LitPoint> free_[kProbes];
+  LitPoint place_[kProbes];
 };
 
 // Cuts faces along marked edges at their middles; welds of middles are made as needed.
@@ -189,8 +189,8 @@ DisplayPoint DisplaySurface::point(uint32_t triangle, const DVec2& b) const {
   return out;
 }
 
-SurfacePoint place_in_chart(const SourceSurface& source, const DisplayPoint& point,
-                            const SurfaceSearch& search, uint32_t placement) {
+LitPoint place_in_chart(const SourceSurface& source, const DisplayPoint& point, const SurfaceSearch& search,
+                        uint32_t placement) {
   const auto matched = source.nearest(point, search, placement);
   return matched ? *matched : source.nearest_of_any_normal(point, placement);
 }

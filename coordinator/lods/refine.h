@@ -37,8 +37,8 @@ struct DisplayFace {
 };
 
 // The point of a chart that serves a display point: the nearest that faces its way, else the nearest.
-SurfacePoint place_in_chart(const SourceSurface& source, const DisplayPoint& point,
-                            const SurfaceSearch& search, uint32_t placement);
+LitPoint place_in_chart(const SourceSurface& source, const DisplayPoint& point, const SurfaceSearch& search,
+                        uint32_t placement);
 
 // Faces that cover the mesh, none wanting more splits that could have them. `split`: texels, see LodSettings.
 std::vector<DisplayFace> refine_faces(const DisplaySurface& display, const SourceSurface& source,

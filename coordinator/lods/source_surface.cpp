@@ -86,18 +86,17 @@ void SourceSurface::add_instance(const Scene& scene, const Atlas& atlas, uint32_
 }
 
 template <class Accept>
-std::optional<SurfacePoint> SourceSurface::search(const DisplayPoint& point, double reach,
-                                                  double normal_weight, uint32_t placement,
-                                                  const Accept& accept) const {
+std::optional<LitPoint> SourceSurface::search(const DisplayPoint& point, double reach, double normal_weight,
+                                              uint32_t placement, const Accept& accept) const {
   double most = reach * reach;  // square distance of boxes worth a look: no cost is below its own
-  std::optional<SurfacePoint> best;
+  std::optional<LitPoint> best;
   uint32_t best_face = 0;
   tree_->for_each_near(point.at, most, [&](uint32_t index) {
     const Face& f = faces_[index];
     if (placement != kAnyPlacement && f.placement != placement) return;
     const DVec2 b = nearest_on_triangle(point.at, f.corner[0], f.corner[1], f.corner[2]);
     const double w[3] = {1 - b.x - b.y, b.x, b.y};
-    SurfacePoint p;
+    LitPoint p;
     p.at = w[0] * f.corner[0] + w[1] * f.corner[1] + w[2] * f.corner[2];
     const DVec3 away = p.at - point.at;
     const double square = dot(away, away);
@@ -117,8 +116,8 @@ std::optional<SurfacePoint> SourceSurface::search(const DisplayPoint& point, dou
   return best;
 }
 
-std::optional<SurfacePoint> SourceSurface::nearest(const DisplayPoint& point, const SurfaceSearch& how,
-                                                   uint32_t placement) const {
+std::optional<LitPoint> SourceSurface::nearest(const DisplayPoint& point, const SurfaceSearch& how,
+                                               uint32_t placement) const {
   return search(point, how.reach, SurfaceSearch::kTurn * how.reach * how.reach, placement,
                 [&](const DVec3& normal, const DVec3& facing) {
                   return dot(normal, point.normal) >= SurfaceSearch::kLeastCosine &&
@@ -126,7 +125,7 @@ std::optional<SurfacePoint> SourceSurface::nearest(const DisplayPoint& point, co
                 });
 }
 
-SurfacePoint SourceSurface::nearest_of_any_normal(const DisplayPoint& point, uint32_t placement) const {
+LitPoint SourceSurface::nearest_of_any_normal(const DisplayPoint& point, uint32_t placement) const {
   const auto found = search(point, 1e150, 0, placement, [](const DVec3&, const DVec3&) { return true; });
   KILN_CHECK(found.has_value());
   return *found;

@@ -13,7 +13,7 @@ struct DisplayPoint {
   DVec3 at, normal, facing;  // unit: the shading normal, and the outer side of the triangle
 };
 
-struct SurfacePoint {
+struct LitPoint {
   DVec3 at, normal;
   DVec2 texels;  // on the page
   uint32_t placement = 0;
@@ -42,10 +42,10 @@ class SourceSurface {
 
   // The least cost among points within reach whose shading normal is within 60 degrees of the display
   // point's and whose triangle faces the same side; of one chart, or of any. Equal costs: the first face.
-  std::optional<SurfacePoint> nearest(const DisplayPoint& point, const SurfaceSearch& search,
-                                      uint32_t placement = kAnyPlacement) const;
+  std::optional<LitPoint> nearest(const DisplayPoint& point, const SurfaceSearch& search,
+                                  uint32_t placement = kAnyPlacement) const;
   // The same whatever its normal, by distance alone; the chart has at least one face.
-  SurfacePoint nearest_of_any_normal(const DisplayPoint& point, uint32_t placement = kAnyPlacement) const;
+  LitPoint nearest_of_any_normal(const DisplayPoint& point, uint32_t placement = kAnyPlacement) const;
 
   double texels_per_metre(uint32_t placement) const;  // mean of the chart
   double size() const;                                // metres, diagonal of its bounds
@@ -59,8 +59,8 @@ class SourceSurface {
   };
   void add_instance(const Scene& scene, const Atlas& atlas, uint32_t instance);
   template <class Accept>
-  std::optional<SurfacePoint> search(const DisplayPoint& point, double reach, double normal_weight,
-                                     uint32_t placement, const Accept& accept) const;
+  std::optional<LitPoint> search(const DisplayPoint& point, double reach, double normal_weight,
+                                 uint32_t placement, const Accept& accept) const;
 
   std::vector<Face> faces_;
   std::vector<WorldTriangle> triangles_;

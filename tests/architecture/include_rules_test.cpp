@@ -1,4 +1,6 @@
-// Holds every #include of the product against the rooms that CMake was told a room may use.
+// Holds every #include of the product against the rooms that CMake was told a room may use, and looks for
+// types that two files define.
+#include <algorithm>
 #include <fstream>
 #include <map>
 #include <regex>
@@ -100,6 +102,53 @@ TEST(IncludeRules, RoomsHaveNoCycle) {
     for (const auto& dep : deps) EXPECT_FALSE(closure(rooms, dep).count(room)) << room << " and " << dep;
 }
 
+// The line without what a comment or a string holds.
+std::string code_of(const std::string& line) {
+  static const std::regex literal(R"("([^"\\]|\\.)*"|'([^'\\]|\\.)')");
+  const std::string code = std::regex_replace(line, literal, "");
+  return code.substr(0, code.find("//"));
+}
+
+// Calls visit(name) for every type that a file defines in a named namespace, outside of types and functions.
+template <class Visit>
+void for_each_type(const fs::path& file, const Visit& visit) {
+  static const std::regex type(R"(^\s*(?:struct|class)\s+([A-Z]\w*)\b(?!\s*::)[^;]*\{)");
+  static const std::regex brace(R"(namespace\s*([\w:]*)\s*\{|\{|\})");
+  std::ifstream in(test::source_dir() / file);
+  std::vector<std::string> open;  // by brace: the namespace, or "" for anything else
+  for (std::string line; std::getline(in, line);) {
+    const std::string code = code_of(line);
+    const bool outside = std::find(open.begin(), open.end(), "") == open.end();
+    if (std::smatch m; outside && std::regex_search(code, m, type)) {
+      std::string name;
+      for (const std::string& space : open) name += space + "::";
+      visit(name + m[1].str());
+    }
+    for (std::sregex_iterator it(code.begin(), code.end(), brace), end; it != end; ++it) {
+      if ((*it)[0] == "}") {
+        if (!open.empty()) open.pop_back();
+      } else {
+        open.push_back((*it)[1].str());  // an unnamed namespace is "" too: what is in it stays there
+      }
+    }
+  }
+}
+
+// Two types of one name in one namespace are undefined behaviour as soon as one program has both, and no
+// linker says so.
+TEST(IncludeRules, NoTypeIsDefinedTwice) {
+  std::map<std::string, fs::path> seen;
+  for (const fs::path& file : product_sources()) {
+    if (file.extension() == ".cpp" && file.filename() == "main.cpp") continue;
+    for_each_type(file, [&](const std::string& name) {
+      const auto [at, added] = seen.try_emplace(name, file);
+      // Hidden types: declared in a header, defined where they are made.
+      if (!added && at->second != file) ADD_FAILURE() << name << " in " << at->second << " and " << file;
+    });
+  }
+  EXPECT_GT(seen.size(), 200u);
+}
+
 // A third-party library enters through the files named here, so that replacing it is a one-room change.
 TEST(IncludeRules, ThirdPartyHeadersEnterThroughNamedFiles) {
   const std::map<std::string, std::set<std::string>> named = {
@@ -111,7 +160,7 @@ TEST(IncludeRules, ThirdPartyHeadersEnterThroughNamedFiles) {
       {"nlohmann/",
        {"common/base/json.cpp", "coordinator/chart_table/read_layout.cpp",
         "coordinator/document/gltf_document.cpp", "coordinator/encode/gltf_buffer.cpp",
-        "coordinator/encode/gltf_buffer.h", "coordinator/encode/gltf_scene.h"}},
+        "coordinator/encode/gltf_buffer.h", "coordinator/encode/gltf_output.h"}},
       {"Eigen/", {"common/unwrap/lscm.cpp", "coordinator/seams/solve.cpp"}},
       {"embree", {"worker/accel/embree_api.h"}},
       {"OpenImageIO/", {"coordinator/imageio/imageio.cpp"}},

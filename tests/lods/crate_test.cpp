@@ -82,7 +82,7 @@ std::vector<Pair> pairs_of(const LeakBake& fine, const LeakBake& own, int level,
       const DisplayPoint p = display_point(display, charts, f, b1, b2);
       const DVec2 q = DVec2(part.corner[0]) + b1 * DVec2(part.corner[1] - part.corner[0]) +
                       b2 * DVec2(part.corner[2] - part.corner[0]);
-      const SurfacePoint s =
+      const LitPoint s =
           place_in_chart(source, p, {fit.limit}, charts.placement[charts.charts.chart_of_face[f]]);
       const AtlasPlace place = projected_place(fine.atlas, charts, f, b1, b2);
       const double shift = length(place.texels - s.texels) / kDensity;

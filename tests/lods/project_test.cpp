@@ -36,7 +36,7 @@ Baked baked(const Mesh& mesh, std::vector<Mat4x3> places = {Mat4x3(1.0f)}, float
 }
 
 // Where the lookup of a display point reads: found among all faces of the baked scene by texels.
-std::optional<SurfacePoint> read_place(const Baked& b, const AtlasPlace& place) {
+std::optional<LitPoint> read_place(const Baked& b, const AtlasPlace& place) {
   for (uint32_t i = 0; i < b.scene.instances.size(); ++i) {
     const MeshCharts& charts = b.atlas.of_instance(i);
     for (size_t f = 0; f < charts.face_count(); ++f) {
@@ -50,7 +50,7 @@ std::optional<SurfacePoint> read_place(const Baked& b, const AtlasPlace& place) 
       Vec3 c[3];
       face_corners(b.scene.meshes[0], charts, f, c);
       const Mat4x3& m = b.scene.instances[i].to_world;
-      SurfacePoint p;
+      LitPoint p;
       p.at = DVec3(transform_point(m, c[0] * static_cast<float>(1 - b1 - b2) + c[1] * static_cast<float>(b1) +
                                           c[2] * static_cast<float>(b2)));
       p.normal = DVec3(normalize_or(transform_normal(m, cross(c[1] - c[0], c[2] - c[0])), Vec3(0)));

@@ -1,4 +1,4 @@
-#include "coordinator/encode/gltf_scene.h"
+#include "coordinator/encode/gltf_output.h"
 
 #include "common/base/files.h"
 #include "common/base/format.h"
@@ -27,8 +27,8 @@ VertexBlend blend_of(const MeshCharts& charts, size_t face, int k, const uint32_
 
 }  // namespace
 
-Expected<GltfScene> GltfScene::open(const OutputContext& c) {
-  GltfScene s(c);
+Expected<GltfOutput> GltfOutput::open(const OutputContext& c) {
+  GltfOutput s(c);
   s.doc = Json::parse(c.document.json, nullptr, false);
   if (s.doc.is_discarded() || !s.doc.is_object())
     return fail(ErrorKind::kInvalidInput, text("{}: its JSON does not parse", c.document.path.string()));
@@ -44,7 +44,7 @@ Expected<GltfScene> GltfScene::open(const OutputContext& c) {
   return s;
 }
 
-std::map<uint32_t, std::vector<MeshCopy>> GltfScene::copies_by_node(const OutputContext& c) {
+std::map<uint32_t, std::vector<MeshCopy>> GltfOutput::copies_by_node(const OutputContext& c) {
   const Scene& scene = c.scene;
   std::map<uint32_t, std::vector<MeshCopy>> by_node;
   for (uint32_t i = 0; i < scene.instances.size(); ++i) {
@@ -62,7 +62,7 @@ std::map<uint32_t, std::vector<MeshCopy>> GltfScene::copies_by_node(const Output
   return by_node;
 }
 
-Expected<SplitMesh> GltfScene::split_faces(const Instance& in, const Mesh& mesh, const MeshCharts& charts) {
+Expected<SplitMesh> GltfOutput::split_faces(const Instance& in, const Mesh& mesh, const MeshCharts& charts) {
   SplitMesh s;
   const Json primitive = file_meshes_[in.file_mesh]["primitives"][in.file_primitive];
   KILN_TRY(const std::vector<uint32_t> corners, buffer.triangle_corners(doc, primitive));
@@ -95,7 +95,7 @@ Expected<SplitMesh> GltfScene::split_faces(const Instance& in, const Mesh& mesh,
   return s;
 }
 
-Expected<const SplitMesh*> GltfScene::split_mesh(uint32_t instance) {
+Expected<const SplitMesh*> GltfOutput::split_mesh(uint32_t instance) {
   const Instance& in = c_->scene.instances[instance];
   const uint32_t set = c_->atlas.charts_of_instance[instance];
   if (const auto it = split_.find(set); it != split_.end()) return &it->second;
@@ -103,12 +103,12 @@ Expected<const SplitMesh*> GltfScene::split_mesh(uint32_t instance) {
   return &split_.emplace(set, std::move(s)).first->second;
 }
 
-Expected<Json> GltfScene::split_primitive(uint32_t instance) {
+Expected<Json> GltfOutput::split_primitive(uint32_t instance) {
   KILN_TRY(const SplitMesh* s, split_mesh(instance));
   return primitive_with(c_->scene.instances[instance], *s);
 }
 
-Json GltfScene::primitive_with(const Instance& in, const SplitMesh& s) const {
+Json GltfOutput::primitive_with(const Instance& in, const SplitMesh& s) const {
   Json primitive = file_meshes_[in.file_mesh]["primitives"][in.file_primitive];
   primitive["attributes"] = s.attributes;
   primitive["indices"] = s.index_accessor;
@@ -118,7 +118,7 @@ Json GltfScene::primitive_with(const Instance& in, const SplitMesh& s) const {
   return primitive;
 }
 
-size_t GltfScene::add_mesh(const MeshCopy& copy, Json primitives) {
+size_t GltfOutput::add_mesh(const MeshCopy& copy, Json primitives) {
   const uint32_t place = c_->scene.instances[copy.front()].file_mesh;
   Json mesh = file_meshes_[place];
   mesh["primitives"] = std::move(primitives);
@@ -130,12 +130,12 @@ size_t GltfScene::add_mesh(const MeshCopy& copy, Json primitives) {
   return doc["meshes"].size() - 1;
 }
 
-bool GltfScene::is_repeated(uint32_t node) const {
+bool GltfOutput::is_repeated(uint32_t node) const {
   const Json& n = doc["nodes"][node];
   return n.contains("extensions") && n["extensions"].contains(kInstancing);
 }
 
-size_t GltfScene::add_root_node(const MeshCopy& copy, size_t mesh) {
+size_t GltfOutput::add_root_node(const MeshCopy& copy, size_t mesh) {
   const Instance& in = c_->scene.instances[copy.front()];
   Json matrix = Json::array();
   for (int column = 0; column < 4; ++column)
@@ -147,20 +147,20 @@ size_t GltfScene::add_root_node(const MeshCopy& copy, size_t mesh) {
   return node;
 }
 
-void GltfScene::empty_node(uint32_t node) {
+void GltfOutput::empty_node(uint32_t node) {
   Json& n = doc["nodes"][node];
   n.erase("mesh");
   n["extensions"].erase(kInstancing);
   if (n["extensions"].empty()) n.erase("extensions");
 }
 
-Json& GltfScene::note(Json& object) {
+Json& GltfOutput::note(Json& object) {
   if (object.contains("extras") && !object["extras"].is_object())
     object["extras"] = Json{{"value", object["extras"]}};
   return object["extras"]["kiln"];
 }
 
-void GltfScene::note_lightmap() {
+void GltfOutput::note_lightmap() {
   Json files = Json::array();
   for (uint32_t page = 0; page < c_->atlas.pages; ++page)
     files.push_back(page_name("irradiance", "exr", page, c_->atlas.pages));
@@ -173,7 +173,7 @@ void GltfScene::note_lightmap() {
   doc["asset"]["generator"] = "Kiln";
 }
 
-Expected<Bytes> GltfScene::finish(const std::string& name) {
+Expected<Bytes> GltfOutput::finish(const std::string& name) {
   const Bytes bytes = buffer.take(doc);
   const std::string json = doc.dump();
   if (uint64_t{json.size()} + bytes.size() > (uint64_t{1} << 32) - 64)

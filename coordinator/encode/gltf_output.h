@@ -25,9 +25,9 @@ struct SplitMesh {
 // The instances (one a primitive) of one copy of a node's mesh, in the order of the scene.
 using MeshCopy = std::vector<uint32_t>;
 
-class GltfScene {
+class GltfOutput {
  public:
-  static Expected<GltfScene> open(const OutputContext& context);
+  static Expected<GltfOutput> open(const OutputContext& context);
 
   // By node of the file: a node with EXT_mesh_gpu_instancing has several copies.
   // A proxy that no engine draws is not among them: it stays as it was.
@@ -63,7 +63,7 @@ class GltfScene {
   GltfBuffer buffer;
 
  private:
-  explicit GltfScene(const OutputContext& context) : c_(&context) {}
+  explicit GltfOutput(const OutputContext& context) : c_(&context) {}
 
   const OutputContext* c_;
   nlohmann::json file_meshes_;           // as they were
