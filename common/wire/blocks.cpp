@@ -118,4 +118,46 @@ Expected<Message> read_result(std::span<const std::byte> payload) {
   return Message(std::move(result));
 }
 
+Bytes write(const Request& request) {
+  ByteWriter w = frame_writer();
+  w.put(request.id);
+  w.put_string(request.verb);
+  w.put_string(request.document);
+  return w.take();
+}
+
+Expected<Message> read_request(std::span<const std::byte> payload) {
+  ByteReader r(payload);
+  Request request;
+  request.id = r.get<uint64_t>();
+  request.verb = r.get_string();
+  request.document = r.get_string();
+  if (!r.at_end() || request.verb.size() > kMaxTextBytes || request.document.size() > kMaxDocumentBytes)
+    return damaged("request");
+  return Message(std::move(request));
+}
+
+Bytes write(const Reply& reply) {
+  ByteWriter w = frame_writer();
+  w.put(reply.id);
+  w.put(static_cast<uint8_t>(reply.ok));
+  w.put(static_cast<uint8_t>(reply.kind));
+  w.put_string(reply.document);
+  return w.take();
+}
+
+Expected<Message> read_reply(std::span<const std::byte> payload) {
+  ByteReader r(payload);
+  Reply reply;
+  reply.id = r.get<uint64_t>();
+  const auto ok = r.get<uint8_t>(), kind = r.get<uint8_t>();
+  reply.document = r.get_string();
+  if (!r.at_end() || ok > 1 || kind > static_cast<uint8_t>(ErrorKind::kInternal) ||
+      reply.document.size() > kMaxDocumentBytes)
+    return damaged("reply");
+  reply.ok = ok != 0;
+  reply.kind = static_cast<ErrorKind>(kind);
+  return Message(std::move(reply));
+}
+
 }  // namespace kiln::blocks

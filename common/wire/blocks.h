@@ -10,9 +10,13 @@ namespace kiln::blocks {
 Bytes write(const ChunkPiece& piece);
 Bytes write(const Unit& unit);
 Bytes write(const Result& result);
+Bytes write(const Request& request);
+Bytes write(const Reply& reply);
 
 Expected<Message> read_chunk_piece(std::span<const std::byte> payload);
 Expected<Message> read_unit(std::span<const std::byte> payload);
 Expected<Message> read_result(std::span<const std::byte> payload);
+Expected<Message> read_request(std::span<const std::byte> payload);
+Expected<Message> read_reply(std::span<const std::byte> payload);
 
 }  // namespace kiln::blocks

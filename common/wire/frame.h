@@ -26,11 +26,18 @@ enum class MessageType : uint16_t {
   kHeartbeat,
   kDrain,
   kGoodbye,
-  kLastControl = kGoodbye,
+  kWithdraw,  // from here: minor 1
+  kJobEnded,
+  kPace,
+  kClientHello,
+  kClientWelcome,
+  kLastControl = kClientWelcome,
   kChunkPiece = 256,
   kUnit,
   kResult,
-  kLastData = kResult,
+  kRequest,  // from here: minor 1
+  kReply,
+  kLastData = kReply,
 };
 
 constexpr size_t kFrameHeaderBytes = 16;

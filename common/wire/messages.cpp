@@ -61,7 +61,7 @@ Bytes write(const JobFailed& m) {
 }
 Bytes write(const Credits& m) {
   Builder b;
-  return finish(b, schema::CreateCredits(b, m.job, m.units));
+  return finish(b, schema::CreateCredits(b, m.job, m.units, b.CreateVector(m.held)));
 }
 Bytes write(const ChunkRequest& m) {
   Builder b;
@@ -79,7 +79,7 @@ Bytes write(const CommitAck& m) {
 }
 Bytes write(const Heartbeat& m) {
   Builder b;
-  return finish(b, schema::CreateHeartbeat(b, m.running, m.queued));
+  return finish(b, schema::CreateHeartbeat(b, m.running, m.queued, m.oldest_ms));
 }
 Bytes write(const Drain& m) {
   Builder b;
@@ -89,6 +89,29 @@ Bytes write(const Drain& m) {
 Bytes write(const Goodbye& m) {
   Builder b;
   return finish(b, schema::CreateGoodbye(b, put(b, m.reason)));
+}
+
+Bytes write(const Withdraw& m) {
+  Builder b;
+  return finish(b, schema::CreateWithdraw(b, m.job, b.CreateVector(m.units)));
+}
+Bytes write(const JobEnded& m) {
+  Builder b;
+  return finish(b, schema::CreateJobEnded(b, m.job, put(b, m.reason)));
+}
+Bytes write(const Pace& m) {
+  Builder b;
+  return finish(b, schema::CreatePace(b, m.heartbeat_ms));
+}
+Bytes write(const ClientHello& m) {
+  Builder b;
+  const auto version = put(b, m.version), token = put(b, m.token), user = put(b, m.user);
+  return finish(b, schema::CreateClientHello(b, version, token, user, put(b, m.host)));
+}
+Bytes write(const ClientWelcome& m) {
+  Builder b;
+  const auto version = put(b, m.version);
+  return finish(b, schema::CreateClientWelcome(b, version, put(b, m.role)));
 }
 
 std::string get(const fb::String* s) {
@@ -127,8 +150,12 @@ Message read(const schema::JobClass& m, bool&) {
 Message read(const schema::JobFailed& m, bool& ok) {
   return JobFailed{m.job(), get_kind(m.kind(), ok), get(m.reason())};
 }
+std::vector<uint64_t> get(const fb::Vector<uint64_t>* v) {
+  return v ? std::vector<uint64_t>(v->begin(), v->end()) : std::vector<uint64_t>();
+}
+
 Message read(const schema::Credits& m, bool&) {
-  return Credits{m.job(), m.units()};
+  return Credits{m.job(), m.units(), get(m.held())};
 }
 Message read(const schema::ChunkRequest& m, bool& ok) {
   ChunkRequest request{get_records<Digest>(m.ids(), ok), m.compress()};
@@ -144,15 +171,29 @@ Message read(const schema::CommitAck& m, bool& ok) {
   return CommitAck{m.job(), m.unit(), ok ? digests[0] : Digest{}};
 }
 Message read(const schema::Heartbeat& m, bool&) {
-  return Heartbeat{m.running(), m.queued()};
+  return Heartbeat{m.running(), m.queued(), m.oldest_ms()};
 }
 Message read(const schema::Drain& m, bool&) {
-  Drain drain{{}, get(m.reason())};
-  if (m.units()) drain.units.assign(m.units()->begin(), m.units()->end());
-  return drain;
+  return Drain{get(m.units()), get(m.reason())};
 }
 Message read(const schema::Goodbye& m, bool&) {
   return Goodbye{get(m.reason())};
+}
+Message read(const schema::Withdraw& m, bool&) {
+  return Withdraw{m.job(), get(m.units())};
+}
+Message read(const schema::JobEnded& m, bool&) {
+  return JobEnded{m.job(), get(m.reason())};
+}
+Message read(const schema::Pace& m, bool& ok) {
+  ok = m.heartbeat_ms() > 0;
+  return Pace{m.heartbeat_ms()};
+}
+Message read(const schema::ClientHello& m, bool&) {
+  return ClientHello{get(m.version()), get(m.token()), get(m.user()), get(m.host())};
+}
+Message read(const schema::ClientWelcome& m, bool&) {
+  return ClientWelcome{get(m.version()), get(m.role())};
 }
 
 template <class Table>
@@ -169,10 +210,11 @@ Expected<Message> read_table(Payload payload) {
 
 MessageType type_of(const Message& message) {
   using T = MessageType;
-  constexpr T types[] = {T::kHello,      T::kWelcome,    T::kRefused,   T::kJob,
-                         T::kJobClass,   T::kJobFailed,  T::kCredits,   T::kChunkRequest,
-                         T::kUnitFailed, T::kCommitAck,  T::kHeartbeat, T::kDrain,
-                         T::kGoodbye,    T::kChunkPiece, T::kUnit,      T::kResult};
+  constexpr T types[] = {T::kHello,     T::kWelcome,     T::kRefused,       T::kJob,        T::kJobClass,
+                         T::kJobFailed, T::kCredits,     T::kChunkRequest,  T::kUnitFailed, T::kCommitAck,
+                         T::kHeartbeat, T::kDrain,       T::kGoodbye,       T::kWithdraw,   T::kJobEnded,
+                         T::kPace,      T::kClientHello, T::kClientWelcome, T::kChunkPiece, T::kUnit,
+                         T::kResult,    T::kRequest,     T::kReply};
   static_assert(std::size(types) == std::variant_size_v<Message>);
   return types[message.index()];
 }
@@ -221,12 +263,26 @@ Expected<Message> decode(const FrameHeader& header, Payload payload) {
       return read_table<schema::Drain>(payload);
     case MessageType::kGoodbye:
       return read_table<schema::Goodbye>(payload);
+    case MessageType::kWithdraw:
+      return read_table<schema::Withdraw>(payload);
+    case MessageType::kJobEnded:
+      return read_table<schema::JobEnded>(payload);
+    case MessageType::kPace:
+      return read_table<schema::Pace>(payload);
+    case MessageType::kClientHello:
+      return read_table<schema::ClientHello>(payload);
+    case MessageType::kClientWelcome:
+      return read_table<schema::ClientWelcome>(payload);
     case MessageType::kChunkPiece:
       return blocks::read_chunk_piece(payload);
     case MessageType::kUnit:
       return blocks::read_unit(payload);
     case MessageType::kResult:
       return blocks::read_result(payload);
+    case MessageType::kRequest:
+      return blocks::read_request(payload);
+    case MessageType::kReply:
+      return blocks::read_reply(payload);
   }
   return fail(ErrorKind::kProtocol, "unknown message type");
 }

@@ -40,12 +40,14 @@ struct JobFailed {  // w: the scene could not be made ready
 struct Credits {  // w: the scene is ready, and at most `units` may be with this worker at a time
   uint64_t job = 0;
   uint32_t units = 0;
+  std::vector<uint64_t> held{};  // units of this job that are with the worker already (minor 1): a
+                                 // coordinator that was restarted need not give them to others
 };
-struct ChunkRequest {  // w
+struct ChunkRequest {  // w, client
   std::vector<Digest> ids;
   bool compress = false;
 };
-struct ChunkPiece {  // c, data; pieces of a chunk come in order
+struct ChunkPiece {  // c, or a client that uploads; data; pieces of a chunk come in order
   Digest id;
   uint64_t offset = 0, total = 0;
   Bytes bytes;
@@ -71,6 +73,7 @@ struct CommitAck {  // c: the result is committed, or was already: forget it
 };
 struct Heartbeat {  // w
   uint32_t running = 0, queued = 0;
+  uint64_t oldest_ms = 0;  // since the oldest running unit was begun (minor 1)
 };
 struct Drain {  // w: give me no more; these units were not begun
   std::vector<uint64_t> units;
@@ -80,8 +83,39 @@ struct Goodbye {  // c or w, last
   std::string reason;
 };
 
+// Minor 1: not sent to a peer whose frames say minor 0.
+struct Withdraw {  // c: nobody needs these any more: do not begin them, forget their results
+  uint64_t job = 0;
+  std::vector<uint64_t> units;
+};
+struct JobEnded {  // c: forget the job, its units and what is kept of them; another may follow
+  uint64_t job = 0;
+  std::string reason;
+};
+struct Pace {  // c: from now on a heartbeat this often
+  uint32_t heartbeat_ms = 0;
+};
+struct ClientHello {  // a person's program, first instead of Hello
+  std::string version, token, user, host;
+};
+struct ClientWelcome {  // c, to a client: what it may do ("read", "submit", "admin")
+  std::string version, role;
+};
+struct Request {  // client, data: answered by the Reply of the same id, in order
+  uint64_t id = 0;
+  std::string verb;      // "submit", "jobs", ...: coordinator/service
+  std::string document;  // JSON
+};
+struct Reply {  // c, data
+  uint64_t id = 0;
+  bool ok = true;
+  ErrorKind kind = ErrorKind::kInternal;  // if not ok
+  std::string document;                   // JSON; if not ok: the sentence of the error
+};
+
 using Message = std::variant<Hello, Welcome, Refused, Job, JobClass, JobFailed, Credits, ChunkRequest,
-                             UnitFailed, CommitAck, Heartbeat, Drain, Goodbye, ChunkPiece, Unit, Result>;
+                             UnitFailed, CommitAck, Heartbeat, Drain, Goodbye, Withdraw, JobEnded, Pace,
+                             ClientHello, ClientWelcome, ChunkPiece, Unit, Result, Request, Reply>;
 
 // A whole frame. Texts above kMaxTextBytes are cut; a data message must fit kMaxDataBytes.
 Bytes encode(const Message& message);

@@ -86,6 +86,13 @@ void Session::handle(Message& message) {
           [&](CommitAck& m) { out_of_place(m); },
           [&](ChunkPiece& m) { out_of_place(m); },
           [&](Unit& m) { out_of_place(m); },
+          [&](Withdraw& m) { out_of_place(m); },
+          [&](JobEnded& m) { out_of_place(m); },
+          [&](Pace& m) { out_of_place(m); },
+          [&](ClientHello& m) { out_of_place(m); },
+          [&](ClientWelcome& m) { out_of_place(m); },
+          [&](Request& m) { out_of_place(m); },
+          [&](Reply& m) { out_of_place(m); },
       },
       message);
 }

@@ -21,17 +21,24 @@ inline std::vector<Message> sample_messages() {
           Job{write_job({7, d, d, {}})},
           JobClass{7, "avx2-0123"},
           JobFailed{7, ErrorKind::kNoSpace, text},
-          Credits{7, 4},
+          Credits{7, 4, {5, 6}},
           ChunkRequest{{d, Digest{}, d}, true},
           UnitFailed{7, 8, 9, ErrorKind::kInternal, "why"},
           CommitAck{7, 8, d},
-          Heartbeat{1, 2},
+          Heartbeat{1, 2, 3000},
           Drain{{1, 2, 3}, "signal"},
           Goodbye{"bye"},
+          Withdraw{7, {8, 9}},
+          JobEnded{7, "cancelled"},
+          Pace{500},
+          ClientHello{"0.1.0", "secret", "ada", "desk3"},
+          ClientWelcome{"0.1.0", "submit"},
           ChunkPiece{d, 10, 6000, noise, false},
           ChunkPiece{d, 0, 5000, Bytes(5000, std::byte{3}), true},
           Unit{7, 11, {9, 64, 32, {1, 2, 3, 5, 8}}},
-          Result{7, 11, r, result_digest(r)}};
+          Result{7, 11, r, result_digest(r)},
+          Request{1, "jobs", "{}"},
+          Reply{1, false, ErrorKind::kUsage, "no such job"}};
 }
 
 inline Expected<Message> decode_frame(std::span<const std::byte> frame) {

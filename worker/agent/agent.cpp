@@ -157,6 +157,13 @@ void Agent::handle(Message& message) {
                  [&](Heartbeat& m) { out_of_place(m); },
                  [&](Drain& m) { out_of_place(m); },
                  [&](Result& m) { out_of_place(m); },
+                 [&](Withdraw&) {},
+                 [&](JobEnded&) {},
+                 [&](Pace& m) { heartbeat_ms_ = m.heartbeat_ms; },
+                 [&](ClientHello& m) { out_of_place(m); },
+                 [&](ClientWelcome& m) { out_of_place(m); },
+                 [&](Request& m) { out_of_place(m); },
+                 [&](Reply& m) { out_of_place(m); },
              },
              message);
 }
