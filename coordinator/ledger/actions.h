@@ -35,6 +35,7 @@ struct StoreAnswer {  // make the answer just given durable, then call stored()
   JobId job;
   uint64_t unit, shape;
   Digest digest;
+  uint64_t ticket;  // to hand to stored()
 };
 struct Settle {  // this answer is the unit's result: durable, and agreed on as far as asked for
   JobId job;
