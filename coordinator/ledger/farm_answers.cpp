@@ -41,6 +41,8 @@ void FarmLedger::result(WorkerId worker_id, JobId job_id, uint64_t unit_id, cons
     worker->busy_since = now;
     charge(*worker, now);
     release(lease);
+  } else if (worker->ghosts > 0) {
+    --worker->ghosts;
   }
   worker->failed_units.clear();
   if (unit->phase == Phase::kFailed) {

@@ -167,6 +167,7 @@ class FarmLedger {
     double rate = 0;                  // weight per ms of the whole worker; 0: not known
     std::set<uint64_t> failed_units;  // in a row
     uint32_t benched = 0;
+    size_t ghosts = 0;  // units taken from it while it was silent, which may still keep its threads
     std::map<JobId, std::string> banned;
     std::map<JobId, std::string> classes;  // proven for the job's kernels
     std::string counted_for;               // the user its threads are reckoned to; empty: none

@@ -225,6 +225,7 @@ void FarmLedger::find_silent(int64_t now, bool was_away, Actions& out) {
                                         worker.traits.name, now - worker.last_heard, worker.held.size())});
     if (worker.presence == Presence::kActive) worker.presence = Presence::kSilent;
     charge(worker, now);
+    worker.ghosts += worker.held.size();
     revoke_all(worker);
   }
 }
@@ -254,8 +255,8 @@ void FarmLedger::find_hung(int64_t now, Actions& out) {
         text("unit {} of job {} has not ended within {:.0f} s: the worker hangs, start it anew", oldest.unit,
              oldest.job, limit / 1000);
     release(*worker.held.begin());
-    blame(oldest.job, job, oldest.unit, unit, worker.identity, true, text("{} hung", worker.traits.name),
-          out);
+    blame(oldest.job, job, oldest.unit, unit, worker.identity, worker.ghosts == 0,
+          text("{} hung", worker.traits.name), out);
     enqueue(job, oldest.unit, unit);
     out.push_back(Expel{id, reason});
   }

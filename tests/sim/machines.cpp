@@ -49,6 +49,7 @@ void World::connect(size_t i) {
   at(now_ + 1 + static_cast<int64_t>(draw(20)), [this, i, link, worker, epoch = epoch_] {
     if (!up_ || epoch != epoch_ || machines_[i].link != link) return;
     machine_of_[worker] = i;
+    heard_at_[worker] = now_;
     Actions out;
     ledger_->join(worker, machines_[i].traits, now_, out);
     perform(out);
@@ -69,6 +70,7 @@ void World::cut(size_t i, bool crashed) {
   const auto tell = [this, worker, crashed, epoch = epoch_] {
     if (!up_ || epoch != epoch_) return;
     machine_of_.erase(worker);
+    heard_at_.erase(worker);
     Actions out;
     ledger_->leave(worker, crashed, "the connection broke", now_, out);
     perform(out);
@@ -93,6 +95,9 @@ void World::to_coordinator(size_t i, std::function<void(Actions&)> what) {
   if (!link) return;
   at(std::max(now_ + 1, machines_[i].stalled_until), [this, i, link, epoch = epoch_, what = std::move(what)] {
     if (!up_ || epoch != epoch_ || machines_[i].link != link) return;
+    if (const auto worker = worker_of_.find(link);
+        worker != worker_of_.end() && machine_of_.count(worker->second))
+      heard_at_[worker->second] = now_;
     Actions out;
     what(out);
     perform(out);
@@ -187,6 +192,18 @@ void World::end_process(size_t i, bool crashed) {
   cut(i, crashed);
 }
 
+// Without a word, and the connection does not break: a pulled cable. The coordinator learns of it long after.
+void World::vanish(size_t i) {
+  Machine& m = machines_[i];
+  if (!m.link || !may_kill(i)) return;
+  m.alive = false;
+  at(now_ + 3000 + static_cast<int64_t>(draw(10000)), [this, i] {
+    machines_[i].alive = true;
+    end_process(i, true);
+    if (!machines_[i].link) connect(i);
+  });
+}
+
 // A unit that three workers died with is given up, and rightly: chance must not kill three with the same one.
 bool World::may_kill(size_t i) {
   for (const Grant& g : machines_[i].running)
@@ -218,7 +235,9 @@ void World::make_trouble() {
   } else if (kind < 60) {
     full_ = true;
     at(now_ + static_cast<int64_t>(draw(800)), [this] { full_ = false; });
-  } else if (kind < 66 && up_) {
+  } else if (kind < 63) {
+    vanish(i);
+  } else if (kind < 69 && up_) {
     const JobId job = 1 + draw(conductors_.size());
     const bool pause = chance(0.5);
     Actions out;
@@ -230,7 +249,7 @@ void World::make_trouble() {
       ledger_->change_job(job, conductors_[job].traits.priority, false, now_, back);
       perform(back);
     });
-  } else if (kind < 70 && up_ && machines_[i].link && worker_of_.count(machines_[i].link)) {
+  } else if (kind < 73 && up_ && machines_[i].link && worker_of_.count(machines_[i].link)) {
     std::vector<uint64_t> unbegun;
     for (const Grant& g : machines_[i].queue) unbegun.push_back(g.unit);
     machines_[i].queue.clear();

@@ -83,6 +83,7 @@ void World::start_coordinator() {
   ledger_ = std::make_unique<FarmLedger>(rules_);
   machine_of_.clear();
   worker_of_.clear();
+  heard_at_.clear();
   for (const auto& [identity, agreed] : disk_.agreed) ledger_->restore_trust(identity, agreed, "");
   for (const auto& [identity, reason] : disk_.quarantined)
     ledger_->restore_trust(identity, disk_.agreed[identity], reason);
@@ -106,13 +107,15 @@ void World::start_coordinator() {
   }
   for (size_t i = 0; i < machines_.size(); ++i)
     at(now_ + static_cast<int64_t>(draw(100)), [this, i] { connect(i); });
-  std::function<void()> tick = [this, epoch = epoch_] {};
   struct Ticker {
     World& world;
     uint64_t epoch;
     void operator()() const {
       if (!world.up_ || epoch != world.epoch_) return;
       Actions out;
+      for (const auto& [worker, heard] : world.heard_at_)
+        if (world.now_ - heard > 2 * world.rules_.lease_ms + 100 && world.ledger_->held(worker) > 0)
+          world.fail("a worker holds units and has long been silent");
       world.ledger_->tick(world.now_, out);
       world.perform(out);
       world.at(world.now_ + 20, *this);
@@ -165,6 +168,14 @@ void World::check_published(JobId id) {
         if (!job.skipped.count(plan.id)) fail(text("job {} is published without unit {}", id, plan.id));
         continue;
       }
+      bool is_result = false;
+      for (const Row& row : disk_.rows[{id, plan.id}]) {
+        is_result |= row.digest == merged->second;
+        if (row.settled && !row.verified && disk_.quarantined.count(row.identity))
+          fail(text("job {} is published with what {} alone said", id, row.identity));
+      }
+      if (!is_result)
+        fail(text("job {} is published with a unit {} that the disk does not have", id, plan.id));
       if (merged->second == truth(id, plan.id)) continue;
       // With a dose below certainty a lie may pass, but never one that another worker was asked to confirm.
       const bool certain = job.traits.quorum > 1 || rules_.audit_first > 1000;

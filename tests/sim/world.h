@@ -110,6 +110,7 @@ class World {
   void deliver_kept(size_t machine, JobId job);
   void heartbeat(size_t machine);
   void crash(size_t machine);
+  void vanish(size_t machine);
   bool may_kill(size_t machine);
   void end_process(size_t machine, bool crashed);
   void make_trouble();
@@ -143,7 +144,8 @@ class World {
   bool flushing_ = false, full_ = false;
 
   std::vector<Machine> machines_;
-  std::map<WorkerId, size_t> machine_of_;   // of the present epoch
+  std::map<WorkerId, size_t> machine_of_;  // of the present epoch
+  std::map<WorkerId, int64_t> heard_at_;
   std::map<uint64_t, WorkerId> worker_of_;  // by link
   std::map<JobId, Conductor> conductors_;
   std::set<Key> poison_;
