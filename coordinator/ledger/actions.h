@@ -42,6 +42,7 @@ struct Settle {  // this answer is the unit's result: durable, and agreed on as 
   uint64_t unit;
   Digest digest;
   bool verified;
+  std::string identity;  // who stands for it: whoever was first may have been caught since
 };
 struct Deliver {  // to the merge; once per unit and pass
   JobId job;

@@ -90,7 +90,7 @@ void FarmLedger::vote(JobId id, Job& job, uint64_t unit_id, Unit& unit, WorkerId
         unit.verified = true;
         ++job.totals.verified;
         --job.totals.unverified;
-        out.push_back(Settle{id, unit_id, digest, true});
+        out.push_back(Settle{id, unit_id, digest, true, identities_[result.voters.front()].name});
       }
       out.push_back(Acknowledge{worker_id, id, unit_id, digest});
       return;
@@ -180,7 +180,8 @@ void FarmLedger::settle(JobId id, Job& job, uint64_t unit_id, Unit& unit, size_t
   }
   if (unit.verified)
     for (const IdentityId voter : answers[winner].voters) agree(voter, out);
-  out.push_back(Settle{id, unit_id, answers[winner].digest, unit.verified});
+  out.push_back(Settle{id, unit_id, answers[winner].digest, unit.verified,
+                       identities_[answers[winner].voters.front()].name});
   if (unit.delivered && unit.merged != answers[winner].digest)
     rewind(id, job, text("unit {} was merged with a result that turned out wrong", unit_id), out);
   deliver(id, job, unit_id, unit, out);

@@ -171,7 +171,8 @@ void World::check_published(JobId id) {
       bool is_result = false;
       for (const Row& row : disk_.rows[{id, plan.id}]) {
         is_result |= row.digest == merged->second;
-        if (row.settled && !row.verified && disk_.quarantined.count(row.identity))
+        if (row.settled && !row.verified && row.digest == merged->second &&
+            disk_.quarantined.count(row.identity))
           fail(text("job {} is published with what {} alone said", id, row.identity));
       }
       if (!is_result)
@@ -263,7 +264,8 @@ void World::carry_out(const Action& action) {
                 [a](Disk& disk) {
                   auto& rows = disk.rows[{a.job, a.unit}];
                   std::erase_if(rows, [&](const Row& row) { return row.digest != a.digest; });
-                  for (Row& row : rows) row.settled = true, row.verified = a.verified;
+                  for (Row& row : rows)
+                    row.settled = true, row.verified = a.verified, row.identity = a.identity;
                 },
                 nullptr);
           },
