@@ -78,9 +78,17 @@ void Agent::finish(Status end) {
 }
 
 void Agent::connect() {
+  if (!settings_.tls.ca.empty()) {
+    auto tls = TlsContext::load(settings_.tls);
+    // Files that were good before may be on their way to be replaced.
+    if (!tls && !tls_) return finish(fail(tls.error().kind, tls.error().message));
+    if (!tls) return retry(tls.error().message);
+    tls_ = *tls;
+  }
   connect_to(
       loop_, settings_.host, settings_.port, kConnectPatience,
-      [this](Expected<std::unique_ptr<Connection>> connection) { on_connected(std::move(connection)); });
+      [this](Expected<std::unique_ptr<Connection>> connection) { on_connected(std::move(connection)); },
+      tls_);
 }
 
 void Agent::retry(const std::string& reason) {

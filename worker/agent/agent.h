@@ -5,6 +5,7 @@
 #include <memory>
 #include <string>
 
+#include "common/tls/identity.h"
 #include "worker/bake/baker.h"
 
 namespace kiln {
@@ -17,8 +18,8 @@ struct AgentSettings {
   std::string host = "127.0.0.1";
   uint16_t port = 0;
   std::string token;
-  std::string name;                          // for people; empty: the machine's
-  std::string ca, certificate, private_key;  // PEM files, all or none
+  std::string name;  // for people; empty: the machine's
+  TlsFiles tls;  // PEM files, read at each connection: a renewed certificate needs no new start; empty: plain
   uint32_t threads = 1;
   int64_t patience_ms = 600000;     // without a coordinator before the worker gives up
   int64_t drain_limit_ms = 60000;   // for units that run when it is told to go

@@ -107,6 +107,7 @@ class Agent {
   Timer retry_, heartbeat_, watch_, drain_limit_;
   std::unique_ptr<Connection> connection_;
   std::optional<Status> end_;
+  std::shared_ptr<const TlsContext> tls_;
   std::optional<Status> leaving_;  // becomes the end when what is queued has been sent
   uint64_t instance_;
   int64_t last_contact_ms_ = 0;

@@ -1,12 +1,8 @@
 #include "worker/agent/options.h"
 
-#include <unistd.h>
-
 #include <algorithm>
-#include <cerrno>
 #include <charconv>
 #include <cstdlib>
-#include <cstring>
 
 #include "common/base/files.h"
 #include "common/base/format.h"
@@ -173,18 +169,14 @@ Expected<int64_t> number(const Table& table, const std::string& name, int64_t mo
   return value;
 }
 
-Status read_certificates(const Table& table, AgentSettings& agent) {
-  agent.ca = table["--ca"];
-  agent.certificate = table["--certificate"];
-  agent.private_key = table["--key"];
-  if (agent.ca.empty() && agent.certificate.empty() && agent.private_key.empty()) return {};
-  const std::pair<const char*, const std::string*> files[] = {
-      {"--ca", &agent.ca}, {"--certificate", &agent.certificate}, {"--key", &agent.private_key}};
-  for (const auto& [name, file] : files) {
-    if (file->empty()) return usage(text("{} is missing: --ca, --certificate and --key go together", name));
-    if (::access(file->c_str(), R_OK) != 0)
-      return usage(text("{}: {} cannot be read: {}", name, *file, std::strerror(errno)));
-  }
+Status read_certificates(const Table& table, TlsFiles& tls) {
+  tls.ca = table["--ca"];
+  tls.certificate = table["--certificate"];
+  tls.key = table["--key"];
+  if (tls.ca.empty() && tls.certificate.empty() && tls.key.empty()) return {};
+  for (const char* name : {"--ca", "--certificate", "--key"})
+    if (table[name].empty())
+      return usage(text("{} is missing: --ca, --certificate and --key go together", name));
   return {};
 }
 
@@ -244,7 +236,7 @@ Expected<WorkerOptions> read_worker_options(const std::vector<std::string>& argu
   KILN_TRY(auto address, parse_address(table["--connect"]));
   agent.host = address.first;
   agent.port = address.second;
-  KILN_TRY_STATUS(read_certificates(table, agent));
+  KILN_TRY_STATUS(read_certificates(table, agent.tls));
   agent.token = table["--token"];
   if (const std::string& file = table["--token-file"]; !file.empty()) {
     KILN_TRY(agent.token, content_of(file));
