@@ -1,6 +1,7 @@
 #!/bin/bash
 # configs/slurm/workers.sbatch in a Slurm of one node that this script starts and ends: own folders, ports and key.
-# Three array tasks bake; one is cancelled on the way; the digest must be that of a bake with local workers.
+# Three array tasks bake; on the way one is cancelled and one comes to its time limit; the digest must be that of a bake
+# with local workers.
 #   slurm_test.sh BIN_DIR          exit status 77: skipped, with the reason
 set -u
 bin=$(cd "$1" && pwd)
@@ -97,9 +98,11 @@ wait_for 10 "the coordinator's address" test -s "$work/share/address"
 job=$(cd "$work" && KILN_SHARE=$work/share KILN_WORKER=$bin/kiln-stub-worker KILN_CACHE=$work/cache \
   sbatch --parsable --array=0-2 --cpus-per-task=1 --time=10 --output="$work/worker-%a.log" \
   "$root/configs/slurm/workers.sbatch") || failed "sbatch"
-some_done() { [ "$(cat "$work/share/done")" -ge 12 ]; }
-wait_for 60 "a dozen units" some_done
+are_done() { [ "$(cat "$work/share/done")" -ge "$1" ]; }
+wait_for 60 "a dozen units" are_done 12
 scancel "${job}_1" || failed "scancel"
+wait_for 60 "two dozen units" are_done 24
+scancel --batch --signal=TERM "${job}_2" || failed "scancel --batch"  # as --signal=B:TERM does
 wait "$farm" || failed "the bake by Slurm's workers"
 wait_for 30 "the end of the array job" sh -c "! squeue -h -j $job | grep -q ."
 
@@ -108,7 +111,9 @@ digest=$(grep ^digest "$work/farm.out")
 for task in 0 1 2; do
   grep -q "connected to 127.0.0.1" "$work/worker-$task.log" || failed "task $task never connected"
 done
-grep -q "told to stop by a signal" "$work/worker-1.log" || failed "the cancelled worker did not hear SIGTERM"
-# It delivered what ran and said goodbye: nothing was lost with it.
-grep -qx "workers lost 0" "$work/farm.out" || failed "the cancelled worker was lost"
-echo "passed: $units units by three array tasks, one cancelled: $digest"
+for task in 1 2; do
+  grep -q "told to stop by a signal" "$work/worker-$task.log" || failed "task $task did not hear SIGTERM"
+done
+# They delivered what ran and said goodbye: nothing was lost with them.
+grep -qx "workers lost 0" "$work/farm.out" || failed "a worker that was told to go was lost"
+echo "passed: $units units by three array tasks, two told to go: $digest"
