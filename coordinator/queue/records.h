@@ -14,6 +14,8 @@ namespace kiln {
 
 using JobId = uint64_t;  // from 1, never used again
 
+inline constexpr uint32_t kMaxPayloadBytes = uint32_t{64} << 20;  // of one result
+
 // In the order of a job's life. The numbers are stored.
 enum class JobState : uint8_t {
   kWaiting = 0,    // for other jobs (`after`)
@@ -96,6 +98,14 @@ struct CommitRow {
   uint32_t file = 0;
   uint64_t offset = 0;  // of the record, bytes
   uint32_t length = 0;  // of the payload, bytes
+};
+
+// One spool file (spool.h).
+struct SpoolFileId {
+  JobId job = 0;
+  uint64_t epoch = 0;
+  uint32_t file = 0;
+  auto operator<=>(const SpoolFileId&) const = default;
 };
 
 // How a pass was cut into units: after a restart the same cut gives the same ids.

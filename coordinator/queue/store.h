@@ -34,8 +34,6 @@ struct StoreOptions {
   DiskCalls* faults = nullptr;    // tests: fails calls on spool files; nullptr: the real ones
 };
 
-inline constexpr uint32_t kMaxPayloadBytes = uint32_t{64} << 20;
-
 class Store {
  public:
   using Callback = std::function<void(Status)>;
@@ -103,7 +101,7 @@ class Store {
   // Writes and syncs a little on the disk, through the spool's way and the database: success says that
   // writing works (again).
   virtual Status probe() = 0;
-  // Waits until all that was given before is written.
+  // Waits until all that was given before is written, or its callback has said why not.
   virtual Status flush() = 0;
   // Empties the log into the database; done unasked at wal_bytes and when nothing has been written for a
   // second.
