@@ -1,6 +1,21 @@
 #include "tests/queue/samples.h"
 
+#include <stdlib.h>
+#include <unistd.h>
+
 namespace kiln::test {
+
+MemoryDir::MemoryDir() {
+  const bool memory = ::access("/dev/shm", W_OK) == 0;
+  std::string name =
+      (memory ? "/dev/shm" : std::filesystem::temp_directory_path().string()) + "/kiln-test-XXXXXX";
+  if (::mkdtemp(name.data())) path_ = name;
+}
+
+MemoryDir::~MemoryDir() {
+  std::error_code ignored;
+  if (!path_.empty()) std::filesystem::remove_all(path_, ignored);
+}
 
 JobRecord sample_job(const std::string& name) {
   JobRecord job;
@@ -52,6 +67,13 @@ std::unique_ptr<Store> open_store(const std::filesystem::path& folder, const Sto
     return nullptr;
   }
   return std::move(*store);
+}
+
+std::vector<CommitRow> rows_of(Store& store, JobId job) {
+  auto rows = store.commits(job);
+  if (rows) return std::move(*rows);
+  ADD_FAILURE() << rows.error().message;
+  return {};
 }
 
 Status commit_now(Store& store, const UnitCommit& commit, const Bytes& payload) {

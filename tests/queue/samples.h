@@ -9,11 +9,28 @@
 
 namespace kiln::test {
 
+// A fresh folder in memory where there is such a place: a process that dies loses nothing there either, and
+// thousands of syncs cost nothing. Removed at the end.
+class MemoryDir {
+ public:
+  MemoryDir();
+  ~MemoryDir();
+  MemoryDir(const MemoryDir&) = delete;
+  MemoryDir& operator=(const MemoryDir&) = delete;
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
 JobRecord sample_job(const std::string& name = "kitchen");  // every field differs from its default
 Bytes sample_payload(uint64_t unit, size_t size);
 UnitCommit sample_commit(JobId job, uint64_t unit, const Bytes& payload);
 
 std::unique_ptr<Store> open_store(const std::filesystem::path& folder, const StoreOptions& options = {});
+
+// Of a store that can be read.
+std::vector<CommitRow> rows_of(Store& store, JobId job);
 
 // Stores a result and waits.
 Status commit_now(Store& store, const UnitCommit& commit, const Bytes& payload);

@@ -148,7 +148,11 @@ TEST(Store, PassesEventsAndWorkersComeBack) {
     const Status other = wait_for([&](auto done) { store->put_pass(job, {0, 64}, done); });
     ASSERT_FALSE(other);
     EXPECT_NE(other.error().message.find("128"), std::string::npos);
-    ASSERT_TRUE(wait_for([&](auto done) { store->put_worker({.identity = "b"}, done); }));
+    ASSERT_TRUE(wait_for([&](auto done) {
+      WorkerRecord b;
+      b.identity = "b";
+      store->put_worker(b, done);
+    }));
     ASSERT_TRUE(wait_for([&](auto done) { store->put_worker(worker, done); }));
   }
   const auto store = open_store(dir.path(), options);
