@@ -38,6 +38,18 @@ bool stays_inside(std::string_view path) {
   return true;
 }
 
+}  // namespace
+
+std::string_view job_state_name(JobState state) {
+  static constexpr std::array<std::string_view, 8> kNames{"waiting",   "queued", "preparing", "baking",
+                                                          "finishing", "done",   "failed",    "cancelled"};
+  return kNames.at(static_cast<size_t>(state));
+}
+
+bool job_ended(JobState state) {
+  return state == JobState::kDone || state == JobState::kFailed || state == JobState::kCancelled;
+}
+
 Status check_files(std::string_view field, const std::vector<FileRecord>& files) {
   if (files.size() > kMaxFiles)
     return wrong(text("a job with {} {} files: {} are allowed", files.size(), field, kMaxFiles));
@@ -50,18 +62,6 @@ Status check_files(std::string_view field, const std::vector<FileRecord>& files)
       return wrong(text("the {} file '{}' of a job is listed twice", field, file.path));
   }
   return {};
-}
-
-}  // namespace
-
-std::string_view job_state_name(JobState state) {
-  static constexpr std::array<std::string_view, 8> kNames{"waiting",   "queued", "preparing", "baking",
-                                                          "finishing", "done",   "failed",    "cancelled"};
-  return kNames.at(static_cast<size_t>(state));
-}
-
-bool job_ended(JobState state) {
-  return state == JobState::kDone || state == JobState::kFailed || state == JobState::kCancelled;
 }
 
 Status check_job(const JobRecord& job) {

@@ -70,6 +70,9 @@ struct JobRecord {
 // leave their folder, a scene that is not among the inputs.
 Status check_job(const JobRecord& job);
 
+// The same for a list of files that came from elsewhere; `field` names it.
+Status check_files(std::string_view field, const std::vector<FileRecord>& files);
+
 struct JobEvent {
   int64_t at_ms = 0;
   std::string text;  // one sentence
