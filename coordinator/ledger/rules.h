@@ -8,7 +8,7 @@
 
 namespace kiln {
 
-using JobId = uint64_t;
+using JobId = uint64_t;     // from 1, never used again
 using WorkerId = uint32_t;  // one process of a worker; drawn by the coordinator, new after its restart
 
 struct FarmRules {
@@ -27,7 +27,8 @@ struct FarmRules {
   uint64_t audit_seed = 0;  // secret: a worker must not be able to tell which unit will be asked twice
 };
 
-enum class PoisonPolicy : uint8_t { kFail, kSkip };
+// What becomes of a job when a unit has failed on every worker that tried it. Stored.
+enum class PoisonPolicy : uint8_t { kFail = 0, kSkip = 1 };
 
 struct JobTraits {
   std::string user, name;
