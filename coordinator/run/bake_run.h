@@ -1,11 +1,13 @@
 // The conductor: the one place that lists the stages of a bake.
 #pragma once
 
+#include <atomic>
 #include <filesystem>
 #include <functional>
 #include <string>
 
 #include "common/job/settings.h"
+#include "coordinator/dispatch/farm.h"
 #include "coordinator/report/plan_page.h"
 #include "coordinator/report/report.h"
 
@@ -26,7 +28,14 @@ struct BakeRequest {
   std::filesystem::path scene, output;
   BakeSettings settings;
   std::filesystem::path worker_program;  // kiln-worker
-  bool duplicate_every_unit = false;     // fault injection for tests
+  // Workers that must agree on every unit. On one machine more than one is for tests.
+  uint32_t quorum = 1;
+  // Units of this job are handed out by a farm that others share. Empty: a farm of its own on this machine.
+  std::function<Expected<std::unique_ptr<FarmJob>>(const JobSpec&, const ChunkStore&)> open_job;
+  // How many texels a unit of a pass should have, given what this run would choose: a farm answers with what an
+  // earlier run of the job chose, so that ids of units stay. Empty: as this run chooses.
+  std::function<Expected<uint32_t>(uint32_t pass, uint32_t chosen)> cut;
+  const std::atomic<bool>* cancelled = nullptr;  // looked at between stages: the bake then fails
 };
 
 // Bakes and publishes. On failure nothing half-written is left in the output folder.
