@@ -30,7 +30,8 @@ struct FarmSettings {
   uint32_t local_threads = 1;             // threads of each
   std::string worker_program;             // path of kiln-worker
   FarmRules rules;
-  ClientPort clients;  // people's programs; empty: refused
+  bool others_may_come = false;  // a job that all present workers refuse waits for others instead of failing
+  ClientPort clients;            // people's programs; empty: refused
 };
 
 struct FarmProgress {

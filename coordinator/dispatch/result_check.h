@@ -5,7 +5,9 @@
 
 namespace kiln {
 
-// `site_count`: of the unit, 0 if it is of an earlier pass and no longer known. Errors say what is wrong.
-Status check_result(const Result& result, uint32_t site_count, uint32_t plane_count);
+// `unit`: null if it is of an earlier pass and no longer known. Errors say what is wrong. Finds what cannot
+// be: numbers that are not finite, counts outside of the samples, luminances below zero; that they are the
+// right ones only a second worker can say.
+Status check_result(const Result& result, const WorkUnit* unit, uint32_t plane_count);
 
 }  // namespace kiln

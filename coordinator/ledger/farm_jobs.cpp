@@ -123,6 +123,7 @@ void FarmLedger::begin_pass(JobId id, std::span<const UnitPlan> units, int64_t n
   ++job->pass;
   job->order.clear();
   job->counts = {};
+  job->counts.number = job->pass;
   job->copied_weight = job->turnaround_ms = job->turnaround_weight = 0;
   for (const UnitPlan& plan : units) {
     KILN_CHECK(plan.id != 0);
@@ -206,6 +207,7 @@ JobCounts FarmLedger::counts(JobId id) const {
   const Job* job = find_job(id);
   if (!job) return {};
   JobCounts counts = job->totals;
+  counts.disputes = job->disputes;
   for (const auto& [worker_id, worker] : workers_) {
     if (worker.job != id) continue;
     ++counts.workers;
@@ -218,6 +220,12 @@ const std::string& FarmLedger::numeric_class(JobId id) const {
   static const std::string none;
   const Job* job = find_job(id);
   return job ? job->traits.numeric_class : none;
+}
+
+const std::string& FarmLedger::user(JobId id) const {
+  static const std::string none;
+  const Job* job = find_job(id);
+  return job ? job->traits.user : none;
 }
 
 // What was merged cannot be taken out of the sums: they are made again from what is left.

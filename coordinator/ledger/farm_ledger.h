@@ -21,6 +21,7 @@
 namespace kiln {
 
 struct PassCounts {
+  uint32_t number = 0;  // since the coordinator started, from 1
   uint64_t units = 0, done = 0, failed = 0;
   double weight = 0, weight_done = 0;
 };
@@ -30,6 +31,14 @@ struct JobCounts {
   uint64_t verified = 0, unverified = 0;  // of the results that count
   uint64_t waived = 0;                    // verifications given up because there was one worker alone
   uint64_t duplicates = 0, copies = 0, reassigned = 0, lost = 0;
+  uint64_t disputes = 0;  // units whose answers differ and are not decided
+};
+
+struct WorkerView {
+  JobId job = 0;
+  std::string state;  // "baking", "idle", "preparing", "silent", "leaving", "benched"
+  uint32_t held = 0, credits = 0;
+  uint64_t agreed = 0;
 };
 
 class FarmLedger {
@@ -54,11 +63,14 @@ class FarmLedger {
   JobCounts counts(JobId job) const;
   bool knows(JobId job, uint64_t unit) const;
   const std::string& numeric_class(JobId job) const;
+  const std::string& user(JobId job) const;
   // Nothing is handed out while the store cannot write; what arrives is still heard.
   void hold(bool on, int64_t now, Actions& out);
 
   // farm_workers.cpp
   void join(WorkerId worker, const WorkerTraits& traits, int64_t now, Actions& out);
+  // The worker's class for the job's kernels: from then on its results count.
+  void prove(WorkerId worker, JobId job, const std::string& numeric_class);
   // The worker is ready for the job: at most `credits` units may be with it; `held` are with it already.
   void ready(WorkerId worker, JobId job, const std::string& numeric_class, uint32_t credits,
              std::span<const uint64_t> held, int64_t now, Actions& out);
@@ -72,6 +84,8 @@ class FarmLedger {
   uint32_t present() const;  // workers that would get units
   bool is_member(WorkerId worker) const { return workers_.count(worker) > 0; }
   size_t held(WorkerId worker) const;
+  bool is_banned(WorkerId worker, JobId job) const;  // it cannot bake this job
+  WorkerView view(WorkerId worker, int64_t now) const;
 
   // farm_answers.cpp. `digest` was recomputed by the caller, shape and numbers were checked.
   void result(WorkerId worker, JobId job, uint64_t unit, const Digest& digest, int64_t now, Actions& out);

@@ -16,6 +16,11 @@ size_t FarmLedger::held(WorkerId worker) const {
   return it == workers_.end() ? 0 : it->second.held.size();
 }
 
+bool FarmLedger::is_banned(WorkerId worker, JobId job) const {
+  const auto it = workers_.find(worker);
+  return it != workers_.end() && it->second.banned.count(job) > 0;
+}
+
 uint32_t FarmLedger::present() const {
   return static_cast<uint32_t>(std::count_if(workers_.begin(), workers_.end(), [](const auto& w) {
     return w.second.presence == Presence::kActive;
@@ -39,6 +44,28 @@ void FarmLedger::join(WorkerId id, const WorkerTraits& traits, int64_t now, Acti
   serve(id, now, out);
 }
 
+void FarmLedger::prove(WorkerId id, JobId job, const std::string& numeric_class) {
+  if (Worker* worker = find_worker(id); worker && find_job(job)) worker->classes[job] = numeric_class;
+}
+
+WorkerView FarmLedger::view(WorkerId id, int64_t now) const {
+  WorkerView view;
+  const auto it = workers_.find(id);
+  if (it == workers_.end()) return view;
+  const Worker& worker = it->second;
+  view.job = worker.job;
+  view.held = static_cast<uint32_t>(worker.held.size());
+  view.credits = worker.credits;
+  view.agreed = identities_[worker.identity].agreed;
+  view.state = worker.presence == Presence::kSilent     ? "silent"
+               : worker.presence == Presence::kDraining ? "leaving"
+               : now < worker.benched_until             ? "benched"
+               : worker.job != 0 && !worker.ready       ? "preparing"
+               : worker.held.empty()                    ? "idle"
+                                                        : "baking";
+  return view;
+}
+
 void FarmLedger::ready(WorkerId id, JobId job_id, const std::string& numeric_class, uint32_t credits,
                        std::span<const uint64_t> held, int64_t now, Actions& out) {
   Worker* worker = find_worker(id);
@@ -46,7 +73,7 @@ void FarmLedger::ready(WorkerId id, JobId job_id, const std::string& numeric_cla
   heard(id, now, out);
   Job* job = find_job(job_id);
   if (!job || worker->job != job_id) return;  // assigned to another meanwhile
-  worker->classes[job_id] = numeric_class;
+  prove(id, job_id, numeric_class);
   if (job->traits.numeric_class.empty()) {
     job->traits.numeric_class = numeric_class;
     out.push_back(PinClass{job_id, numeric_class});

@@ -44,6 +44,12 @@ void Accumulator::add_in_order(const WorkUnit& unit, const std::vector<double>& 
   }
 }
 
+void Accumulator::clear() {
+  std::fill(samples_.begin(), samples_.end(), 0u);
+  std::fill(sums_.begin(), sums_.end(), 0.0);
+  waiting_.clear();
+}
+
 Accumulator::Estimate Accumulator::estimate(uint32_t site) const {
   const double n = samples_[site];
   const double* sum = &sums_[site * planes_];

@@ -32,6 +32,8 @@ class Accumulator {
   // (O'Donnell 2018, "Convergence detection"), or it lies inside geometry.
   bool converged(uint32_t site, double error, double z) const;
 
+  void clear();  // as new
+
   // Means of everything, by texel.
   Lightmap resolve(const Atlas& atlas) const;
 

@@ -1,6 +1,8 @@
 #include "coordinator/run/bake_run.h"
 
+#include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "common/base/clock.h"
 #include "common/base/files.h"
@@ -30,9 +32,33 @@ FarmSettings farm_settings(const BakeRequest& request) {
   f.local_workers = s.workers ? s.workers : 1;
   f.local_threads = s.threads ? s.threads : std::max(1u, hardware_threads() / f.local_workers);
   f.worker_program = request.worker_program.string();
-  f.lease_ms = s.lease_ms;
-  f.duplicate_every_unit = request.duplicate_every_unit;
+  f.rules.lease_ms = s.lease_ms;
   return f;
+}
+
+// A farm of its own, if no other is given.
+struct Workplace {
+  std::unique_ptr<Farm> farm;
+  std::unique_ptr<FarmJob> job;  // ends before its farm
+};
+
+Expected<Workplace> open_workplace(const BakeRequest& request, const JobSpec& spec,
+                                   const ChunkStore& chunks) {
+  Workplace place;
+  if (request.open_job) {
+    KILN_TRY(place.job, request.open_job(spec, chunks));
+    return place;
+  }
+  KILN_TRY(place.farm, Farm::start(farm_settings(request)));
+  JobTraits traits;
+  traits.quorum = request.quorum;
+  KILN_TRY(place.job, place.farm->open_job({spec, &chunks, traits, {}}));
+  return place;
+}
+
+Status check_cancelled(const BakeRequest& request) {
+  if (request.cancelled && *request.cancelled) return fail(ErrorKind::kUnavailable, "the job was cancelled");
+  return {};
 }
 
 PassPoint measure(const Accumulator& sums, size_t sites, double error, double z) {
@@ -58,61 +84,115 @@ PassPoint measure(const Accumulator& sums, size_t sites, double error, double z)
 // Runs pass after pass until every texel has converged, has its most samples, or time is up.
 class Baking {
  public:
-  Baking(const BakeRequest& request, const Preflight& pre, Farm& farm, Accumulator& sums, BakeReport& report,
-         const Progress& progress)
-      : settings_(request.settings),
+  Baking(const BakeRequest& request, const Preflight& pre, FarmJob& farm, Accumulator& sums,
+         BakeReport& report, const Progress& progress)
+      : request_(request),
+        settings_(request.settings),
         farm_(farm),
         sums_(sums),
         report_(report),
         progress_(progress),
         site_count_(pre.atlas.sites.size()),
         nonfinite_(pre.atlas, pre.imported.scene),
-        z_(normal_interval(settings_.confidence)) {
-    for (uint32_t i = 0; i < site_count_; ++i) active_.push_back(i);
-  }
+        z_(normal_interval(settings_.confidence)) {}
 
   Status run() {
-    const auto passes = sample_passes(settings_.min_samples, settings_.max_samples);
     const int64_t deadline =
         settings_.time_limit > 0 ? clock_.now_ms() + static_cast<int64_t>(settings_.time_limit * 1000) : 0;
-    for (uint32_t p = 0; p < passes.size() && !active_.empty(); ++p) {
-      KILN_TRY(const bool finished, run_pass(passes[p], p, static_cast<uint32_t>(passes.size()), deadline));
-      record(passes[p]);
-      if (!finished) {
-        report_.complete = false;
-        break;
-      }
-      drop_converged();
+    for (;;) {
+      KILN_TRY(const PassEnd end, run_passes(deadline));
+      if (end != PassEnd::kRewound) break;
+      sums_.clear();
+      report_.passes.clear();
+      next_unit_ = 1;
     }
     report_.nonfinite = nonfinite_.places();
     if (const std::string s = nonfinite_.sentence(); !s.empty()) report_.warnings.push_back(s);
+    if (!skipped_.empty())
+      report_.warnings.push_back(
+          text("{} units failed on every worker that tried them and were left out; their {} "
+               "texels have fewer samples or none: {}",
+               skipped_units_, skipped_.size(), skip_reason_));
     return {};
   }
 
  private:
-  Expected<bool> run_pass(SampleRange pass, uint32_t index, uint32_t count, int64_t deadline) {
-    std::vector<WorkUnit> units = cut_pass(active_, pass, settings_.tile_texels, next_unit_);
+  Expected<PassEnd> run_passes(int64_t deadline) {
+    active_.clear();
+    skipped_.clear();
+    skipped_units_ = 0;
+    for (uint32_t i = 0; i < site_count_; ++i) active_.push_back(i);
+    const auto passes = sample_passes(settings_.min_samples, settings_.max_samples);
+    for (uint32_t p = 0; p < passes.size() && !active_.empty(); ++p) {
+      KILN_TRY(const PassEnd end, run_pass(passes[p], p, static_cast<uint32_t>(passes.size()), deadline));
+      if (end == PassEnd::kRewound) return end;
+      record(passes[p]);
+      if (end == PassEnd::kTimeUp) {
+        report_.complete = false;
+        return end;
+      }
+      drop_converged();
+    }
+    return PassEnd::kComplete;
+  }
+
+  Expected<PassEnd> run_pass(SampleRange pass, uint32_t index, uint32_t count, int64_t deadline) {
+    uint32_t texels = settings_.tile_texels;
+    if (request_.cut) {
+      KILN_TRY(texels, request_.cut(index, texels));
+    }
+    std::vector<WorkUnit> units = cut_pass(active_, pass, texels, next_unit_);
+    order_by_gain(units);
     const double before = watch_.seconds();
-    return farm_.run_pass(
-        std::move(units), deadline,
-        [&](const WorkUnit& unit, const UnitResult& result) {
-          nonfinite_.add(unit, result);
-          return sums_.add(unit, result);
-        },
-        [&](const FarmProgress& f) {
-          BakeProgress b;
-          b.stage = "bake";
-          b.pass = index + 1;
-          b.passes = count;
-          b.done = f.units_total ? static_cast<double>(f.units_done) / static_cast<double>(f.units_total) : 0;
-          b.rays = f.rays;
-          const double seconds = watch_.seconds();
-          b.rays_per_second = seconds > 0 ? static_cast<double>(f.rays) / seconds : 0;
-          b.workers = f.workers;
-          b.converged_share = report_.passes.empty() ? 0 : report_.passes.back().converged_share;
-          if (b.done > 0.02) b.seconds_left = (seconds - before) * (1 / b.done - 1);
-          progress_(b);
-        });
+    PassHandlers handlers;
+    handlers.on_result = [&](const WorkUnit& unit, const UnitResult& result) {
+      nonfinite_.add(unit, result);
+      return sums_.add(unit, result);
+    };
+    handlers.on_skipped = [&](const WorkUnit& unit, const std::string& reason) {
+      ++skipped_units_;
+      skip_reason_ = reason;
+      skipped_.insert(unit.sites.begin(), unit.sites.end());
+    };
+    handlers.on_progress = [&](const FarmProgress& f) {
+      BakeProgress b;
+      b.stage = "bake";
+      b.pass = index + 1;
+      b.passes = count;
+      b.done = f.units_total ? static_cast<double>(f.units_done) / static_cast<double>(f.units_total) : 0;
+      b.rays = f.rays;
+      const double seconds = watch_.seconds();
+      b.rays_per_second = seconds > 0 ? static_cast<double>(f.rays) / seconds : 0;
+      b.workers = f.workers;
+      b.converged_share = report_.passes.empty() ? 0 : report_.passes.back().converged_share;
+      if (b.done > 0.02) b.seconds_left = (seconds - before) * (1 / b.done - 1);
+      progress_(b);
+    };
+    return farm_.run_pass(std::move(units), deadline, handlers);
+  }
+
+  // Units whose texels are farthest from what is asked for go first: a bake that is stopped by time has spent
+  // it where the error was. Runs of texels stay whole, so neighbours stay together. The order changes no
+  // byte.
+  void order_by_gain(std::vector<WorkUnit>& units) const {
+    std::vector<std::pair<double, size_t>> order;
+    for (size_t i = 0; i < units.size(); ++i) {
+      double gain = 0;
+      for (const uint32_t site : units[i].sites) {
+        const Accumulator::Estimate e = sums_.estimate(site);
+        const double relative = e.mean > 0 && std::isfinite(e.standard_error) ? e.standard_error / e.mean : 0;
+        gain += relative * relative;
+      }
+      // In steps of two: smaller differences are not worth jumping over the scene.
+      order.emplace_back(
+          gain > 0 ? -std::floor(std::log2(gain / static_cast<double>(units[i].sites.size()))) : 1e9, i);
+    }
+    std::stable_sort(order.begin(), order.end(),
+                     [](const auto& a, const auto& b) { return a.first < b.first; });
+    std::vector<WorkUnit> sorted;
+    sorted.reserve(units.size());
+    for (const auto& [key, i] : order) sorted.push_back(std::move(units[i]));
+    units = std::move(sorted);
   }
 
   void record(SampleRange pass) {
@@ -126,11 +206,14 @@ class Baking {
 
   // Decided at the barrier, from merged sums only: every run of the job decides alike.
   void drop_converged() {
-    std::erase_if(active_, [&](uint32_t site) { return sums_.converged(site, settings_.error, z_); });
+    std::erase_if(active_, [&](uint32_t site) {
+      return skipped_.count(site) || sums_.converged(site, settings_.error, z_);
+    });
   }
 
+  const BakeRequest& request_;
   const BakeSettings& settings_;
-  Farm& farm_;
+  FarmJob& farm_;
   Accumulator& sums_;
   BakeReport& report_;
   const Progress& progress_;
@@ -138,7 +221,10 @@ class Baking {
   NonfiniteLog nonfinite_;
   const double z_;
   std::vector<uint32_t> active_;
-  uint64_t next_unit_ = 0;
+  std::set<uint32_t> skipped_;  // sites of units that failed for good: no more samples
+  uint64_t skipped_units_ = 0;
+  std::string skip_reason_;
+  uint64_t next_unit_ = 1;
   SteadyClock clock_;
   Stopwatch watch_;
 };
@@ -193,6 +279,7 @@ Expected<BakeReport> run_bake(const BakeRequest& request, const Progress& progre
   report.lods = pre.projection.fits;
   report.kept_layout = pre.kept_layout;
 
+  KILN_TRY_STATUS(check_cancelled(request));
   ChunkStore chunks;
   JobSpec job;
   job.id = 1;
@@ -211,10 +298,11 @@ Expected<BakeReport> run_bake(const BakeRequest& request, const Progress& progre
   Accumulator sums(pre.atlas.sites.size(), job.transport.basis);
   {
     const StageTimer timer(report.stages, "bake");
-    KILN_TRY(const std::unique_ptr<Farm> farm, Farm::start(farm_settings(request), job, chunks));
-    KILN_TRY_STATUS(Baking(request, pre, *farm, sums, report, progress).run());
-    report.farm = farm->statistics();
+    KILN_TRY(const Workplace place, open_workplace(request, job, chunks));
+    KILN_TRY_STATUS(Baking(request, pre, *place.job, sums, report, progress).run());
+    report.farm = place.job->statistics();
   }
+  KILN_TRY_STATUS(check_cancelled(request));
   Lightmap map = sums.resolve(pre.atlas);
   for (const PostStage& stage : post_stages()) {
     const StageTimer timer(report.stages, std::string(stage.name));

@@ -32,8 +32,8 @@ struct BakeRequest {
   uint32_t quorum = 1;
   // Units of this job are handed out by a farm that others share. Empty: a farm of its own on this machine.
   std::function<Expected<std::unique_ptr<FarmJob>>(const JobSpec&, const ChunkStore&)> open_job;
-  // How many texels a unit of a pass should have, given what this run would choose: a farm answers with what an
-  // earlier run of the job chose, so that ids of units stay. Empty: as this run chooses.
+  // How many texels a unit of a pass should have, given what this run would choose: a farm answers with what
+  // an earlier run of the job chose, so that ids of units stay. Empty: as this run chooses.
   std::function<Expected<uint32_t>(uint32_t pass, uint32_t chosen)> cut;
   const std::atomic<bool>* cancelled = nullptr;  // looked at between stages: the bake then fails
 };

@@ -1,0 +1,33 @@
+// A conductor's end of a job. Internal to coordinator/dispatch.
+#pragma once
+
+#include <mutex>
+
+#include "common/base/clock.h"
+#include "coordinator/dispatch/farm_port.h"
+
+namespace kiln {
+
+class FarmImpl;
+
+class FarmJobImpl final : public FarmJob {
+ public:
+  FarmJobImpl(FarmImpl& farm, const JobSpec& spec, std::shared_ptr<JobPort> port);
+  ~FarmJobImpl() override;
+  Expected<PassEnd> run_pass(std::vector<WorkUnit> units, int64_t deadline_ms,
+                             const PassHandlers& handlers) override;
+  FarmStatistics statistics() override;
+
+ private:
+  Status check_units(const std::vector<WorkUnit>& units) const;
+  Status merge(const PassUnits& units, const DeliveredUnit& delivered, const PassHandlers& handlers);
+
+  FarmImpl& farm_;
+  const JobSpec spec_;
+  const std::shared_ptr<JobPort> port_;
+  const uint32_t planes_;
+  SteadyClock clock_;
+  FarmStatistics sums_;  // of what was merged
+};
+
+}  // namespace kiln
