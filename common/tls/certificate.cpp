@@ -76,24 +76,6 @@ void read_alternative_names(const X509* x, Certificate& certificate) {
   GENERAL_NAMES_free(names);
 }
 
-Expected<Certificate> read_x509(X509* x) {
-  Certificate c;
-  c.identity.name = common_name(X509_get_subject_name(x));
-  c.identity.serial = serial_of(x);
-  if (c.identity.serial.empty()) return fail(ErrorKind::kInvalidInput, "has no serial number");
-  KILN_TRY(c.identity.not_after, seconds_of(X509_get0_notAfter(x)));
-  KILN_TRY(c.not_before, seconds_of(X509_get0_notBefore(x)));
-  c.issuer = common_name(X509_get_issuer_name(x));
-  c.authority = X509_check_ca(x) == 1;
-  read_alternative_names(x, c);
-  unsigned size = 0;
-  if (X509_digest(x, EVP_sha256(), c.fingerprint.bytes.data(), &size) != 1 ||
-      size != c.fingerprint.bytes.size())
-    return fail(ErrorKind::kInvalidInput, "has no digest");
-  ERR_clear_error();
-  return c;
-}
-
 }  // namespace
 
 const char* role_name(Role role) {
@@ -134,7 +116,7 @@ Expected<Certificate> read_certificate(std::string_view pem) {
     return fail(ErrorKind::kInvalidInput, "is too large for a certificate");
   const openssl::X509Ptr x = openssl::read_x509(pem);
   if (!x) return fail(ErrorKind::kInvalidInput, "holds no certificate in PEM form");
-  return read_x509(x.get());
+  return read_certificate_of(x.get());
 }
 
 Expected<Certificate> read_certificate_der(std::span<const std::byte> der) {
@@ -144,7 +126,25 @@ Expected<Certificate> read_certificate_der(std::span<const std::byte> der) {
   const openssl::X509Ptr x(d2i_X509(nullptr, &at, static_cast<long>(der.size())));
   ERR_clear_error();
   if (!x) return fail(ErrorKind::kInvalidInput, "is not a certificate");
-  return read_x509(x.get());
+  return read_certificate_of(x.get());
+}
+
+Expected<Certificate> read_certificate_of(X509* x) {
+  Certificate c;
+  c.identity.name = common_name(X509_get_subject_name(x));
+  c.identity.serial = serial_of(x);
+  if (c.identity.serial.empty()) return fail(ErrorKind::kInvalidInput, "has no serial number");
+  KILN_TRY(c.identity.not_after, seconds_of(X509_get0_notAfter(x)));
+  KILN_TRY(c.not_before, seconds_of(X509_get0_notBefore(x)));
+  c.issuer = common_name(X509_get_issuer_name(x));
+  c.authority = X509_check_ca(x) == 1;
+  read_alternative_names(x, c);
+  unsigned size = 0;
+  if (X509_digest(x, EVP_sha256(), c.fingerprint.bytes.data(), &size) != 1 ||
+      size != c.fingerprint.bytes.size())
+    return fail(ErrorKind::kInvalidInput, "has no digest");
+  ERR_clear_error();
+  return c;
 }
 
 std::string date_text(int64_t seconds) {

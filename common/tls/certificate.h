@@ -10,6 +10,8 @@
 #include "common/base/hash.h"
 #include "common/base/status.h"
 
+struct x509_st;  // OpenSSL's X509
+
 namespace kiln {
 
 // Roles of people (read, submit, admin) do not contain each other here: who grants them writes all that are
@@ -41,6 +43,7 @@ struct Certificate {
 // from a certificate are cut to 256 bytes, and what is not printable ASCII becomes "?".
 Expected<Certificate> read_certificate(std::string_view pem);
 Expected<Certificate> read_certificate_der(std::span<const std::byte> der);
+Expected<Certificate> read_certificate_of(x509_st* certificate);
 
 // "2027-03-01 12:00 UTC".
 std::string date_text(int64_t seconds);

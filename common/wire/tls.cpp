@@ -2,7 +2,6 @@
 
 #include <ctime>
 
-#include "common/base/bytes.h"
 #include "common/base/format.h"
 #include "common/base/log.h"
 #include "common/wire/tls_impl.h"
@@ -10,17 +9,8 @@
 namespace kiln {
 namespace {
 
-Bytes der_of(X509* x) {
-  unsigned char* data = nullptr;
-  const int size = i2d_X509(x, &data);
-  Bytes der;
-  if (size > 0) der.assign(reinterpret_cast<std::byte*>(data), reinterpret_cast<std::byte*>(data) + size);
-  OPENSSL_free(data);
-  return der;
-}
-
 Certificate certificate_of(X509* x) {
-  auto read = x ? read_certificate_der(der_of(x)) : fail(ErrorKind::kInvalidInput, "");
+  auto read = x ? read_certificate_of(x) : fail(ErrorKind::kInvalidInput, "");
   return read ? std::move(*read) : Certificate{};
 }
 
@@ -87,6 +77,7 @@ void verify(TlsStream& stream, const TlsContext& context, bool peer_is_coordinat
   stream.set_verify_callback([&context, peer_is_coordinator, host, &check](bool good,
                                                                            asio::ssl::verify_context& chain) {
     X509_STORE_CTX* store = chain.native_handle();
+    if (good && X509_STORE_CTX_get_error_depth(store) > 0) return true;
     const Certificate c = certificate_of(X509_STORE_CTX_get_current_cert(store));
     const int error = X509_STORE_CTX_get_error(store);
     // An enrolment trusts one authority by its digest: OpenSSL goes on to check the signatures below it.
@@ -101,7 +92,6 @@ void verify(TlsStream& stream, const TlsContext& context, bool peer_is_coordinat
       if (check.failure.empty()) check.failure = chain_words(error, leaf, host);
       return false;
     }
-    if (X509_STORE_CTX_get_error_depth(store) > 0) return true;
     Verdict verdict = judge(c, context, peer_is_coordinator);
     if (verdict.error == X509_V_OK) return true;
     check.failure = std::move(verdict.words);
