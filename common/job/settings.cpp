@@ -344,6 +344,21 @@ Status set_option(BakeSettings& settings, const std::string& name, const std::st
   return fail(ErrorKind::kUsage, text("there is no setting '{}': 'kiln bake --help' lists them", name));
 }
 
+std::optional<std::vector<double>> parse_radiance(const std::string& value) {
+  std::vector<double> out;
+  const char* at = value.data();
+  const char* const end = at + value.size();
+  while (out.size() < 3) {
+    double number;
+    const auto [next, code] = std::from_chars(at, end, number);
+    if (code != std::errc()) return std::nullopt;
+    out.push_back(number);
+    at = next;
+    if (out.size() < 3 && (at == end || *at++ != ',')) return std::nullopt;
+  }
+  return at == end ? std::optional(out) : std::nullopt;
+}
+
 Status check_settings(const BakeSettings& b) {
   if (b.min_samples > b.max_samples)
     return refuse(text("--min-samples {} is above --max-samples {}", b.min_samples, b.max_samples));

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -78,6 +79,8 @@ std::span<const Setting> settings_table();
 // Sets one option by name; errors name the option, the value and what is allowed.
 Status set_option(BakeSettings& settings, const std::string& name, const std::string& value,
                   const std::string& source);
+// The value of the option environment as radiance R,G,B; nothing: it is a path, or empty.
+std::optional<std::vector<double>> parse_radiance(const std::string& value);
 // Rules between options (min <= max, ...). Call once after the last set_option.
 Status check_settings(const BakeSettings& settings);
 

@@ -1,7 +1,6 @@
 #include "coordinator/import/environment.h"
 
 #include <algorithm>
-#include <charconv>
 
 #include "common/base/format.h"
 #include "coordinator/document/uri.h"
@@ -20,22 +19,6 @@ using Kind = ImportNote::Kind;
 constexpr const char* kExtension = "EXT_lights_image_based";
 constexpr uint32_t kMaxEnvironmentWidth = 4096;  // 0.09 degrees: finer than any diffuse shadow shows
 constexpr uint32_t kMaxFace = 1024;
-
-// "R,G,B" as three radiances; nothing when it does not look like numbers.
-std::optional<std::vector<double>> parse_radiance(const std::string& word) {
-  std::vector<double> out;
-  const char* at = word.data();
-  const char* const end = at + word.size();
-  while (out.size() < 3) {
-    double value;
-    const auto [next, code] = std::from_chars(at, end, value);
-    if (code != std::errc()) return std::nullopt;
-    out.push_back(value);
-    at = next;
-    if (out.size() < 3 && (at == end || *at++ != ',')) return std::nullopt;
-  }
-  return at == end ? std::optional(out) : std::nullopt;
-}
 
 // `radiance` multiplies the image where there is one.
 Record make_record(const BakeSettings& settings, const std::string& name, std::vector<double> radiance,
@@ -88,7 +71,9 @@ Expected<std::optional<Record>> from_settings(const BakeSettings& settings, std:
     return make_record(settings, "environment " + settings.environment, *radiance, "full");
   }
   KILN_TRY(Texture image, read_environment(settings.environment));
-  Record record = make_record(settings, "environment " + settings.environment, {1, 1, 1}, "full");
+  // Not the whole path: the bytes of the scene shall not depend on where its files lie.
+  const std::string name = std::filesystem::path(settings.environment).filename().string();
+  Record record = make_record(settings, "environment " + name, {1, 1, 1}, "full");
   put_image(record, std::move(image), textures, notes);
   return record;
 }

@@ -35,12 +35,14 @@ struct StoreAnswer {  // make the answer just given durable, then call stored()
   JobId job;
   uint64_t unit, shape;
   Digest digest;
+  uint64_t ticket;  // to hand to stored()
 };
 struct Settle {  // this answer is the unit's result: durable, and agreed on as far as asked for
   JobId job;
   uint64_t unit;
   Digest digest;
   bool verified;
+  std::string identity;  // who stands for it: whoever was first may have been caught since
 };
 struct Deliver {  // to the merge; once per unit and pass
   JobId job;

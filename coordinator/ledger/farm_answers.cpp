@@ -12,8 +12,8 @@ constexpr double kRateMemory = 0.2;          // of the newest result in a worker
 
 }  // namespace
 
-void FarmLedger::result(WorkerId worker_id, JobId job_id, uint64_t lease, uint64_t unit_id,
-                        const Digest& digest, int64_t now, Actions& out) {
+void FarmLedger::result(WorkerId worker_id, JobId job_id, uint64_t unit_id, const Digest& digest, int64_t now,
+                        Actions& out) {
   Worker* worker = find_worker(worker_id);
   if (!worker) return;
   heard(worker_id, now, out);
@@ -24,25 +24,43 @@ void FarmLedger::result(WorkerId worker_id, JobId job_id, uint64_t lease, uint64
     return;
   }
   if (identities_[worker->identity].quarantined) return;
-  if (const auto it = leases_.find(lease); it != leases_.end() && it->second.worker == worker_id &&
-                                           it->second.unit == unit_id && it->second.job == job_id) {
-    job->turnaround_ms += static_cast<double>(now - it->second.since);
+  const auto its_class = worker->classes.find(job_id);
+  if (its_class == worker->classes.end()) return;  // it comes again when the worker is ready for the job
+  if (its_class->second != job->traits.numeric_class) {
+    if (worker->job != job_id)
+      out.push_back(Release{worker_id, job_id, "the job needs another numeric class"});
+    return;
+  }
+  if (const uint64_t lease = lease_of(worker_id, *unit)) {
+    const int64_t since = leases_.at(lease).since;
+    job->turnaround_ms += static_cast<double>(now - since);
     job->turnaround_weight += unit->weight;
-    const double ms =
-        std::max(1.0, static_cast<double>(now - std::max(it->second.since, worker->busy_since)));
+    const double ms = std::max(1.0, static_cast<double>(now - std::max(since, worker->busy_since)));
     const double rate = unit->weight / ms;  // of all its threads: results come in between each other
     worker->rate = worker->rate > 0 ? worker->rate + kRateMemory * (rate - worker->rate) : rate;
     worker->busy_since = now;
     charge(*worker, now);
     release(lease);
+  } else if (worker->ghosts > 0) {
+    --worker->ghosts;
   }
   worker->failed_units.clear();
   if (unit->phase == Phase::kFailed) {
     out.push_back(Acknowledge{worker_id, job_id, unit_id, digest});
   } else {
     vote(job_id, *job, unit_id, *unit, worker_id, digest, now, out);
+    enqueue(*job, unit_id,
+            *unit);  // its lease is free now, and the vote may have been one that counted already
   }
   if (find_worker(worker_id)) serve(worker_id, now, out);
+}
+
+// The worker's lease of the unit. Which one a message names does not matter: a claim after a reconnect made a
+// new one.
+uint64_t FarmLedger::lease_of(WorkerId worker, const Unit& unit) const {
+  for (const uint64_t lease : unit.leases)
+    if (leases_.at(lease).worker == worker) return lease;
+  return 0;
 }
 
 void FarmLedger::vote(JobId id, Job& job, uint64_t unit_id, Unit& unit, WorkerId worker_id,
@@ -72,7 +90,7 @@ void FarmLedger::vote(JobId id, Job& job, uint64_t unit_id, Unit& unit, WorkerId
         unit.verified = true;
         ++job.totals.verified;
         --job.totals.unverified;
-        out.push_back(Settle{id, unit_id, digest, true});
+        out.push_back(Settle{id, unit_id, digest, true, identities_[result.voters.front()].name});
       }
       out.push_back(Acknowledge{worker_id, id, unit_id, digest});
       return;
@@ -87,8 +105,8 @@ void FarmLedger::vote(JobId id, Job& job, uint64_t unit_id, Unit& unit, WorkerId
   auto it = std::find_if(unit.answers.begin(), unit.answers.end(),
                          [&](const Answer& answer) { return answer.digest == digest; });
   if (it == unit.answers.end()) {
-    it = unit.answers.insert(unit.answers.end(), Answer{digest, {}, false, {}});
-    out.push_back(StoreAnswer{worker_id, identities_[who].name, id, unit_id, unit.shape, digest});
+    it = unit.answers.insert(unit.answers.end(), Answer{digest, {}, false, next_ticket_++, {}});
+    out.push_back(StoreAnswer{worker_id, identities_[who].name, id, unit_id, unit.shape, digest, it->ticket});
   } else {
     ++job.totals.duplicates;
   }
@@ -162,7 +180,8 @@ void FarmLedger::settle(JobId id, Job& job, uint64_t unit_id, Unit& unit, size_t
   }
   if (unit.verified)
     for (const IdentityId voter : answers[winner].voters) agree(voter, out);
-  out.push_back(Settle{id, unit_id, answers[winner].digest, unit.verified});
+  out.push_back(Settle{id, unit_id, answers[winner].digest, unit.verified,
+                       identities_[answers[winner].voters.front()].name});
   if (unit.delivered && unit.merged != answers[winner].digest)
     rewind(id, job, text("unit {} was merged with a result that turned out wrong", unit_id), out);
   deliver(id, job, unit_id, unit, out);
@@ -178,30 +197,29 @@ void FarmLedger::settle(JobId id, Job& job, uint64_t unit_id, Unit& unit, size_t
   complete_if_done(id, job, out);
 }
 
-void FarmLedger::stored(JobId id, uint64_t unit_id, const Digest& digest, int64_t now, Actions& out) {
+void FarmLedger::stored(JobId id, uint64_t unit_id, uint64_t ticket, int64_t now, Actions& out) {
   Job* job = find_job(id);
   Unit* unit = job ? find_unit(*job, unit_id) : nullptr;
   if (!unit) return;
   for (Answer& answer : unit->answers) {
-    if (answer.digest != digest) continue;
+    if (answer.ticket != ticket) continue;
     answer.stored = true;
     for (const WorkerId worker : answer.waiting)
-      if (workers_.count(worker)) out.push_back(Acknowledge{worker, id, unit_id, digest});
+      if (workers_.count(worker)) out.push_back(Acknowledge{worker, id, unit_id, answer.digest});
     answer.waiting.clear();
     return conclude(id, *job, unit_id, *unit, now, out);
   }
 }
 
 void FarmLedger::blame(JobId id, Job& job, uint64_t unit_id, Unit& unit, IdentityId who, bool certain,
-                       const std::string& reason, int64_t now, Actions& out) {
+                       const std::string& reason, Actions& out) {
   if (unit.phase != Phase::kOpen || !unit.answers.empty()) return;
   if (std::find(unit.blamed.begin(), unit.blamed.end(), who) == unit.blamed.end()) unit.blamed.push_back(who);
   dequeue(job, unit_id, unit);
   ++unit.attempts;
-  if (certain && unit.attempts >= rules_.max_attempts)
+  if (certain && ++unit.failures >= rules_.max_attempts)
     give_up(id, job, unit_id, unit,
-            text("unit {} failed {} times, the last time because {}", unit_id, unit.attempts, reason), now,
-            out);
+            text("unit {} failed {} times, the last time because {}", unit_id, unit.failures, reason), out);
 }
 
 void FarmLedger::give_up(JobId id, Job& job, uint64_t unit_id, Unit& unit, const std::string& reason,
@@ -218,17 +236,17 @@ void FarmLedger::give_up(JobId id, Job& job, uint64_t unit_id, Unit& unit, const
   complete_if_done(id, job, out);
 }
 
-void FarmLedger::unit_failed(WorkerId worker_id, JobId job_id, uint64_t lease, uint64_t unit_id,
-                             const Error& error, int64_t now, Actions& out) {
+void FarmLedger::unit_failed(WorkerId worker_id, JobId job_id, uint64_t unit_id, const Error& error,
+                             int64_t now, Actions& out) {
   Worker* worker = find_worker(worker_id);
   if (!worker) return;
   heard(worker_id, now, out);
-  const auto it = leases_.find(lease);
-  if (it == leases_.end() || it->second.worker != worker_id || it->second.unit != unit_id ||
-      it->second.job != job_id)
-    return;  // not its to fail
-  Job& job = jobs_.at(job_id);
-  Unit& unit = job.units.at(unit_id);
+  Job* found = find_job(job_id);
+  Unit* failed = found ? find_unit(*found, unit_id) : nullptr;
+  const uint64_t lease = failed ? lease_of(worker_id, *failed) : 0;
+  if (!lease) return;  // not its to fail
+  Job& job = *found;
+  Unit& unit = *failed;
   out.push_back(Note{job_id, text("unit {} failed on {}: {}", unit_id, worker->traits.name, error.message)});
   release(lease);
   if (error.kind == ErrorKind::kInvalidInput || error.kind == ErrorKind::kUsage) {
@@ -238,7 +256,7 @@ void FarmLedger::unit_failed(WorkerId worker_id, JobId job_id, uint64_t lease, u
   }
   worker->failed_units.insert(unit_id);
   blame(job_id, job, unit_id, unit, worker->identity, true,
-        text("{}: {}", worker->traits.name, error.message), now, out);
+        text("{}: {}", worker->traits.name, error.message), out);
   enqueue(job, unit_id, unit);
   bench(worker_id, *worker, now, out);
   serve_all(0, now, out);

@@ -35,6 +35,8 @@ void FarmLedger::restore(JobId id, std::span<const KnownAnswer> answers) {
   Job* job = find_job(id);
   KILN_CHECK(job);
   for (const KnownAnswer& known : answers) {
+    if (!known.verified && quarantined_for(known.identity))
+      continue;  // the machine was caught; who else says so?
     Unit& unit = job->units[known.unit];
     unit.shape = known.shape;
     if (known.settled) {
@@ -45,8 +47,7 @@ void FarmLedger::restore(JobId id, std::span<const KnownAnswer> answers) {
     } else if (unit.phase == Phase::kSettled) {
       continue;
     }
-    unit.needed = std::max(unit.needed, known.settled ? 1u : 2u);  // it was not enough when it came
-    unit.answers.push_back({known.digest, {intern(known.identity)}, true, {}});
+    unit.answers.push_back({known.digest, {intern(known.identity)}, true, 0, {}});
   }
 }
 
@@ -77,6 +78,7 @@ void FarmLedger::end_job(JobId id, const std::string& reason, int64_t now, Actio
   for (uint64_t lease : leases) release(lease);
   for (auto& [worker_id, worker] : workers_) {
     worker.banned.erase(id);
+    worker.classes.erase(id);
     if (worker.job != id) continue;
     unassign(worker, now);
     out.push_back(Release{worker_id, id, reason});
@@ -146,10 +148,16 @@ void FarmLedger::begin_pass(JobId id, std::span<const UnitPlan> units, int64_t n
   }
   for (uint64_t unit_id : job->order) {
     Unit& unit = job->units.at(unit_id);
-    if (unit.phase == Phase::kSettled)
+    if (unit.phase == Phase::kSettled) {
       deliver(id, *job, unit_id, unit, out);
-    else
+    } else if (!unit.answers.empty()) {  // answered before a restart or rewind
+      if (unit.answers.size() > 1 && !unit.disputed) dispute(id, *job, unit_id, unit, out);
+      unit.needed =
+          std::max(unit.needed, needed_votes(id, *job, unit_id, unit.answers.front().voters.front()));
+      conclude(id, *job, unit_id, unit, now, out);
+    } else {
       enqueue(*job, unit_id, unit);
+    }
   }
   complete_if_done(id, *job, out);
   serve_all(0, now, out);

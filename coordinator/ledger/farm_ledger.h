@@ -38,7 +38,7 @@ class FarmLedger {
 
   // farm_jobs.cpp. Ids are never used again.
   void add_job(JobId job, const JobTraits& traits);
-  // What an earlier coordinator stored; before the first pass.
+  // What an earlier coordinator stored; before the first pass and after restore_trust().
   void restore(JobId job, std::span<const KnownAnswer> answers);
   void change_job(JobId job, int32_t priority, bool paused, int64_t now, Actions& out);
   // Done, failed or cancelled: units are given up and workers told.
@@ -74,11 +74,9 @@ class FarmLedger {
   size_t held(WorkerId worker) const;
 
   // farm_answers.cpp. `digest` was recomputed by the caller, shape and numbers were checked.
-  void result(WorkerId worker, JobId job, uint64_t lease, uint64_t unit, const Digest& digest, int64_t now,
-              Actions& out);
-  void stored(JobId job, uint64_t unit, const Digest& digest, int64_t now, Actions& out);
-  void unit_failed(WorkerId worker, JobId job, uint64_t lease, uint64_t unit, const Error& error, int64_t now,
-                   Actions& out);
+  void result(WorkerId worker, JobId job, uint64_t unit, const Digest& digest, int64_t now, Actions& out);
+  void stored(JobId job, uint64_t unit, uint64_t ticket, int64_t now, Actions& out);
+  void unit_failed(WorkerId worker, JobId job, uint64_t unit, const Error& error, int64_t now, Actions& out);
   // A stored answer cannot be read back: it is asked for again.
   void damaged(JobId job, uint64_t unit, int64_t now, Actions& out);
 
@@ -109,6 +107,7 @@ class FarmLedger {
     Digest digest;
     std::vector<IdentityId> voters;
     bool stored = false;
+    uint64_t ticket = 0;            // of the write; the same bytes may be written, revoked and written again
     std::vector<WorkerId> waiting;  // for the acknowledgement
   };
   enum class Phase : uint8_t { kOpen, kSettled, kFailed };
@@ -116,10 +115,11 @@ class FarmLedger {
   struct Unit {
     uint64_t shape = 0;
     double weight = 1;
-    uint32_t pass = 0;    // the last one that asked for it
-    uint32_t order = 0;   // in that pass
-    uint32_t needed = 0;  // equal votes; 0: not decided
-    uint32_t attempts = 0;
+    uint32_t pass = 0;      // the last one that asked for it
+    uint32_t order = 0;     // in that pass
+    uint32_t needed = 0;    // equal votes; 0: not decided
+    uint32_t attempts = 0;  // that cost a worker or failed: it is a suspect
+    uint32_t failures = 0;  // those that are certainly the unit's
     Phase phase = Phase::kOpen;
     Queue queue = Queue::kNone;
     bool verified = false, delivered = false, copied = false, disputed = false;
@@ -143,6 +143,8 @@ class FarmLedger {
     double copied_weight = 0, turnaround_ms = 0, turnaround_weight = 0;
     int64_t alone_since = -1;  // no second identity could answer
     bool alone = false;
+    int64_t stuck_since = -1;                     // nobody of its class could take what is left
+    std::map<WorkerId, std::string> other_class;  // who was not used, and what it has
   };
   struct Lease {
     WorkerId worker;
@@ -165,8 +167,10 @@ class FarmLedger {
     double rate = 0;                  // weight per ms of the whole worker; 0: not known
     std::set<uint64_t> failed_units;  // in a row
     uint32_t benched = 0;
+    size_t ghosts = 0;  // units taken from it while it was silent, which may still keep its threads
     std::map<JobId, std::string> banned;
-    std::string counted_for;  // the user its threads are reckoned to; empty: none
+    std::map<JobId, std::string> classes;  // proven for the job's kernels
+    std::string counted_for;               // the user its threads are reckoned to; empty: none
   };
 
   // farm_jobs.cpp
@@ -186,16 +190,20 @@ class FarmLedger {
   void charge(Worker& worker, int64_t now);
   void find_silent(int64_t now, bool was_away, Actions& out);
   void find_hung(int64_t now, Actions& out);
+  void forgive_losses(uint64_t process);
+  void judge_losses(int64_t now, Actions& out);
   void waive_audits(int64_t now, Actions& out);
+  void change_class(int64_t now, Actions& out);
 
   // farm_answers.cpp
+  uint64_t lease_of(WorkerId worker, const Unit& unit) const;  // 0: none
   void vote(JobId id, Job& job, uint64_t unit_id, Unit& unit, WorkerId worker, const Digest& digest,
             int64_t now, Actions& out);
   void conclude(JobId id, Job& job, uint64_t unit_id, Unit& unit, int64_t now, Actions& out);
   void settle(JobId id, Job& job, uint64_t unit_id, Unit& unit, size_t winner, int64_t now, Actions& out);
   void dispute(JobId id, Job& job, uint64_t unit_id, Unit& unit, Actions& out);
   void blame(JobId id, Job& job, uint64_t unit_id, Unit& unit, IdentityId who, bool certain,
-             const std::string& reason, int64_t now, Actions& out);
+             const std::string& reason, Actions& out);
   void give_up(JobId id, Job& job, uint64_t unit_id, Unit& unit, const std::string& reason, Actions& out);
   uint32_t needed_votes(JobId id, const Job& job, uint64_t unit_id, IdentityId first) const;
 
@@ -231,6 +239,16 @@ class FarmLedger {
   void wake_users();
   double weight_of(const Job& job) const { return FairShare::weight(job.traits.priority); }
 
+  struct Loss {  // of a connection: a crash, unless the process comes back
+    uint64_t process;
+    IdentityId identity;
+    int64_t when;
+    bool certain;  // it held nothing else
+    JobId job;
+    uint64_t unit;
+    std::string reason;
+  };
+
   FarmRules rules_;
   std::map<JobId, Job> jobs_;
   std::map<WorkerId, Worker> workers_;
@@ -239,9 +257,10 @@ class FarmLedger {
   std::map<std::string, IdentityId> identity_by_name_;
   FairShare share_;
   std::map<std::string, double> threads_of_;  // by user: assigned or on their way
-  uint64_t next_lease_ = 1;
+  uint64_t next_lease_ = 1, next_ticket_ = 1;
   int64_t last_tick_ = 0;
   bool held_ = false;
+  std::vector<Loss> losses_;
 };
 
 }  // namespace kiln

@@ -138,6 +138,7 @@ void FarmLedger::bench(WorkerId, Worker& worker, int64_t now, Actions& out) {
     if (!unit || std::erase(unit->blamed, worker.identity) == 0) continue;
     dequeue(*job, unit_id, *unit);
     if (unit->attempts > 0) --unit->attempts;
+    if (unit->failures > 0) --unit->failures;
     enqueue(*job, unit_id, *unit);
   }
   worker.failed_units.clear();

@@ -8,13 +8,15 @@
 
 namespace kiln {
 
-using JobId = uint64_t;
+using JobId = uint64_t;     // from 1, never used again
 using WorkerId = uint32_t;  // one process of a worker; drawn by the coordinator, new after its restart
 
 struct FarmRules {
-  int64_t lease_ms = 15000;         // silence after which a worker's units go to others
-  int64_t hang_ms = 600000;         // a heartbeating worker that holds a unit this long has hung
-  uint32_t max_attempts = 3;        // distinct workers that a unit may cost before it has failed
+  int64_t lease_ms = 15000;   // silence after which a worker's units go to others
+  int64_t hang_ms = 600000;   // a heartbeating worker that holds a unit this long has hung
+  uint32_t max_attempts = 3;  // distinct workers that a unit may cost before it has failed
+  int64_t class_patience_ms =
+      600000;                       // a job that no worker of its numeric class can go on with changes class
   int64_t residence_ms = 2000;      // a worker stays with a job at least this long: scenes are costly to load
   double speculative_share = 0.05;  // of a pass's work may be done twice to end it sooner
   // The dose of verification (BOINC's adaptive replication: Anderson, "BOINC: A Platform for Volunteer
@@ -25,7 +27,8 @@ struct FarmRules {
   uint64_t audit_seed = 0;  // secret: a worker must not be able to tell which unit will be asked twice
 };
 
-enum class PoisonPolicy : uint8_t { kFail, kSkip };
+// What becomes of a job when a unit has failed on every worker that tried it. Stored.
+enum class PoisonPolicy : uint8_t { kFail = 0, kSkip = 1 };
 
 struct JobTraits {
   std::string user, name;
@@ -40,6 +43,7 @@ struct WorkerTraits {
   std::string identity;  // what trust is bound to: a certificate's name, or the process
   std::string name;      // for people
   uint32_t threads = 1;
+  uint64_t process = 0;  // drawn by it when it started: who comes back with the same number had not crashed
 };
 
 // One unit of a pass, in the order of its value.

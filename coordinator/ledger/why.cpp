@@ -175,7 +175,11 @@ std::string FarmLedger::audit() const {
       const bool forgotten =
           of_pass && unit.phase == Phase::kOpen && unit.queue == Queue::kNone && unit.leases.empty() &&
           std::all_of(unit.answers.begin(), unit.answers.end(), [](const Answer& a) { return a.stored; });
-      if (forgotten) return text("unit {} is open, but nobody has it and it does not wait", unit_id);
+      if (forgotten) {
+        std::string why;
+        for (const std::string& line : why_unit(id, unit_id, 0)) why += "; " + line;
+        return text("unit {} is open, but nobody has it and it does not wait{}", unit_id, why);
+      }
     }
     if (job.open && (done != job.counts.done || failed != job.counts.failed))
       return text("job {} counts {} done and {} failed, the table {} and {}", id, job.counts.done,

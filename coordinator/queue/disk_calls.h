@@ -1,0 +1,21 @@
+// The calls by which the store changes files: the one place where tests put faults.
+#pragma once
+
+#include <sys/types.h>
+
+#include <cstddef>
+
+namespace kiln {
+
+// As the system calls: -1 and errno on failure.
+class DiskCalls {
+ public:
+  virtual ~DiskCalls() = default;
+  virtual ssize_t write_at(int file, const void* data, size_t size, off_t offset);  // pwrite
+  virtual int sync(int file);                                                       // fdatasync
+  virtual int truncate(int file, off_t size);
+};
+
+DiskCalls& real_disk_calls();
+
+}  // namespace kiln

@@ -1,0 +1,149 @@
+// A scene from a snapshot is the scene: the same bytes go to the workers.
+#include "coordinator/snapshot/snapshot.h"
+
+#include "common/base/files.h"
+#include "common/scene/prepared.h"
+#include "tests/import/gltf_builder.h"
+
+namespace kiln::test {
+namespace {
+namespace fs = std::filesystem;
+
+std::string small_sky() {
+  return "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n" +
+         std::string("\x80\x80\x80\x81\x90\x80\x80\x82", 8);
+}
+
+void put(const fs::path& path, std::string_view text) {
+  fs::create_directories(path.parent_path());
+  ASSERT_TRUE(write_file_atomic(path, text));
+}
+
+// A .gltf with all kinds of files about it; the sky of the options lies elsewhere.
+struct Studio {
+  TempDir dir;
+  fs::path scene;
+  BakeSettings settings;
+  Studio() {
+    GltfBuilder builder = small_scene();
+    builder.root["images"] = json::array();
+    for (const char* uri :
+         {"textures/a%20b.png", "gone.png", "textures/../c.png", "data:image/png;base64,AAAA"})
+      builder.root["images"].push_back({{"uri", uri}});
+    builder.root["extensions"]["EXT_lights_ies"]["lights"] = json::array({{{"uri", "lamps/spot.ies"}}});
+    builder.root["extensionsUsed"].push_back("EXT_lights_ies");
+    builder.root["scenes"][0]["extras"]["kiln"]["environment"] = {{"image", "sky.hdr"}};
+    const fs::path folder = dir.path() / "project" / "room";
+    fs::create_directories(folder);
+    scene = write_gltf_file(builder, folder);
+    put(folder / "textures" / "a b.png", "texture");
+    put(folder / "c.png", "another");
+    put(folder / "lamps" / "spot.ies", "lamp");
+    put(folder / "sky.hdr", small_sky());
+    put(folder / "x.kiln.json", "{}");
+    put(folder / "unrelated.txt", "stays");
+    put(dir.path() / "skies" / "noon.hdr", small_sky());
+    put(dir.path() / "last" / "charts.json", "{}");
+    settings.environment = (dir.path() / "skies" / "noon.hdr").string();
+    settings.keep_layout = (dir.path() / "last" / "charts.json").string();
+  }
+};
+
+Digest scene_digest(const fs::path& scene, const BakeSettings& settings) {
+  const auto imported = import_scene(scene, settings);
+  if (!imported) {
+    ADD_FAILURE() << imported.error().message;
+    return {};
+  }
+  ChunkStore chunks;
+  return write_scene(imported->scene, chunks);
+}
+
+std::unique_ptr<BlobStore> open_blobs(const fs::path& folder) {
+  BlobOptions options;
+  options.keep_free = 0;
+  return std::move(*BlobStore::open(folder, options));
+}
+
+TEST(Snapshot, ListsEveryFileThatABakeReads) {
+  const Studio studio;
+  const auto inputs = list_inputs(studio.scene, studio.settings);
+  ASSERT_TRUE(inputs) << inputs.error().message;
+  std::vector<std::string> paths;
+  for (const InputFile& input : *inputs) {
+    paths.push_back(input.path);
+    EXPECT_TRUE(fs::is_regular_file(input.source)) << input.source;
+  }
+  EXPECT_EQ(paths, (std::vector<std::string>{"x.gltf", "c.png", "kiln-options/environment/noon.hdr",
+                                             "kiln-options/keep-layout/charts.json", "lamps/spot.ies",
+                                             "sky.hdr", "textures/a b.png", "x.bin", "x.kiln.json"}));
+  BakeSettings plain;
+  plain.environment = "1,2,3";
+  EXPECT_EQ(list_inputs(studio.scene, plain)->size(), 7u);
+}
+
+TEST(Snapshot, ALaidOutSceneImportsToTheSameBytes) {
+  const Studio studio;
+  auto snapshot = take_snapshot(studio.scene, studio.settings);
+  ASSERT_TRUE(snapshot) << snapshot.error().message;
+  const auto blobs = open_blobs(studio.dir.path() / "blobs");
+  ASSERT_TRUE(put_snapshot(*snapshot, *blobs, 1));
+  const Digest original = scene_digest(studio.scene, studio.settings);
+  fs::rename(studio.dir.path() / "project", studio.dir.path() / "away");
+  fs::rename(studio.dir.path() / "skies", studio.dir.path() / "away2");
+  const fs::path folder = studio.dir.path() / "laid" / "out";
+  const Status laid = lay_out(snapshot->files, *blobs, folder);
+  ASSERT_TRUE(laid) << laid.error().message;
+  for (const FileRecord& file : snapshot->files)
+    EXPECT_EQ(sha256(*read_file(folder / file.path)), file.digest) << file.path;
+  const BakeSettings settings = settings_in(snapshot->settings, folder);
+  EXPECT_EQ(settings.keep_layout, (folder / "kiln-options/keep-layout/charts.json").string());
+  EXPECT_EQ(scene_digest(folder / snapshot->scene, settings), original);
+  // The sky of the options is in it: another one gives another scene.
+  BakeSettings without = settings;
+  without.environment = "1,1,1";
+  EXPECT_NE(scene_digest(folder / snapshot->scene, without), original);
+  EXPECT_EQ(settings_in(without, folder).environment, "1,1,1");
+}
+
+TEST(Snapshot, TheSameScenesAreKeptOnceAndChangesAreSeen) {
+  const Studio studio;
+  const auto first = *take_snapshot(studio.scene, studio.settings);
+  const auto blobs = open_blobs(studio.dir.path() / "blobs");
+  put(studio.scene.parent_path() / "c.png", "changed meanwhile");
+  const Status changed = put_snapshot(first, *blobs, 1);
+  ASSERT_FALSE(changed);
+  EXPECT_NE(changed.error().message.find("c.png"), std::string::npos);
+  const auto second = *take_snapshot(studio.scene, studio.settings);
+  ASSERT_TRUE(put_snapshot(second, *blobs, 1));
+  size_t differ = 0;
+  for (size_t i = 0; i < first.files.size(); ++i) differ += first.files[i] == second.files[i] ? 0 : 1;
+  EXPECT_EQ(differ, 1u);
+  EXPECT_EQ(lay_out(first.files, *blobs, studio.dir.path() / "x").error().kind, ErrorKind::kInvalidInput);
+}
+
+TEST(Snapshot, NothingOutsideIsReadOrWritten) {
+  Studio studio;
+  BakeSettings gone = studio.settings;
+  gone.keep_layout = "/nowhere/charts.json";
+  EXPECT_NE(list_inputs(studio.scene, gone).error().message.find("--keep-layout"), std::string::npos);
+  const auto blobs = open_blobs(studio.dir.path() / "blobs");
+  const FileRecord good = *blobs->put_file(studio.scene, 1);
+  for (const char* path : {"../x", "/tmp/kiln-x", "a/../../x"}) {
+    const fs::path folder = studio.dir.path() / "out";
+    EXPECT_EQ(lay_out({{path, good.digest, good.size}}, *blobs, folder).error().kind,
+              ErrorKind::kInvalidInput);
+    EXPECT_FALSE(fs::exists(folder));
+  }
+  EXPECT_FALSE(lay_out({good}, *blobs, studio.dir.path()));  // not empty
+  for (const char* uri : {"../secret.png", "/etc/passwd", "file:///etc/passwd", "a/../../x.png"}) {
+    GltfBuilder builder = small_scene();
+    builder.root["images"] = json::array({{{"uri", uri}}});
+    const auto inputs = list_inputs(write_gltf_file(builder, studio.dir.path(), "y.gltf"), {});
+    ASSERT_FALSE(inputs) << uri;
+    EXPECT_EQ(inputs.error().kind, ErrorKind::kInvalidInput);
+  }
+}
+
+}  // namespace
+}  // namespace kiln::test
