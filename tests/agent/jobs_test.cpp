@@ -41,7 +41,8 @@ TEST(AgentJobs, AnEndedJobIsForgottenAndAnotherMayFollow) {
 }
 
 TEST(AgentJobs, AnEndedJobsUnitsDoNotRunOn) {
-  const StubOptions stub("slow=200");
+  const TempDir marks;
+  const StubOptions stub("slow=200;dir=" + marks.path().string());
   RawListener listener;
   const TestJob job(77), other(78);
   WorkerProcess worker(listener.port());
@@ -55,6 +56,8 @@ TEST(AgentJobs, AnEndedJobsUnitsDoNotRunOn) {
   ASSERT_TRUE(result);
   EXPECT_EQ(result->job, other.spec.id);
   EXPECT_EQ(result->result.unit, 9u);
+  for (const auto& entry : std::filesystem::directory_iterator(marks.path()))
+    EXPECT_NE(entry.path().filename().string().rfind("unit-3-", 0), 0u) << "begun for nobody";
 }
 
 TEST(AgentJobs, ResultsOfAnEarlierJobArriveWhileAnotherIsCurrent) {
@@ -132,6 +135,19 @@ TEST(AgentJobs, WithoutRoomTheSceneUsedLongestAgoLeaves) {
   ASSERT_TRUE(worker.ended_with(0));
   EXPECT_EQ(times_said(worker, "making the scene"), 3u) << worker.said;
   EXPECT_EQ(times_said(worker, "leaves memory"), 2u) << worker.said;
+}
+
+TEST(AgentJobs, OnlyTheSceneUsedLongestAgoLeaves) {
+  RawListener listener;
+  const TestJob first(77, 0), second(78, 1), third(79, 2);
+  WorkerProcess worker(listener.port(), {"--memory", "56"});  // 3/4 of it holds two
+  auto peer = listener.accept();
+  ASSERT_TRUE(peer && make_ready(*peer, first) && give_job(*peer, second) && give_job(*peer, first));
+  ASSERT_TRUE(give_job(*peer, third) && give_job(*peer, first));
+  peer->send(Goodbye{"done"});
+  ASSERT_TRUE(worker.ended_with(0));
+  EXPECT_EQ(times_said(worker, "making the scene"), 3u) << worker.said;
+  EXPECT_EQ(times_said(worker, "the scene of job 78 leaves memory"), 1u) << worker.said;
 }
 
 TEST(AgentJobs, WithoutRoomASceneWaitsForTheUnitsOfTheOther) {

@@ -10,7 +10,8 @@ namespace {
 using namespace test;
 
 std::vector<std::string> arguments_of(const TlsFiles& files) {
-  return {"--ca", files.ca.string(), "--certificate", files.certificate.string(), "--key", files.key.string()};
+  return {"--ca",  files.ca.string(), "--certificate", files.certificate.string(),
+          "--key", files.key.string()};
 }
 
 void run_until_it_ends(TlsPair& pair, WorkerProcess& worker) {

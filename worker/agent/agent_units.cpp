@@ -86,7 +86,7 @@ std::string Agent::keep_replay(const UnitKey& key, const WorkUnit& unit) {
     return "";
   }
   disk_->shrink_replays();
-  return text("kiln-worker --cache {} --replay {}", settings_.cache_folder, file);
+  return text("kiln-worker --replay {}", file);
 }
 
 void Agent::keep(KnownJob& job, const TakenUnit& taken, UnitResult result) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cstdlib>
+#include <filesystem>
 
 #include "common/base/files.h"
 #include "common/base/format.h"
@@ -16,7 +17,7 @@ namespace {
 constexpr const char* kHelp = R"(kiln-worker: bakes units of a lightmap for a Kiln coordinator.
 
 usage: kiln-worker --connect HOST:PORT [options]
-       kiln-worker --cache DIR --replay FILE
+       kiln-worker --replay FILE
 
 the coordinator
   --connect HOST:PORT   its address                                             KILN_CONNECT
@@ -46,8 +47,8 @@ this machine
   --alive-file FILE     its time is set every second, for a supervisor's probe  KILN_ALIVE_FILE
 
   --replay FILE         bakes the one unit of FILE (named when a unit fails)
-                        from the chunks in the cache; prints digest, rays
-                        and seconds, or the error
+                        from the chunks in the cache that it lies in, or in
+                        --cache; prints digest, rays and seconds, or the error
   --version             release and protocol
   --help                this text
 
@@ -230,7 +231,13 @@ Expected<WorkerOptions> read_worker_options(const std::vector<std::string>& argu
   else if (!form.empty() && form != "text")
     return usage(text("--log is \"{}\": give text or json", form));
   options.replay = table["--replay"];
-  if (!options.replay.empty()) return options;  // needs no coordinator
+  if (!options.replay
+           .empty()) {  // needs no coordinator, and the file lies in the cache that it is baked from
+    const std::filesystem::path folder = std::filesystem::path(options.replay).parent_path();
+    if (table["--cache"].empty() && folder.filename() == "replay")
+      agent.cache_folder = folder.parent_path().string();
+    return options;
+  }
 
   if (table["--connect"].empty()) return usage("no coordinator given: --connect HOST:PORT");
   KILN_TRY(auto address, parse_address(table["--connect"]));
