@@ -7,10 +7,11 @@ seconds=${1:?usage: tests/fuzz/run.sh SECONDS [TARGET ...]}
 shift
 root=$(cd "$(dirname "$0")/../.." && pwd)
 build=${KILN_FUZZ_BUILD:-$root/build-fuzz}
+mkdir -p "$build"
 cmake -S "$root" -B "$build" -G Ninja -DKILN_FUZZ=ON -DCMAKE_CXX_COMPILER=clang++-14 -DCMAKE_C_COMPILER=clang-14 \
-  -DCMAKE_BUILD_TYPE=Release > "$build.log" 2>&1 || { cat "$build.log"; exit 2; }
+  -DCMAKE_BUILD_TYPE=Release > "$build/build.log" 2>&1 || { cat "$build/build.log"; exit 2; }
 targets=${*:-$(tr ';' ' ' < "$build/fuzz_targets.txt")}
-ninja -C "$build" $(for t in $targets; do echo "fuzz_$t"; done) >> "$build.log" 2>&1 || { tail -50 "$build.log"; exit 2; }
+ninja -C "$build" $(for t in $targets; do echo "fuzz_$t"; done) >> "$build/build.log" 2>&1 || { tail -50 "$build/build.log"; exit 2; }
 
 # What a decoder may take: above 1 GiB or 20 s on one small input is a finding too. Leaks are looked for.
 export ASAN_OPTIONS=allocator_may_return_null=0:detect_stack_use_after_return=1
