@@ -1,7 +1,7 @@
 # Third-party libraries, all from Debian's packages. Each is included by one named file of ours
 # (docs/architecture.md lists which), so replacing one is a change to one room.
 find_package(Threads REQUIRED)
-find_package(OpenSSL REQUIRED COMPONENTS Crypto)
+find_package(OpenSSL REQUIRED COMPONENTS Crypto SSL)
 
 function(kiln_require_header variable header package)
   find_path(${variable} ${header})

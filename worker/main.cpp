@@ -1,7 +1,7 @@
 // kiln-worker: the agent with Embree behind it.
 #include <cstdlib>
 
-#include "worker/agent/options.h"
+#include "worker/agent/program.h"
 #include "worker/bake/baker.h"
 
 int main(int argc, char** argv) {

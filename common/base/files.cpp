@@ -14,7 +14,8 @@ namespace {
 
 class File {
  public:
-  File(const fs::path& path, int flags) : fd_(::open(path.c_str(), flags | O_CLOEXEC, 0644)) {}
+  File(const fs::path& path, int flags, mode_t mode = 0644)
+      : fd_(::open(path.c_str(), flags | O_CLOEXEC, mode)) {}
   ~File() {
     if (fd_ >= 0) ::close(fd_);
   }
@@ -42,6 +43,19 @@ Status sync_path(const fs::path& path, int flags) {
   File file(path, flags);
   if (file.fd() < 0) return os_error("open", path);
   if (::fsync(file.fd()) != 0) return os_error("sync", path);
+  return {};
+}
+
+Status write_bytes(const fs::path& path, std::span<const std::byte> data, int flags, mode_t mode) {
+  File file(path, O_WRONLY | O_CREAT | flags, mode);
+  if (file.fd() < 0) return os_error("create", path);
+  size_t done = 0;
+  while (done < data.size()) {
+    const ssize_t put = ::write(file.fd(), data.data() + done, data.size() - done);
+    if (put < 0 && errno == EINTR) continue;
+    if (put < 0) return os_error("write", path);
+    done += static_cast<size_t>(put);
+  }
   return {};
 }
 
@@ -90,22 +104,21 @@ Status write_atomic(const fs::path& path, const std::function<Status(const fs::p
 }
 
 Status write_file_atomic(const fs::path& path, std::span<const std::byte> data) {
-  return write_atomic(path, [&](const fs::path& temporary) -> Status {
-    File file(temporary, O_WRONLY | O_CREAT | O_TRUNC);
-    if (file.fd() < 0) return os_error("create", temporary);
-    size_t done = 0;
-    while (done < data.size()) {
-      const ssize_t put = ::write(file.fd(), data.data() + done, data.size() - done);
-      if (put < 0 && errno == EINTR) continue;
-      if (put < 0) return os_error("write", temporary);
-      done += static_cast<size_t>(put);
-    }
-    return {};
-  });
+  return write_atomic(path,
+                      [&](const fs::path& temporary) { return write_bytes(temporary, data, O_TRUNC, 0644); });
 }
 
 Status write_file_atomic(const fs::path& path, std::string_view text) {
   return write_file_atomic(path, bytes_of(text));
+}
+
+Status write_private_file(const fs::path& path, std::string_view text) {
+  return write_atomic(path, [&](const fs::path& temporary) {
+    // A file that was left there may have other rights: never into an old one.
+    std::error_code ignored;
+    fs::remove(temporary, ignored);
+    return write_bytes(temporary, bytes_of(text), O_EXCL, 0600);
+  });
 }
 
 Status prepare_output_folder(const fs::path& folder, uint64_t need_bytes) {

@@ -17,6 +17,8 @@ Expected<Bytes> read_file(const std::filesystem::path& path, uint64_t max_bytes 
 // Writes a temporary file beside `path`, syncs it and renames it over `path`.
 Status write_file_atomic(const std::filesystem::path& path, std::span<const std::byte> data);
 Status write_file_atomic(const std::filesystem::path& path, std::string_view text);
+// The same, for its owner's eyes alone from the first byte on (mode 0600).
+Status write_private_file(const std::filesystem::path& path, std::string_view text);
 
 // The same for writers that need a path: `write` is given the temporary path (same extension).
 Status write_atomic(const std::filesystem::path& path,

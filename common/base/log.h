@@ -7,8 +7,13 @@ namespace kiln {
 
 enum class LogLevel { kDebug, kInfo, kWarning, kError, kOff };
 
+enum class LogFormat {
+  kText,
+  kJson,  // an object a line: time (UTC), level, program, message
+};
+
 // `name` heads every line ("kiln", "kiln-worker 3"). The default level is kWarning.
-void log_setup(std::string_view name, LogLevel level);
+void log_setup(std::string_view name, LogLevel level, LogFormat format = LogFormat::kText);
 void log_debug(std::string_view text);
 void log_info(std::string_view text);
 void log_warning(std::string_view text);

@@ -1,4 +1,5 @@
-// The only include of Asio. Heavy: included by the sources of common/wire alone.
+// The only include of Asio, and of the TLS of OpenSSL behind it. Heavy: included by the sources of
+// common/wire alone.
 #pragma once
 
 #ifndef ASIO_STANDALONE
@@ -11,5 +12,6 @@
 #include <asio/post.hpp>
 #include <asio/read.hpp>
 #include <asio/signal_set.hpp>
+#include <asio/ssl.hpp>
 #include <asio/steady_timer.hpp>
 #include <asio/write.hpp>

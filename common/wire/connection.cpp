@@ -16,25 +16,43 @@ Connection::Impl::Impl(asio::ip::tcp::socket s) : socket(std::move(s)), linger(s
   }
 }
 
+bool begins_like_tls(std::span<const std::byte> bytes) {
+  // Content types 20 (change cipher spec) to 23 (application data), then a version whose major is 3.
+  return bytes.size() >= 2 && bytes[0] >= std::byte{20} && bytes[0] <= std::byte{23} &&
+         bytes[1] == std::byte{3};
+}
+
 void Connection::Impl::read_header() {
-  asio::async_read(socket, asio::buffer(head), [self = shared_from_this()](asio::error_code code, size_t) {
+  read(asio::buffer(head), [self = shared_from_this()](asio::error_code code, size_t size) {
     if (self->shut_down) return;
-    if (code) return self->shut(code == asio::error::eof ? "the peer closed the connection" : code.message());
+    if (code) {
+      // An alert of TLS is shorter than a frame's header.
+      if (!self->tls && begins_like_tls(std::span(self->head).first(size)))
+        return self->shut("the peer speaks TLS: give this side a certificate too");
+      return self->on_read_error(code);
+    }
     if (auto header = read_frame_header(self->head)) {
       self->header = *header;
       self->read_payload();
     } else {
-      self->shut(header.error().message);
+      self->on_bad_header(header.error());
     }
   });
+}
+
+void Connection::Impl::on_bad_header(const Error& error) {
+  if (tls || !begins_like_tls(head)) return shut(error.message);
+  // A client of TLS takes any bytes but its own for an answer in plain: the frame is for those who log them.
+  part("the peer speaks TLS and this side plain: give this side a certificate, or leave the peer's out",
+       encode(Refused{"this side speaks plain: leave the certificate out, or give this side one"}));
 }
 
 void Connection::Impl::read_payload() {
   if (header.length > payload_limit) return shut("data came before the hand-shake");
   payload.resize(header.length);  // capped by read_frame_header
-  asio::async_read(socket, asio::buffer(payload), [self = shared_from_this()](asio::error_code code, size_t) {
+  read(asio::buffer(payload), [self = shared_from_this()](asio::error_code code, size_t) {
     if (self->shut_down) return;
-    if (code) return self->shut(code.message());
+    if (code) return self->on_read_error(code);
     if (auto good = check_frame_payload(self->header, self->payload); !good)
       return self->shut(good.error().message);
     // A closing connection still reads, so that the peer's last bytes do not turn our close into a reset
@@ -44,28 +62,49 @@ void Connection::Impl::read_payload() {
   });
 }
 
+void Connection::Impl::on_read_error(const asio::error_code& code) {
+  // After our own end of TLS its stream reads nothing more, while the peer may still send: see read_payload.
+  if (closing && tls && code == asio::error::eof)
+    return drain([self = shared_from_this()] { self->shut(self->close_reason); });
+  shut(wire_words(code, tls ? &check : nullptr));
+}
+
 void Connection::Impl::write_next() {
   if (writing || queue.empty() || shut_down) return;
   writing = true;
-  asio::async_write(socket, asio::buffer(queue.front()),
-                    [self = shared_from_this()](asio::error_code code, size_t) {
-                      if (self->shut_down) return;
-                      self->writing = false;
-                      if (code) return self->shut(code.message());
-                      const bool was_full = self->queued >= self->budget;
-                      self->queued -= self->queue.front().size();
-                      self->queue.pop_front();
-                      if (self->closing && self->queue.empty()) return self->linger_then_shut();
-                      self->write_next();
-                      if (was_full && self->queued < self->budget && self->handlers.on_room && !self->closing)
-                        self->handlers.on_room();
-                    });
+  write(asio::buffer(queue.front()), [self = shared_from_this()](asio::error_code code, size_t) {
+    if (self->shut_down) return;
+    self->writing = false;
+    if (code) return self->shut(wire_words(code, self->tls ? &self->check : nullptr));
+    const bool was_full = self->queued >= self->budget;
+    self->queued -= self->queue.front().size();
+    self->queue.pop_front();
+    if (self->closing && self->queue.empty()) return self->linger_then_shut();
+    self->write_next();
+    if (was_full && self->queued < self->budget && self->handlers.on_room && !self->closing)
+      self->handlers.on_room();
+  });
 }
 
 // The reason is on its way: say that nothing follows and wait for the peer to close first.
 void Connection::Impl::linger_then_shut() {
   asio::error_code ignored;
-  socket.shutdown(asio::ip::tcp::socket::shutdown_send, ignored);
+  if (!tls) {
+    socket.shutdown(asio::ip::tcp::socket::shutdown_send, ignored);
+    return;
+  }
+  // As if the peer had ended its half: TLS would else take what it still sends for an error.
+  SSL_set_shutdown(tls->native_handle(), SSL_RECEIVED_SHUTDOWN);
+  tls->async_shutdown([self = shared_from_this()](asio::error_code) {
+    asio::error_code also_ignored;
+    self->socket.shutdown(asio::ip::tcp::socket::shutdown_send, also_ignored);
+  });
+}
+
+void Connection::Impl::report(const std::string& reason) {
+  // Handlers own what owns this connection: let go of them before they run.
+  const Handlers last = std::exchange(handlers, {});
+  if (last.on_closed) last.on_closed(reason);
 }
 
 void Connection::Impl::shut(std::string reason) {
@@ -74,9 +113,46 @@ void Connection::Impl::shut(std::string reason) {
   asio::error_code ignored;
   socket.close(ignored);
   linger.cancel();
-  // Handlers own what owns this connection: let go of them before they run.
-  const Handlers last = std::exchange(handlers, {});
-  if (last.on_closed) last.on_closed(closing ? close_reason : reason);
+  report(closing ? close_reason : reason);
+}
+
+void Connection::Impl::drain(std::function<void()> ended) {
+  const auto end = [self = shared_from_this(), ended] {
+    asio::error_code ignored;
+    self->socket.close(ignored);
+    self->linger.cancel();
+    if (ended) ended();
+  };
+  // An end that was read once, by the stream of TLS, is not reported again.
+  std::byte next{};
+  if (::recv(socket.native_handle(), &next, 1, MSG_PEEK | MSG_DONTWAIT) == 0)
+    return asio::post(socket.get_executor(), end);
+  payload.resize(4096);
+  socket.async_read_some(asio::buffer(payload), [self = shared_from_this(), end, ended = std::move(ended)](
+                                                    asio::error_code code, size_t) {
+    if (code)
+      end();
+    else
+      self->drain(ended);
+  });
+}
+
+void Connection::Impl::part(std::string reason, Bytes last_words, std::function<void()> ended) {
+  if (shut_down) return;
+  closing = shut_down = true;  // a Connection that is destroyed leaves the rest to us
+  linger.expires_after(std::chrono::seconds(2));
+  linger.async_wait([self = shared_from_this()](asio::error_code code) {
+    asio::error_code ignored;
+    if (!code) self->socket.close(ignored);
+  });
+  queue.assign(1, std::move(last_words));
+  asio::async_write(socket, asio::buffer(queue.front()),
+                    [self = shared_from_this()](asio::error_code, size_t) {
+                      asio::error_code ignored;
+                      self->socket.shutdown(asio::ip::tcp::socket::shutdown_send, ignored);
+                    });
+  drain(std::move(ended));
+  report(reason);
 }
 
 Connection::Connection(std::shared_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -130,6 +206,12 @@ std::string Connection::peer() const {
 }
 bool Connection::loopback() const {
   return impl_->loopback;
+}
+bool Connection::encrypted() const {
+  return impl_->tls != nullptr;
+}
+const PeerIdentity& Connection::peer_identity() const {
+  return impl_->identity;
 }
 
 }  // namespace kiln

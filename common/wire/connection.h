@@ -1,11 +1,12 @@
-// One peer: one reader, one bounded writer queue. All calls on the loop's thread; handlers run from the
-// loop, never from inside a call.
+// One peer: one reader, one bounded writer queue, over plain TCP or TLS. All calls on the loop's thread;
+// handlers run from the loop, never from inside a call.
 #pragma once
 
 #include <functional>
 #include <memory>
 #include <string>
 
+#include "common/tls/certificate.h"
 #include "common/wire/messages.h"
 
 namespace kiln {
@@ -38,6 +39,11 @@ class Connection {
   void close_after_writes(std::string reason);
   std::string peer() const;  // "address:port"
   bool loopback() const;
+  bool encrypted() const;
+  // Who the peer is by the certificate that it showed; empty without TLS, and for a stranger that the
+  // listener admits. The certificate was good at the hand-shake: TlsContext::is_revoked says whether it still
+  // is.
+  const PeerIdentity& peer_identity() const;
 
  private:
   std::shared_ptr<Impl> impl_;

@@ -6,19 +6,47 @@
 #include "common/wire/connection.h"
 #include "common/wire/event_loop_impl.h"
 #include "common/wire/limits.h"
+#include "common/wire/tls_impl.h"
 
 namespace kiln {
 
 struct Connection::Impl : std::enable_shared_from_this<Connection::Impl> {
   explicit Impl(asio::ip::tcp::socket s);
   void read_header();
+  void on_bad_header(const Error& error);
   void read_payload();
+  void on_read_error(const asio::error_code& code);
   void write_next();
   void shut(std::string reason);  // closes the socket and reports once
   void linger_then_shut();
+  // Reports `reason`, sends these bytes as they are, plain, and lets go of the socket when the peer closes
+  // it, or after 2 s. `ended` is called then.
+  void part(std::string reason, Bytes last_words, std::function<void()> ended = {});
+  void drain(std::function<void()> ended);
+  void report(const std::string& reason);
+
+  // The one place where plain and TLS differ: a branch for each message, none for a byte.
+  template <class Handler>
+  void read(asio::mutable_buffer buffer, Handler handler) {
+    if (tls)
+      asio::async_read(*tls, buffer, std::move(handler));
+    else
+      asio::async_read(socket, buffer, std::move(handler));
+  }
+  template <class Handler>
+  void write(asio::const_buffer buffer, Handler handler) {
+    if (tls)
+      asio::async_write(*tls, buffer, std::move(handler));
+    else
+      asio::async_write(socket, buffer, std::move(handler));
+  }
 
   asio::ip::tcp::socket socket;
   asio::steady_timer linger;
+  std::shared_ptr<const TlsContext> context;
+  PeerCheck check;
+  std::unique_ptr<TlsStream> tls;  // over `socket`; null: plain
+  PeerIdentity identity;
   std::string peer;
   bool loopback = false;
   Handlers handlers;
@@ -32,5 +60,8 @@ struct Connection::Impl : std::enable_shared_from_this<Connection::Impl> {
   bool writing = false, closing = false, shut_down = false;
   std::string close_reason;
 };
+
+// Whether bytes that should begin a frame begin a record of TLS (RFC 8446, section 5.1) instead.
+bool begins_like_tls(std::span<const std::byte> bytes);
 
 }  // namespace kiln

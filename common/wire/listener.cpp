@@ -2,10 +2,12 @@
 
 #include <fcntl.h>
 
-#include <charconv>
+#include <list>
 
 #include "common/base/format.h"
+#include "common/base/log.h"
 #include "common/wire/connection_impl.h"
+#include "common/wire/handshake.h"
 
 namespace kiln {
 
@@ -30,30 +32,68 @@ void set_up_socket(tcp::socket& socket) {
 struct Listener::Impl : std::enable_shared_from_this<Listener::Impl> {
   explicit Impl(asio::io_context& context) : acceptor(context), retry(context) {}
   void accept() {
+    if (options.tls && half_open.size() >= options.max_half_open) return make_room();
+    accepting = true;
     acceptor.async_accept([self = shared_from_this()](asio::error_code code, tcp::socket socket) {
+      self->accepting = false;
       if (!self->acceptor.is_open()) return;
-      if (code) {  // out of file descriptors, most likely: let some close
-        self->retry.expires_after(std::chrono::milliseconds(100));
-        self->retry.async_wait([self](asio::error_code stopped) {
-          if (!stopped) self->accept();
-        });
-        return;
-      }
+      if (code)
+        return self->accept_after(std::chrono::milliseconds(100));  // out of file descriptors, most likely
       set_up_socket(socket);
-      self->on_accept(std::make_unique<Connection>(std::make_shared<Connection::Impl>(std::move(socket))));
-      self->accept();
+      self->take(std::make_shared<Connection::Impl>(std::move(socket)));
+      if (!self->accepting) self->accept();
     });
+  }
+  void accept_after(std::chrono::steady_clock::duration pause) {
+    accepting = true;
+    retry.expires_after(pause);
+    retry.async_wait([self = shared_from_this()](asio::error_code stopped) {
+      self->accepting = false;
+      if (!stopped && self->acceptor.is_open()) self->accept();
+    });
+  }
+  void make_room() {
+    const auto left = half_open.front()->begun() + options.half_open_grace - std::chrono::steady_clock::now();
+    if (left > left.zero()) return accept_after(left);
+    const std::shared_ptr<Handshake> oldest = half_open.front();
+    oldest->give_up("its hand-shake was slow and others wait");  // and out of the list
+    accept();
+  }
+  void take(std::shared_ptr<Connection::Impl> connection) {
+    if (!options.tls) return on_accept(std::make_unique<Connection>(std::move(connection)));
+    const auto shake = std::make_shared<Handshake>(std::move(connection), options.tls);
+    half_open.push_back(shake);
+    shake->serve(
+        options.admit_strangers, options.handshake_deadline,
+        [self = shared_from_this()](const std::string& peer, Expected<std::unique_ptr<Connection>> result) {
+          if (!self->acceptor.is_open()) return;
+          if (result) return self->on_accept(std::move(*result));
+          if (self->options.on_refused) return self->options.on_refused(peer, result.error().message);
+          log_warning(text("{} is refused: {}", peer, result.error().message));
+        },
+        [self = shared_from_this(), key = shake.get()] {
+          self->half_open.remove_if([key](const auto& other) { return other.get() == key; });
+        });
+  }
+  void close() {
+    asio::error_code ignored;
+    acceptor.close(ignored);
+    retry.cancel();
+    const auto left = half_open;
+    for (const auto& shake : left) shake->give_up("the listener closed");
+    on_accept = nullptr;
   }
   tcp::acceptor acceptor;
   asio::steady_timer retry;
+  bool accepting = false;  // or about to, after a pause
+  ListenOptions options;
+  std::list<std::shared_ptr<Handshake>> half_open;  // the oldest first
   std::function<void(std::unique_ptr<Connection>)> on_accept;
 };
 
 Listener::Listener(std::shared_ptr<Impl> impl) : impl_(std::move(impl)) {}
 Listener::~Listener() {
-  asio::error_code ignored;
-  impl_->acceptor.close(ignored);
-  impl_->retry.cancel();
+  impl_->close();
 }
 
 uint16_t Listener::port() const {
@@ -61,9 +101,15 @@ uint16_t Listener::port() const {
   return impl_->acceptor.local_endpoint(ignored).port();
 }
 
-Expected<std::unique_ptr<Listener>> Listener::open(
-    EventLoop& loop, const std::string& host, uint16_t port,
-    std::function<void(std::unique_ptr<Connection>)> on_accept) {
+Expected<std::unique_ptr<Listener>> Listener::open(EventLoop& loop, const std::string& host, uint16_t port,
+                                                   std::function<void(std::unique_ptr<Connection>)> on_accept,
+                                                   ListenOptions options) {
+  if (options.tls && !options.tls->own().identity.has(Role::kCoordinator))
+    return fail(ErrorKind::kUsage, text("cannot listen on {}:{} with the certificate of {}, whose roles are "
+                                        "{}: a coordinator's is made with "
+                                        "`kiln cert issue --role coordinator --host NAME`",
+                                        host, port, options.tls->own().identity.name,
+                                        role_list(options.tls->own().identity.roles)));
   auto& context = loop.impl().context;
   asio::error_code code;
   const auto found = tcp::resolver(context).resolve(host, std::to_string(port), tcp::resolver::passive, code);
@@ -72,6 +118,7 @@ Expected<std::unique_ptr<Listener>> Listener::open(
   const tcp::endpoint endpoint = found.begin()->endpoint();
   auto impl = std::make_shared<Impl>(context);
   impl->on_accept = std::move(on_accept);
+  impl->options = std::move(options);
   auto& acceptor = impl->acceptor;
   acceptor.open(endpoint.protocol(), code);
   if (!code) close_on_exec(acceptor.native_handle());
@@ -83,73 +130,6 @@ Expected<std::unique_ptr<Listener>> Listener::open(
                                      host, port, code.message()));
   impl->accept();
   return std::unique_ptr<Listener>(new Listener(std::move(impl)));
-}
-
-namespace {
-
-struct Connecting : std::enable_shared_from_this<Connecting> {
-  explicit Connecting(asio::io_context& context) : resolver(context), socket(context), timer(context) {}
-  void finish(asio::error_code code) {
-    if (done) return;
-    done = true;
-    timer.cancel();
-    resolver.cancel();
-    asio::error_code ignored;
-    if (code) {
-      socket.close(ignored);
-      on_result(fail(ErrorKind::kUnavailable, text("cannot connect to {}: {}", name, code.message())));
-      return;
-    }
-    set_up_socket(socket);
-    on_result(std::make_unique<Connection>(std::make_shared<Connection::Impl>(std::move(socket))));
-  }
-  tcp::resolver resolver;
-  tcp::socket socket;
-  asio::steady_timer timer;
-  std::string name;
-  bool done = false;
-  std::function<void(Expected<std::unique_ptr<Connection>>)> on_result;
-};
-
-}  // namespace
-
-void connect_to(EventLoop& loop, const std::string& host, uint16_t port, std::chrono::milliseconds patience,
-                std::function<void(Expected<std::unique_ptr<Connection>>)> on_done) {
-  auto state = std::make_shared<Connecting>(loop.impl().context);
-  state->name = text("{}:{}", host, port);
-  state->on_result = std::move(on_done);
-  state->timer.expires_after(patience);
-  state->timer.async_wait([state](asio::error_code code) {
-    if (!code) state->finish(asio::error::timed_out);
-  });
-  auto connect = [state](asio::error_code code, const auto& endpoints) {
-    if (code || state->done) return state->finish(code);
-    asio::async_connect(state->socket, endpoints,
-                        [state](asio::error_code failed, const tcp::endpoint&) { state->finish(failed); });
-  };
-  // An address needs no resolver, whose thread would cost a worker milliseconds of its start.
-  asio::error_code not_an_address;
-  const auto address = asio::ip::make_address(host, not_an_address);
-  if (!not_an_address)
-    connect({}, std::array{tcp::endpoint(address, port)});
-  else
-    state->resolver.async_resolve(host, std::to_string(port), connect);
-}
-
-Expected<std::pair<std::string, uint16_t>> parse_address(const std::string& address) {
-  const size_t colon = address.rfind(':');
-  uint16_t port = 0;
-  if (colon != std::string::npos) {
-    const char* end = address.data() + address.size();
-    const auto [stop, code] = std::from_chars(address.data() + colon + 1, end, port);
-    if (code != std::errc() || stop != end) port = 0;
-  }
-  if (!port || !colon)
-    return fail(ErrorKind::kUsage,
-                text("\"{}\" is not an address: write host:port, as in render7:7800", address));
-  std::string host = address.substr(0, colon);
-  if (host.size() > 2 && host.front() == '[' && host.back() == ']') host = host.substr(1, host.size() - 2);
-  return std::pair(host, port);
 }
 
 }  // namespace kiln

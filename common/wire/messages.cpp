@@ -150,8 +150,11 @@ Message read(const schema::JobClass& m, bool&) {
 Message read(const schema::JobFailed& m, bool& ok) {
   return JobFailed{m.job(), get_kind(m.kind(), ok), get(m.reason())};
 }
+// By copy: the verifier holds a vector's count to its alignment, not the elements behind it.
 std::vector<uint64_t> get(const fb::Vector<uint64_t>* v) {
-  return v ? std::vector<uint64_t>(v->begin(), v->end()) : std::vector<uint64_t>();
+  std::vector<uint64_t> values(v ? v->size() : 0);
+  if (!values.empty()) std::memcpy(values.data(), v->Data(), values.size() * sizeof(uint64_t));
+  return values;
 }
 
 Message read(const schema::Credits& m, bool&) {

@@ -41,6 +41,7 @@ int run_command_line(int argc, char** argv, const std::vector<Command>& commands
 Command bake_command();
 Command plan_command();
 Command compare_command();
+Command cert_command();
 
 // Prints "kiln: ..." on standard error and returns the exit status of the error.
 int report_error(const Error& error);

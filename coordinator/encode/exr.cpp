@@ -7,11 +7,16 @@
 #include <OpenEXR/ImfOutputFile.h>
 
 #include <exception>
+#include <fstream>
 
 #include "common/base/files.h"
 #include "common/base/format.h"
+#include "common/image/exr_header.h"
 
 namespace kiln {
+namespace {
+constexpr uint64_t kMaxChannels = 64;  // at the most texels
+}
 
 Status write_exr(const std::filesystem::path& path, uint32_t width, uint32_t height,
                  std::span<const ExrChannel> channels) {
@@ -37,6 +42,13 @@ Status write_exr(const std::filesystem::path& path, uint32_t width, uint32_t hei
 }
 
 Expected<Planes> read_exr(const std::filesystem::path& path, uint64_t max_texels) {
+  Bytes head(kMaxExrHeaderBytes);
+  std::ifstream stream(path, std::ios::binary);
+  stream.read(reinterpret_cast<char*>(head.data()), static_cast<std::streamsize>(head.size()));
+  if (!stream.is_open()) return fail(ErrorKind::kInvalidInput, text("{}: no such file", path.string()));
+  head.resize(static_cast<size_t>(stream.gcount()));
+  if (const Status header = check_exr_header(head); !header)
+    return fail(ErrorKind::kInvalidInput, text("{}: {}", path.string(), header.error().message));
   try {
     Imf::InputFile file(path.c_str());
     const Imath::Box2i window = file.header().dataWindow();
@@ -45,16 +57,20 @@ Expected<Planes> read_exr(const std::filesystem::path& path, uint64_t max_texels
     if (width <= 0 || height <= 0 || static_cast<uint64_t>(width) * height > max_texels)
       return fail(ErrorKind::kInvalidInput,
                   text("{}: {}x{} texels, more than allowed", path.string(), width, height));
+    const Imf::ChannelList& channels = file.header().channels();
+    uint64_t channel_count = 0;
+    for (auto c = channels.begin(); c != channels.end(); ++c) ++channel_count;
+    if (channel_count * width * height > kMaxChannels * max_texels)
+      return fail(ErrorKind::kInvalidInput, text("{}: {} channels of {}x{} texels, more than allowed",
+                                                 path.string(), channel_count, width, height));
     Planes planes;
     planes.width = static_cast<uint32_t>(width);
     planes.height = static_cast<uint32_t>(height);
-    const Imf::ChannelList& channels = file.header().channels();
     for (auto c = channels.begin(); c != channels.end(); ++c) planes.add(c.name());
     Imf::FrameBuffer frame;
     for (size_t i = 0; i < planes.names.size(); ++i) {
-      float* base = planes.data[i].data() - window.min.x - window.min.y * width;
-      frame.insert(planes.names[i], Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(base), sizeof(float),
-                                               sizeof(float) * width));
+      frame.insert(planes.names[i], Imf::Slice::Make(Imf::FLOAT, planes.data[i].data(), window, sizeof(float),
+                                                     sizeof(float) * static_cast<size_t>(width)));
     }
     file.setFrameBuffer(frame);
     file.readPixels(window.min.y, window.max.y);

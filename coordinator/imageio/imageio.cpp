@@ -12,6 +12,7 @@
 #include "common/base/check.h"
 #include "common/base/files.h"
 #include "common/base/format.h"
+#include "common/image/exr_header.h"
 
 namespace kiln {
 namespace {
@@ -71,6 +72,8 @@ Expected<OpenImage> open_image(std::span<const std::byte> file, const std::strin
   set_up_library();
   const char* format = format_of(file);
   if (!format) return bad(name, "its content is no image that is supported (PNG, JPEG, WebP, BMP, HDR, EXR)");
+  if (std::string_view(format) == "openexr")
+    if (const Status header = check_exr_header(file); !header) return bad(name, header.error().message);
   OpenImage image;
   image.input = OIIO::ImageInput::create(format);
   if (!image.input) return bad(name, text("this OpenImageIO cannot read {}", format));

@@ -9,10 +9,9 @@
 
 #include "common/base/hash.h"
 #include "common/base/status.h"
+#include "coordinator/ledger/rules.h"
 
 namespace kiln {
-
-using JobId = uint64_t;  // from 1, never used again
 
 inline constexpr uint32_t kMaxPayloadBytes = uint32_t{64} << 20;  // of one result
 
@@ -29,9 +28,6 @@ enum class JobState : uint8_t {
 };
 std::string_view job_state_name(JobState state);  // "waiting", "queued", ...
 bool job_ended(JobState state);                   // done, failed or cancelled
-
-// What becomes of a job when a unit fails on every worker that tries it.
-enum class PoisonPolicy : uint8_t { kFail = 0, kSkip = 1 };
 
 // A file of a job by what is in it.
 struct FileRecord {

@@ -1,70 +1,13 @@
 // A real worker process against a coordinator played by the test.
 #include <signal.h>
-#include <unistd.h>
 
-#include <chrono>
-#include <thread>
-
-#include "common/base/clock.h"
 #include "common/wire/limits.h"
-#include "coordinator/dispatch/child_process.h"
-#include "tests/farm/farm_support.h"
-#include "tests/farm/raw_peer.h"
+#include "tests/farm/worker_process.h"
 
 namespace kiln {
 namespace {
 
 using namespace test;
-
-class WorkerProcess {
- public:
-  explicit WorkerProcess(uint16_t port, std::vector<std::string> arguments = {}) {
-    std::vector<std::string> command{(binary_dir() / "bin/kiln-stub-worker").string()};
-    command.insert(command.end(), arguments.begin(), arguments.end());
-    process = *ChildProcess::spawn(
-        command, {"KILN_CONNECT=127.0.0.1:" + std::to_string(port), "KILN_TOKEN=token", "KILN_THREADS=1"});
-  }
-  bool ended_with(int status) {
-    const SteadyClock clock;
-    for (const int64_t limit = clock.now_ms() + 10000; process.running() && clock.now_ms() < limit;) {
-      for (const std::string& line : process.read_lines()) said += line + "\n";
-      std::this_thread::sleep_for(std::chrono::milliseconds(2));
-    }
-    for (const std::string& line : process.read_lines()) said += line + "\n";
-    return process.exited_with(status);
-  }
-  ChildProcess process;
-  std::string said;
-};
-
-void serve_chunks(RawPeer& peer, const ChunkStore& chunks, const ChunkRequest& request) {
-  for (const Digest& id : request.ids) {
-    const Bytes& bytes = *chunks.find(id);
-    for (size_t at = 0; at < bytes.size(); at += kChunkPieceBytes) {
-      const size_t end = std::min(bytes.size(), at + kChunkPieceBytes);
-      peer.send(ChunkPiece{id, at, bytes.size(), Bytes(bytes.begin() + at, bytes.begin() + end), true});
-    }
-  }
-}
-
-// Plays the hand-shake up to the worker's Credits; returns whether it came, and how many chunks were asked.
-std::optional<Credits> make_ready(RawPeer& peer, const TestJob& job, size_t* asked = nullptr) {
-  if (!peer.next<Hello>()) return std::nullopt;
-  peer.send(Welcome{1, 100, 1000});
-  peer.send(Job{write_job(job.spec)});
-  while (auto message = peer.receive()) {
-    if (const auto* request = std::get_if<ChunkRequest>(&*message)) {
-      if (asked) *asked += request->ids.size();
-      serve_chunks(peer, job.chunks, *request);
-    }
-    if (const auto* credits = std::get_if<Credits>(&*message)) return *credits;
-  }
-  return std::nullopt;
-}
-
-Unit unit_of(const TestJob& job, uint64_t id) {
-  return {job.spec.id, 100 + id, make_units(id, 1)[0]};
-}
 
 TEST(Agent, HelloComesFirstAndAloneUntilItIsAnswered) {
   RawListener listener;
@@ -160,7 +103,8 @@ TEST(Agent, SigtermFinishesWhatRunsAndHandsBackTheRest) {
   auto peer = listener.accept();
   ASSERT_TRUE(peer && make_ready(*peer, job));
   for (const uint64_t id : {1, 2, 3}) peer->send(unit_of(job, id));
-  ASSERT_TRUE(peer->next<Heartbeat>());
+  while (const auto beat = peer->next<Heartbeat>())
+    if (beat->running == 1 && beat->queued == 2) break;
   worker.process.signal(SIGTERM);
   const auto drain = peer->next<Drain>();
   ASSERT_TRUE(drain);

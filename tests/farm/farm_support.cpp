@@ -10,7 +10,7 @@
 
 namespace kiln::test {
 
-TestJob::TestJob() {
+TestJob::TestJob(uint64_t id, uint32_t variant) {
   Scene s;
   Mesh m;
   m.name = "quad";
@@ -24,7 +24,7 @@ TestJob::TestJob() {
   t.name = "noise";
   t.width = 3000, t.height = 1500, t.channels = 1;
   for (uint32_t i = 0; i < t.width * t.height; ++i)
-    t.texels.push_back(std::byte(i * 2654435761u >> 13 & 255));
+    t.texels.push_back(std::byte((i + variant) * 2654435761u >> 13 & 255));
   s.textures.push_back(t);
   s.instances.push_back({0, 0, Mat4x3(1.0f), "node", 0, 0, 0});
   Atlas a;
@@ -34,7 +34,7 @@ TestJob::TestJob() {
   a.instance_first_chart = {0, 1};
   a.placements.push_back({Vec2(4.0f), Vec2(0.0f), 0});
   a.sites.first_word = {0};
-  spec.id = 77;
+  spec.id = id;
   spec.scene = write_scene(s, chunks);
   spec.atlas = chunks.add(write_atlas(a));
 }

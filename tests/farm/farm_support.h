@@ -11,7 +11,8 @@
 namespace kiln::test {
 
 struct TestJob {
-  TestJob();
+  // Jobs of one variant share their chunks.
+  explicit TestJob(uint64_t id = 77, uint32_t variant = 0);
   ChunkStore chunks;
   JobSpec spec;
 };

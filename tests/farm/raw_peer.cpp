@@ -35,11 +35,22 @@ void RawPeer::close() {
   fd_ = -1;
 }
 
-RawPeer RawPeer::connect(uint16_t port) {
-  const int fd = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+std::optional<RawPeer> RawPeer::try_connect(uint16_t port) {
+  RawPeer peer(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
   const sockaddr_in address = loopback(port);
-  KILN_CHECK(::connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0);
-  return RawPeer(fd);
+  if (::connect(peer.fd_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
+    return std::nullopt;
+  return peer;
+}
+
+void RawPeer::shut_down() {
+  ::shutdown(fd_, SHUT_RDWR);
+}
+
+RawPeer RawPeer::connect(uint16_t port) {
+  auto peer = try_connect(port);
+  KILN_CHECK(peer.has_value());
+  return std::move(*peer);
 }
 
 void RawPeer::send_bytes(std::span<const std::byte> bytes) {
@@ -61,14 +72,22 @@ bool RawPeer::read_all(std::byte* to, size_t size, int patience_ms) {
   return true;
 }
 
-std::optional<Message> RawPeer::receive(int patience_ms) {
-  std::array<std::byte, kFrameHeaderBytes> head;
-  if (!read_all(head.data(), head.size(), patience_ms)) return std::nullopt;
-  const auto header = read_frame_header(head);
+std::optional<Bytes> RawPeer::receive_frame(int patience_ms) {
+  Bytes frame(kFrameHeaderBytes);
+  if (!read_all(frame.data(), frame.size(), patience_ms)) return std::nullopt;
+  const auto header = read_frame_header(std::span(frame).first<kFrameHeaderBytes>());
   if (!header) return std::nullopt;
-  Bytes payload(header->length);
-  if (!read_all(payload.data(), payload.size(), patience_ms)) return std::nullopt;
-  auto message = decode(*header, payload);
+  frame.resize(kFrameHeaderBytes + header->length);
+  if (!read_all(frame.data() + kFrameHeaderBytes, header->length, patience_ms)) return std::nullopt;
+  return frame;
+}
+
+std::optional<Message> RawPeer::receive(int patience_ms) {
+  const auto frame = receive_frame(patience_ms);
+  if (!frame) return std::nullopt;
+  const std::span<const std::byte> bytes(*frame);
+  auto message =
+      decode(*read_frame_header(bytes.first<kFrameHeaderBytes>()), bytes.subspan(kFrameHeaderBytes));
   if (!message) return std::nullopt;
   return std::move(*message);
 }

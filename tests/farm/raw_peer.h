@@ -12,6 +12,7 @@ namespace kiln::test {
 class RawPeer {
  public:
   static RawPeer connect(uint16_t port);
+  static std::optional<RawPeer> try_connect(uint16_t port);
   explicit RawPeer(int fd);
   ~RawPeer();
   RawPeer(RawPeer&& other) noexcept : fd_(other.fd_) { other.fd_ = -1; }
@@ -19,6 +20,8 @@ class RawPeer {
 
   void send_bytes(std::span<const std::byte> bytes);
   void send(const Message& message) { send_bytes(encode(message)); }
+  // The next whole frame, header and payload, its checksum not looked at; empty when the peer closed.
+  std::optional<Bytes> receive_frame(int patience_ms);
   // The next message; empty when the peer closed, nothing came for `patience_ms` or it was malformed.
   std::optional<Message> receive(int patience_ms = 5000);
   // Skips to the next message of type T; empty if it does not come within `patience_ms`.
@@ -35,6 +38,7 @@ class RawPeer {
   }
   bool closed(int patience_ms = 5000);  // the other end closed; what it sent before is dropped
   void close();
+  void shut_down();  // as seen by the other end and by a thread that reads here; close() frees the number
 
  private:
   bool read_all(std::byte* to, size_t size, int patience_ms);

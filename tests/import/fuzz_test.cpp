@@ -10,37 +10,6 @@ namespace {
 using test::GltfBuilder;
 using test::json;
 
-// Everything that import reads, in one small file.
-GltfBuilder rich_scene() {
-  GltfBuilder b = test::small_scene();
-  const int t = b.image(test::small_png(9, 99, 199, 4));
-  b.root["samplers"] = {{{"wrapS", 33071}}};
-  b.root["textures"][t]["sampler"] = 0;
-  json m = json::parse(
-      R"({"alphaMode": "MASK", "emissiveFactor": [1, 1, 1], "pbrMetallicRoughness": {"baseColorTexture":
-    {"index": 0, "extensions": {"KHR_texture_transform": {"offset": [0.5, 0.5], "rotation": 1}}}},
-    "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": 3}, "KHR_materials_ior": {"ior": 1.5}}})");
-  b.textured_triangle(m);
-  json indexed = {{"attributes",
-                   {{"POSITION", b.vec3({0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0})},
-                    {"NORMAL", b.vec3(std::vector<float>(12, 1.0f))}}},
-                  {"indices", b.accessor_of(std::vector<uint16_t>{0, 1, 2, 0, 2, 3}, 5123, "SCALAR", 1)}};
-  b.root["accessors"][0]["sparse"] = {
-      {"count", 1},
-      {"indices", {{"bufferView", b.view(std::vector<uint8_t>{1})}, {"componentType", 5121}}},
-      {"values", {{"bufferView", b.view(std::vector<float>{2, 0, 0})}}}};
-  json node = {{"mesh", b.mesh(indexed)}};
-  node["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["TRANSLATION"] = b.vec3({1, 1, 1, 2, 2, 2});
-  b.node(node);
-  b.root["nodes"][0]["children"] = {static_cast<int>(b.root["nodes"].size())};
-  b.root["nodes"].push_back({{"camera", 0}, {"matrix", {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 5, 1}}});
-  b.root["cameras"] = json::parse(R"([{"type": "perspective", "perspective": {"yfov": 1, "znear": 1}}])");
-  b.root["extensions"]["EXT_lights_image_based"]["lights"] =
-      json::parse(R"([{"specularImages": [[0, 0, 0, 0, 0, 0]]}])");
-  b.root["scenes"][0]["extensions"]["EXT_lights_image_based"]["light"] = 0;
-  return b;
-}
-
 void damage(Bytes& file, std::mt19937& random) {
   const size_t edits = 1 + random() % 4;
   for (size_t e = 0; e < edits && !file.empty(); ++e) {
@@ -90,7 +59,7 @@ bool survives(const std::filesystem::path& path) {
 
 TEST(Fuzz, DamagedBytes) {
   test::TempDir dir;
-  const auto path = test::write_glb_file(rich_scene(), dir.path());
+  const auto path = test::write_glb_file(test::rich_scene(), dir.path());
   const Bytes whole = read_file(path).value();
   ASSERT_TRUE(survives(path)) << import_scene(path, {}).error().message;
   size_t good = 0;
@@ -111,7 +80,7 @@ TEST(Fuzz, DamagedNumbers) {
   size_t good = 0;
   for (uint32_t seed = 0; seed < 2000; ++seed) {
     std::mt19937 random(seed);
-    GltfBuilder b = rich_scene();
+    GltfBuilder b = test::rich_scene();
     for (uint32_t i = 0; i < 1 + seed % 3; ++i) damage_number(b.root, random);
     SCOPED_TRACE(seed);
     const std::string json_text = [&] {

@@ -74,6 +74,36 @@ GltfBuilder small_scene() {
   return b;
 }
 
+GltfBuilder rich_scene() {
+  GltfBuilder b = small_scene();
+  const int t = b.image(small_png(9, 99, 199, 4));
+  b.root["samplers"] = {{{"wrapS", 33071}}};
+  b.root["textures"][t]["sampler"] = 0;
+  json m = json::parse(
+      R"({"alphaMode": "MASK", "emissiveFactor": [1, 1, 1], "pbrMetallicRoughness": {"baseColorTexture":
+    {"index": 0, "extensions": {"KHR_texture_transform": {"offset": [0.5, 0.5], "rotation": 1}}}},
+    "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": 3}, "KHR_materials_ior": {"ior": 1.5}}})");
+  b.textured_triangle(m);
+  json indexed = {{"attributes",
+                   {{"POSITION", b.vec3({0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0})},
+                    {"NORMAL", b.vec3(std::vector<float>(12, 1.0f))}}},
+                  {"indices", b.accessor_of(std::vector<uint16_t>{0, 1, 2, 0, 2, 3}, 5123, "SCALAR", 1)}};
+  b.root["accessors"][0]["sparse"] = {
+      {"count", 1},
+      {"indices", {{"bufferView", b.view(std::vector<uint8_t>{1})}, {"componentType", 5121}}},
+      {"values", {{"bufferView", b.view(std::vector<float>{2, 0, 0})}}}};
+  json node = {{"mesh", b.mesh(indexed)}};
+  node["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["TRANSLATION"] = b.vec3({1, 1, 1, 2, 2, 2});
+  b.node(node);
+  b.root["nodes"][0]["children"] = {static_cast<int>(b.root["nodes"].size())};
+  b.root["nodes"].push_back({{"camera", 0}, {"matrix", {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 5, 1}}});
+  b.root["cameras"] = json::parse(R"([{"type": "perspective", "perspective": {"yfov": 1, "znear": 1}}])");
+  b.root["extensions"]["EXT_lights_image_based"]["lights"] =
+      json::parse(R"([{"specularImages": [[0, 0, 0, 0, 0, 0]]}])");
+  b.root["scenes"][0]["extensions"]["EXT_lights_image_based"]["light"] = 0;
+  return b;
+}
+
 fs::path write_glb_file(const GltfBuilder& builder, const fs::path& folder, const std::string& name) {
   json root = builder.root;
   if (!builder.buffer.empty()) root["buffers"] = {{{"byteLength", builder.buffer.size()}}};

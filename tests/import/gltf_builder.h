@@ -44,6 +44,8 @@ struct GltfBuilder {
 
 // One triangle in the scene, and a point light.
 GltfBuilder small_scene();
+// Everything that import reads, in one small file.
+GltfBuilder rich_scene();
 
 std::filesystem::path write_glb_file(const GltfBuilder& builder, const std::filesystem::path& folder,
                                      const std::string& name = "x.glb");

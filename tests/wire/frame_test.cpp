@@ -47,7 +47,8 @@ TEST(Frame, WrongMagicAndUnknownTypesAreRefused) {
   Bytes f = frame_of(MessageType::kHello, 0);
   f[0] = std::byte{'G'};
   EXPECT_FALSE(head_of(f));
-  for (const int type : {0, 14, 255, 259, 65535}) {
+  for (const int type : {0, static_cast<int>(MessageType::kLastControl) + 1, 255,
+                         static_cast<int>(MessageType::kLastData) + 1, 65535}) {
     f = frame_of(MessageType::kHello, 0);
     const auto value = static_cast<uint16_t>(type);
     std::memcpy(f.data() + 4, &value, 2);

@@ -1,5 +1,6 @@
 #include "common/wire/messages.h"
 
+#include <algorithm>
 #include <random>
 #include <set>
 
@@ -34,8 +35,15 @@ TEST(Messages, FieldsKeepTheirValues) {
   EXPECT_EQ(hello.engine, "embree 3");
   const auto request = std::get<ChunkRequest>(*decode_frame(encode(messages[7])));
   EXPECT_EQ(request.ids, std::get<ChunkRequest>(messages[7]).ids);
-  const auto result = std::get<Result>(*decode_frame(encode(messages.back())));
-  EXPECT_EQ(result.result.moments, std::get<Result>(messages.back()).result.moments);
+  const auto sent = std::find_if(messages.begin(), messages.end(),
+                                 [](const Message& m) { return std::holds_alternative<Result>(m); });
+  const auto result = std::get<Result>(*decode_frame(encode(*sent)));
+  EXPECT_EQ(result.result.moments, std::get<Result>(*sent).result.moments);
+  const auto credits = std::get<Credits>(*decode_frame(encode(messages[6])));
+  EXPECT_EQ(credits.held, (std::vector<uint64_t>{5, 6}));
+  const auto reply = std::get<Reply>(*decode_frame(encode(messages.back())));
+  EXPECT_FALSE(reply.ok);
+  EXPECT_EQ(reply.document, "no such job");
   EXPECT_EQ(result_digest(result.result), result.digest);
 }
 

@@ -1,6 +1,8 @@
 #include "worker/agent/agent.h"
 
+#include <fcntl.h>
 #include <signal.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -19,7 +21,9 @@ using std::chrono::milliseconds;
 
 constexpr auto kConnectPatience = milliseconds(10000);
 constexpr int64_t kFirstPauseMs = 50, kLongestPauseMs = 5000;
-constexpr auto kDrainPatience = milliseconds(60000);
+constexpr uint32_t kLeastHeartbeatMs = 10, kMostHeartbeatMs = 60000;
+constexpr auto kWatchPeriod = milliseconds(1000);
+constexpr uint32_t kBeatsToDeliver = 2;  // then results go out also of jobs that were not given again
 
 std::string host_name() {
   std::array<char, 256> name{};
@@ -34,6 +38,11 @@ std::string best_isa() {
   return __builtin_cpu_supports("sse4.2") ? "sse4.2" : "sse2";
 }
 
+AgentSettings with_defaults(AgentSettings settings) {
+  if (settings.memory_bytes == 0) settings.memory_bytes = default_memory_budget();
+  return settings;
+}
+
 uint64_t draw_instance() {
   std::random_device device;
   return uint64_t{device()} << 32 | device();
@@ -42,16 +51,24 @@ uint64_t draw_instance() {
 }  // namespace
 
 Agent::Agent(const AgentSettings& settings)
-    : settings_(settings),
+    : settings_(with_defaults(settings)),
       retry_(loop_),
       heartbeat_(loop_),
+      watch_(loop_),
       drain_limit_(loop_),
-      instance_(draw_instance()) {}
+      instance_(draw_instance()) {
+  if (!settings_.cache_folder.empty()) disk_ = DiskCache::open(settings_.cache_folder, settings_.cache_bytes);
+  if (disk_) disk_thread_ = std::make_unique<TaskQueue>();
+  pool_ = std::make_unique<BakePool>(settings_.threads, [this](const Unit& unit, auto result) {
+    loop_.post([this, unit, result = std::move(result)]() mutable { on_done(unit, std::move(result)); });
+  });
+}
 
 Status Agent::run() {
   loop_.on_signals({SIGTERM, SIGINT}, [this](int) { drain("told to stop by a signal"); });
   last_contact_ms_ = clock_.now_ms();
   connect();
+  watch();
   loop_.run_until([this] { return end_.has_value(); });
   return *end_;
 }
@@ -61,9 +78,17 @@ void Agent::finish(Status end) {
 }
 
 void Agent::connect() {
+  if (!settings_.tls.ca.empty()) {
+    auto tls = TlsContext::load(settings_.tls);
+    // Files that were good before may be on their way to be replaced.
+    if (!tls && !tls_) return finish(fail(tls.error().kind, tls.error().message));
+    if (!tls) return retry(tls.error().message);
+    tls_ = *tls;
+  }
   connect_to(
       loop_, settings_.host, settings_.port, kConnectPatience,
-      [this](Expected<std::unique_ptr<Connection>> connection) { on_connected(std::move(connection)); });
+      [this](Expected<std::unique_ptr<Connection>> connection) { on_connected(std::move(connection)); },
+      tls_);
 }
 
 void Agent::retry(const std::string& reason) {
@@ -88,6 +113,7 @@ void Agent::on_connected(Expected<std::unique_ptr<Connection>> connection) {
   Connection::Handlers handlers;
   handlers.on_frame = [this](const FrameHeader& h, std::span<const std::byte> p) { on_frame(h, p); };
   handlers.on_closed = [this](const std::string& reason) { on_closed(reason); };
+  handlers.on_room = [this] { pump(); };
   connection_->start(std::move(handlers), kChunkWriteBudget);
   send_hello();
 }
@@ -96,7 +122,7 @@ void Agent::send_hello() {
   Hello hello;
   hello.version = KILN_VERSION;
   hello.token = settings_.token;
-  hello.host = host_name();
+  hello.host = settings_.name.empty() ? host_name() : settings_.name;
   hello.pid = static_cast<uint32_t>(::getpid());
   hello.instance = instance_;
   hello.threads = settings_.threads;
@@ -119,7 +145,10 @@ void Agent::on_closed(const std::string& reason) {
   welcomed_ = false;
   heartbeat_.cancel();
   cache_.forget_partial();
-  if (fetch_) fetch_->connection_lost();
+  asked_.clear();
+  outbox_.clear();
+  for (auto& [id, job] : jobs_) job.awaited.clear();
+  if (leaving_) return finish(*leaving_);
   if (draining_) leave_if_drained();
   retry(text("lost the coordinator: {}", reason));
 }
@@ -157,9 +186,9 @@ void Agent::handle(Message& message) {
                  [&](Heartbeat& m) { out_of_place(m); },
                  [&](Drain& m) { out_of_place(m); },
                  [&](Result& m) { out_of_place(m); },
-                 [&](Withdraw&) {},
-                 [&](JobEnded&) {},
-                 [&](Pace& m) { heartbeat_ms_ = m.heartbeat_ms; },
+                 [this](Withdraw& m) { withdraw(m); },
+                 [this](JobEnded& m) { end_job(m.job, m.reason); },
+                 [this](Pace& m) { set_pace(m.heartbeat_ms); },
                  [&](ClientHello& m) { out_of_place(m); },
                  [&](ClientWelcome& m) { out_of_place(m); },
                  [&](Request& m) { out_of_place(m); },
@@ -171,36 +200,68 @@ void Agent::handle(Message& message) {
 void Agent::greet(const Welcome& welcome) {
   failures_ = 0;
   welcomed_ = true;
-  heartbeat_ms_ = welcome.heartbeat_ms;
+  ++connection_count_;
+  beats_ = 0;
+  outbox_.clear();
+  undelivered_.clear();
+  for (const auto& [id, job] : jobs_) undelivered_.insert(id);
   log_info(text("connected to {}:{} as worker {}", settings_.host, settings_.port, welcome.worker));
-  beat();
+  set_pace(welcome.heartbeat_ms);
+}
+
+void Agent::set_pace(uint32_t heartbeat_ms) {
+  heartbeat_ms_ = std::clamp(heartbeat_ms, kLeastHeartbeatMs, kMostHeartbeatMs);
+  if (welcomed_) beat();
 }
 
 void Agent::beat() {
-  const size_t queued = pool_ ? pool_->queued() : 0;
-  send(
-      Heartbeat{static_cast<uint32_t>(running_ - std::min(running_, queued)), static_cast<uint32_t>(queued)});
+  const size_t queued = pool_->queued();
+  const auto oldest = pool_->oldest();
+  const int64_t age_ms = oldest ? clock_.now_ms() - oldest->at_ms : 0;
+  send(Heartbeat{static_cast<uint32_t>(taken_.size() - std::min(taken_.size(), queued)),
+                 static_cast<uint32_t>(queued), static_cast<uint64_t>(age_ms)});
+  if (++beats_ == kBeatsToDeliver)
+    for (const uint64_t job : std::set(undelivered_)) deliver_again(job);
   heartbeat_.after(milliseconds(heartbeat_ms_), [this] { beat(); });
+}
+
+// What must be seen to without a coordinator too.
+void Agent::watch() {
+  if (!settings_.alive_file.empty()) {
+    const int fd = ::open(settings_.alive_file.c_str(), O_CREAT | O_WRONLY | O_CLOEXEC, 0644);
+    if (fd >= 0) {
+      ::futimens(fd, nullptr);
+      ::close(fd);
+    }
+  }
+  stop_if_stuck();
+  watch_.after(kWatchPeriod, [this] { watch(); });
 }
 
 void Agent::drain(const std::string& reason) {
   if (draining_) return;
   draining_ = true;
   Drain message{{}, reason};
-  if (pool_)
-    for (const Unit& unit : pool_->take_unbegun()) {
-      message.units.push_back(unit.unit.id);
-      --running_;
-    }
-  log_info(text("{}: {} units run on, {} are handed back", reason, running_, message.units.size()));
+  for (const Unit& unit : pool_->take_unbegun([](const Unit&) { return true; })) {
+    taken_.erase({unit.job, unit.unit.id});
+    // Those of an earlier job go back when the connection ends: Drain names no job.
+    if (current_ == unit.job) message.units.push_back(unit.unit.id);
+  }
+  log_info(text("{}: {} units run on, {} are handed back", reason, taken_.size(), message.units.size()));
   send(message);
-  drain_limit_.after(kDrainPatience, [this] { finish({}); });
+  drain_limit_.after(milliseconds(settings_.drain_limit_ms), [this] {
+    log_warning(
+        text("{} units did not end in {} s and are left", taken_.size(), settings_.drain_limit_ms / 1000));
+    finish({});
+  });
   leave_if_drained();
 }
 
 // A result stays until it is acknowledged; without a coordinator there is nobody to wait for.
 void Agent::leave_if_drained() {
-  if (!draining_ || end_ || (welcomed_ && (running_ > 0 || !kept_.empty()))) return;
+  const bool wanted =
+      std::any_of(taken_.begin(), taken_.end(), [](const auto& t) { return !t.second.withdrawn; });
+  if (!draining_ || end_ || (welcomed_ && (wanted || kept_bytes_ > 0))) return;
   if (!welcomed_) return finish({});
   send(Goodbye{"drained"});
   connection_->close_after_writes("drained");

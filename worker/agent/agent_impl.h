@@ -1,16 +1,21 @@
-// Internal to worker/agent. Everything runs on the loop's thread but the bake threads and the thread that
-// makes a job ready; those reach the loop by post().
+// Internal to worker/agent. Everything runs on the loop's thread but the bake threads, the threads that make
+// a job ready and the one that reads and writes the disk cache; those reach the loop by post().
 #pragma once
 
+#include <deque>
 #include <map>
 #include <optional>
+#include <set>
 #include <thread>
 
 #include "common/base/clock.h"
 #include "common/wire/listener.h"
 #include "worker/agent/agent.h"
 #include "worker/agent/bake_pool.h"
+#include "worker/agent/disk_cache.h"
 #include "worker/agent/job_fetch.h"
+#include "worker/agent/ready_job.h"
+#include "worker/agent/task_queue.h"
 
 namespace kiln {
 
@@ -18,9 +23,31 @@ class Agent {
  public:
   explicit Agent(const AgentSettings& settings);
   Status run();
-  bool idle() const { return running_ == 0 && !preparing_; }
+  bool idle() const { return taken_.empty() && !preparing_; }
 
  private:
+  // A job that the coordinator gave and did not end. Several may be ready; one is current: the last given.
+  struct KnownJob {
+    KnownJob(JobSpec s, Bytes w, const ChunkCache& cache)
+        : spec(std::move(s)), written(std::move(w)), fetch(spec, cache) {}
+    JobSpec spec;
+    Bytes written;
+    JobFetch fetch;
+    std::unordered_set<Digest> awaited;  // chunks looked for on disk or asked for
+    std::string numeric_class;           // once known
+    std::shared_ptr<const Baker> baker;  // when it is ready
+    std::unordered_set<Digest> chunks;   // all it needs, when it is ready
+    uint64_t bytes = 0;                  // ready_bytes()
+    uint64_t last_use = 0;
+    std::map<uint64_t, Result> kept;  // by unit, until acknowledged
+  };
+  struct TakenUnit {  // queued or running here
+    uint64_t lease = 0;
+    bool withdrawn = false;
+    WorkUnit unit;
+  };
+  using UnitKey = std::pair<uint64_t, uint64_t>;  // job, unit
+
   // agent.cpp: the connection.
   void connect();
   void on_connected(Expected<std::unique_ptr<Connection>> connection);
@@ -30,49 +57,80 @@ class Agent {
   void on_closed(const std::string& reason);
   void handle(Message& message);
   void greet(const Welcome& welcome);
+  void set_pace(uint32_t heartbeat_ms);
   void beat();
+  void watch();
   void send(const Message& message);
   void break_connection(const std::string& reason);  // the coordinator broke the protocol: connect anew
   void finish(Status end);
   void drain(const std::string& reason);
   void leave_if_drained();
 
-  // agent_jobs.cpp: jobs and units.
+  // agent_jobs.cpp: from a job's name to a ready scene, and out of memory again.
   void start_job(const Job& job);
-  void start_waiting_job();
-  void on_class(uint64_t job, Expected<std::string> name);
+  void end_job(uint64_t job, const std::string& reason);
+  KnownJob* current();
+  KnownJob* known(uint64_t job);
+  void classify(uint64_t job, const std::string& isa);
+  void on_class(uint64_t job, const std::string& isa, Expected<std::string> name);
   void fetch();
+  void request(const std::vector<Digest>& ids);
+  void on_looked_up(uint64_t job, uint64_t connection, const std::vector<Digest>& ids,
+                    const std::vector<ChunkBytes>& found);
   void on_piece(const ChunkPiece& piece);
+  bool make_room(uint64_t bytes);  // for the current job; false: others are in use
   void prepare();
   void on_prepared(uint64_t job, Expected<std::shared_ptr<const Baker>> baker);
-  void offer();  // says that the job is ready and delivers what is kept
-  void fail_job(const Error& error);
+  void fail_job(uint64_t job, const Error& error);
+  void forget_unready();
+
+  // agent_units.cpp: units and results.
+  void offer();  // says that the current job is ready and delivers what is kept of it
+  void grant(const KnownJob& job);
   void take_unit(Unit& unit);
   void on_done(const Unit& unit, Expected<UnitResult> result);
-  void deliver(const Unit& unit, Expected<UnitResult> result);
+  void report_failure(const UnitKey& key, const TakenUnit& taken, const Error& error);
+  std::string keep_replay(const UnitKey& key, const WorkUnit& unit);  // the line to paste, or ""
+  void keep(KnownJob& job, const TakenUnit& taken, UnitResult result);
+  void deliver_again(uint64_t job);
+  void pump();
   void on_ack(const CommitAck& ack);
+  void withdraw(const Withdraw& withdraw);
+  void drop_kept(KnownJob& job, uint64_t unit);
+  void drop_taken(uint64_t job, const std::function<bool(uint64_t unit)>& wanted);
+  void settle_credits();
+  void stop_if_stuck();
 
-  const AgentSettings& settings_;
+  const AgentSettings settings_;
   SteadyClock clock_;
   EventLoop loop_;
-  Timer retry_, heartbeat_, drain_limit_;
+  Timer retry_, heartbeat_, watch_, drain_limit_;
   std::unique_ptr<Connection> connection_;
   std::optional<Status> end_;
+  std::shared_ptr<const TlsContext> tls_;
+  std::optional<Status> leaving_;  // becomes the end when what is queued has been sent
   uint64_t instance_;
   int64_t last_contact_ms_ = 0;
-  uint32_t failures_ = 0;  // to connect, in a row
-  uint32_t heartbeat_ms_ = 1000;
+  uint32_t failures_ = 0;          // to connect, in a row
+  uint64_t connection_count_ = 0;  // tells answers for an earlier connection
+  uint32_t heartbeat_ms_ = 1000, beats_ = 0;
   bool welcomed_ = false, draining_ = false;
 
   ChunkCache cache_;
-  std::optional<JobSpec> job_;
-  std::optional<JobFetch> fetch_;
-  std::string class_;               // of the job, once known
-  std::unique_ptr<BakePool> pool_;  // present when the job is ready
-  bool preparing_ = false;
-  std::optional<Job> waiting_job_;   // another job, until the threads are free
-  size_t running_ = 0;               // units taken and not yet done
-  std::map<uint64_t, Result> kept_;  // by unit, until acknowledged
+  std::unordered_set<Digest> asked_;  // ever, on this connection
+  std::map<uint64_t, KnownJob> jobs_;
+  std::optional<uint64_t> current_;
+  std::optional<uint64_t> preparing_;
+  uint64_t uses_ = 0;
+  std::map<std::string, std::string> classes_;  // by kernels; of this machine
+  std::map<UnitKey, TakenUnit> taken_;
+  uint64_t kept_bytes_ = 0;
+  bool full_ = false;               // of kept results: no units are wanted
+  std::set<uint64_t> undelivered_;  // jobs of which results were kept when the connection began
+  std::deque<UnitKey> outbox_;
+  std::unique_ptr<DiskCache> disk_;
+  std::unique_ptr<BakePool> pool_;
+  std::unique_ptr<TaskQueue> disk_thread_;
   std::jthread classifier_, preparer_;
 };
 

@@ -2,157 +2,184 @@
 
 #include "common/base/format.h"
 #include "common/base/log.h"
-#include "common/scene/prepared.h"
-#include "common/wire/limits.h"
 #include "worker/agent/agent_impl.h"
 
 namespace kiln {
-namespace {
 
-constexpr uint64_t kCacheBytes = uint64_t{4} << 30;  // chunks of earlier jobs are kept up to this
+Agent::KnownJob* Agent::known(uint64_t job) {
+  const auto it = jobs_.find(job);
+  return it == jobs_.end() ? nullptr : &it->second;
+}
 
-}  // namespace
+Agent::KnownJob* Agent::current() {
+  return current_ ? known(*current_) : nullptr;
+}
 
 void Agent::start_job(const Job& message) {
-  auto job = read_job(message.spec);
-  if (!job) return break_connection(job.error().message);
-  const bool same = job_ && write_job(*job_) == message.spec;
-  if (same) {  // after a reconnect: go on where we were
-    waiting_job_.reset();
-    if (!class_.empty()) send(JobClass{job_->id, class_});
-    return pool_ ? offer() : fetch();
-  }
-  if (!idle()) {  // a unit cannot be interrupted; those not begun nobody wants any more
-    if (pool_) running_ -= pool_->take_unbegun().size();
-    waiting_job_ = message;
-    if (!idle()) return;
-  }
-  waiting_job_.reset();
-  pool_.reset();
-  kept_.clear();
-  class_.clear();
-  job_ = std::move(*job);
-  fetch_.emplace(*job_, cache_);
+  auto spec = read_job(message.spec);
+  if (!spec) return break_connection(spec.error().message);
+  const uint64_t id = spec->id;
+  const KnownJob* same = known(id);
+  if (same && same->written != message.spec) end_job(id, "another job of this number was given");
+  current_ = id;
+  forget_unready();
+  KnownJob& job = jobs_.try_emplace(id, std::move(*spec), message.spec, cache_).first->second;
+  job.last_use = ++uses_;
+  const std::string& isa = job.spec.transport.isa;
   // The class and the chunks do not wait for each other.
-  classifier_ = std::jthread([this, id = job_->id, isa = job_->transport.isa] {
-    auto name = settings_.numeric_class(isa);
-    loop_.post([this, id, name = std::move(name)] { on_class(id, name); });
-  });
+  if (const auto it = classes_.find(isa); it != classes_.end())
+    on_class(id, isa, it->second);
+  else
+    classify(id, isa);
   fetch();
 }
 
-void Agent::start_waiting_job() {
-  if (!waiting_job_ || !idle()) return;
-  const Job job = std::move(*waiting_job_);
-  waiting_job_.reset();
-  start_job(job);
+// Jobs that were on their way to be ready when another was given. What is kept of them stays.
+void Agent::forget_unready() {
+  std::erase_if(jobs_, [&](const auto& entry) {
+    return !entry.second.baker && entry.second.kept.empty() && current_ != entry.first &&
+           preparing_ != entry.first;
+  });
 }
 
-void Agent::on_class(uint64_t job, Expected<std::string> name) {
-  if (!job_ || job_->id != job) return;
-  if (!name) return fail_job(name.error());
-  class_ = *name;
-  send(JobClass{job, class_});
-  if (pool_) offer();
+void Agent::end_job(uint64_t id, const std::string& reason) {
+  KnownJob* job = known(id);
+  if (!job) return;
+  log_info(text("job {} is over: {}", id, reason));
+  drop_taken(id, [](uint64_t) { return true; });
+  while (!job->kept.empty()) drop_kept(*job, job->kept.begin()->first);
+  if (current_ == id) current_.reset();
+  jobs_.erase(id);
+  leave_if_drained();
+  settle_credits();
 }
 
-void Agent::fail_job(const Error& error) {
-  log_error(text("cannot bake this job: {}", error.message));
-  send(JobFailed{job_->id, error.kind, error.message});
+void Agent::classify(uint64_t id, const std::string& isa) {
+  classifier_ = std::jthread([this, id, isa] {
+    auto name = settings_.numeric_class(isa);
+    loop_.post([this, id, isa, name = std::move(name)] { on_class(id, isa, name); });
+  });
 }
 
+void Agent::on_class(uint64_t id, const std::string& isa, Expected<std::string> name) {
+  if (name) classes_[isa] = *name;
+  KnownJob* job = known(id);
+  if (!job) return;
+  if (!name) return fail_job(id, name.error());
+  job->numeric_class = *name;
+  send(JobClass{id, *name});
+  if (current_ == id && job->baker) offer();
+}
+
+// The worker stays for other jobs.
+void Agent::fail_job(uint64_t id, const Error& error) {
+  log_error(text("cannot bake job {}: {}", id, error.message));
+  send(JobFailed{id, error.kind, error.message});
+  if (current_ == id) current_.reset();
+  if (KnownJob* job = known(id); job && job->kept.empty()) jobs_.erase(id);
+}
+
+// What the current job lacks: from memory, then from disk, then from the coordinator.
 void Agent::fetch() {
-  if (!fetch_ || preparing_ || pool_) return;
-  const auto ids = fetch_->next();
-  if (!ids) return fail_job(ids.error());
-  if (!ids->empty()) {
-    // On loopback the network is faster than zstd.
-    send(ChunkRequest{*ids, !connection_->loopback()});
-  } else if (fetch_->complete()) {
-    prepare();
-  }
+  KnownJob* job = current();
+  if (!welcomed_ || draining_ || !job || job->baker || preparing_ || !job->awaited.empty()) return;
+  const auto ids = job->fetch.missing();
+  if (!ids) return fail_job(job->spec.id, ids.error());
+  if (ids->empty()) return prepare();
+  job->awaited.insert(ids->begin(), ids->end());
+  if (!disk_) return request(*ids);
+  disk_thread_->add([this, id = job->spec.id, connection = connection_count_, ids = *ids] {
+    std::vector<ChunkBytes> found;
+    for (const Digest& chunk : ids) found.push_back(disk_->read(chunk));
+    loop_.post([this, id, connection, ids, found] { on_looked_up(id, connection, ids, found); });
+  });
+}
+
+void Agent::on_looked_up(uint64_t id, uint64_t connection, const std::vector<Digest>& ids,
+                         const std::vector<ChunkBytes>& found) {
+  for (size_t i = 0; i < ids.size(); ++i)
+    if (found[i]) cache_.put(ids[i], found[i]);
+  KnownJob* job = known(id);
+  if (!job || connection != connection_count_) return fetch();
+  std::vector<Digest> absent;
+  for (size_t i = 0; i < ids.size(); ++i)
+    if (found[i])
+      job->awaited.erase(ids[i]);
+    else if (job->awaited.count(ids[i]))
+      absent.push_back(ids[i]);
+  if (current_ == id && !absent.empty()) request(absent);
+  fetch();
+}
+
+// What was asked for an abandoned job may be on its way, or the coordinator dropped it: it is asked for
+// again.
+void Agent::request(const std::vector<Digest>& ids) {
+  asked_.insert(ids.begin(), ids.end());
+  // On loopback the network is faster than zstd.
+  send(ChunkRequest{ids, !connection_->loopback()});
 }
 
 void Agent::on_piece(const ChunkPiece& piece) {
-  if (!fetch_ || !fetch_->expects(piece.id)) return break_connection("a chunk that was not asked for");
-  const auto complete = cache_.add(piece);
-  if (!complete) return break_connection(complete.error().message);
-  if (!*complete) return;
-  fetch_->arrived(piece.id);
+  if (!asked_.count(piece.id)) return break_connection("a chunk that was not asked for");
+  const auto chunk = cache_.add(piece);
+  if (!chunk) return break_connection(chunk.error().message);
+  if (!*chunk) return;
+  if (disk_) disk_thread_->add([this, id = piece.id, bytes = *chunk] { disk_->write(id, *bytes); });
+  for (auto& [id, job] : jobs_) job.awaited.erase(piece.id);
   fetch();
 }
 
-void Agent::prepare() {
-  cache_.shrink(fetch_->needed(), kCacheBytes);
-  preparing_ = true;
-  log_info(text("making the scene ready: {} MiB of chunks", cache_.total_bytes() >> 20));
-  // The loop does not touch the cache until on_prepared: no chunk is expected meanwhile.
-  preparer_ = std::jthread([this, job = *job_] {
-    auto make = [&]() -> Expected<std::shared_ptr<const Baker>> {
-      KILN_TRY(Scene scene,
-               read_scene(*cache_.find(job.scene), [&](const Digest& id) { return cache_.find(id); }));
-      KILN_TRY(Atlas atlas, read_atlas(*cache_.find(job.atlas), scene));
-      KILN_TRY(auto baker,
-               settings_.make_baker(std::move(scene), std::move(atlas), job.transport, settings_.threads));
-      return std::shared_ptr<const Baker>(std::move(baker));
-    };
-    Expected<std::shared_ptr<const Baker>> baker = fail(ErrorKind::kInternal, "the scene was not made");
-    try {
-      baker = make();
-    } catch (const std::bad_alloc&) {
-      baker = fail(ErrorKind::kNoSpace, "not enough memory for the scene on this machine");
-    } catch (const std::exception& e) {
-      baker = fail(ErrorKind::kInternal, e.what());
+// Ready jobs that were used longest ago leave first; one whose units run cannot leave.
+bool Agent::make_room(uint64_t bytes) {
+  const uint64_t budget = settings_.memory_bytes / 4 * 3;
+  for (;;) {
+    uint64_t used = 0;
+    bool busy = false;
+    std::map<uint64_t, KnownJob>::iterator oldest = jobs_.end();
+    for (auto it = jobs_.begin(); it != jobs_.end(); ++it) {
+      if (!it->second.baker) continue;
+      used += it->second.bytes;
+      const auto first = taken_.lower_bound({it->first, 0});
+      const bool in_use = first != taken_.end() && first->first.first == it->first;
+      busy = busy || in_use;
+      if (!in_use && (oldest == jobs_.end() || it->second.last_use < oldest->second.last_use)) oldest = it;
     }
-    loop_.post([this, id = job.id, baker = std::move(baker)] { on_prepared(id, baker); });
+    if (used + bytes <= budget) return true;
+    if (oldest == jobs_.end()) return !busy;  // alone it may fit all the same: the factor is an allowance
+    log_info(text("the scene of job {} leaves memory", oldest->first));
+    oldest->second.baker.reset();
+    forget_unready();
+  }
+}
+
+void Agent::prepare() {
+  KnownJob& job = *current();
+  job.chunks = job.fetch.needed();
+  job.bytes = ready_bytes(job.fetch.total_bytes());
+  if (!make_room(job.bytes)) return;  // on_done comes back
+  cache_.shrink(job.chunks, settings_.memory_bytes / 4);
+  preparing_ = job.spec.id;
+  log_info(
+      text("making the scene of job {} ready: {} MiB of chunks", job.spec.id, job.fetch.total_bytes() >> 20));
+  preparer_ = std::jthread([this, spec = job.spec, chunks = chunks_of(cache_, job.fetch)]() mutable {
+    auto baker = make_ready_baker(spec, chunks, settings_);
+    chunks.clear();
+    loop_.post([this, id = spec.id, baker = std::move(baker)] { on_prepared(id, baker); });
   });
 }
 
-void Agent::on_prepared(uint64_t job, Expected<std::shared_ptr<const Baker>> baker) {
-  preparing_ = false;
-  if (waiting_job_) return start_waiting_job();
-  if (!job_ || job_->id != job) return;
-  if (!baker) return fail_job(baker.error());
-  for (const std::string& warning : (*baker)->warnings()) log_warning(warning);
-  pool_ = std::make_unique<BakePool>(*baker, settings_.threads, [this](const Unit& unit, auto result) {
-    loop_.post([this, unit, result = std::move(result)]() mutable { on_done(unit, std::move(result)); });
-  });
-  if (!class_.empty()) offer();
-}
-
-void Agent::offer() {
-  if (draining_) return;
-  send(Credits{job_->id, settings_.threads + kPrefetchUnits});
-  for (const auto& [unit, result] : kept_) send(result);
-}
-
-void Agent::take_unit(Unit& unit) {
-  if (waiting_job_) return;  // of the old job
-  if (!pool_ || unit.job != job_->id) return break_connection("a unit of a job that is not ready");
-  if (draining_) return send(Drain{{unit.unit.id}, "draining"});
-  ++running_;
-  pool_->add(std::move(unit));
-}
-
-void Agent::on_done(const Unit& unit, Expected<UnitResult> result) {
-  --running_;
-  if (waiting_job_) return start_waiting_job();
-  deliver(unit, std::move(result));
-  leave_if_drained();
-}
-
-void Agent::deliver(const Unit& unit, Expected<UnitResult> result) {
-  if (!result)
-    return send(UnitFailed{unit.job, unit.unit.id, unit.lease, result.error().kind, result.error().message});
-  const Digest digest = result_digest(*result);
-  send(kept_.insert_or_assign(unit.unit.id, Result{unit.job, unit.lease, std::move(*result), digest})
-           .first->second);
-}
-
-void Agent::on_ack(const CommitAck& ack) {
-  const auto it = kept_.find(ack.unit);
-  if (it != kept_.end() && it->second.digest == ack.digest) kept_.erase(it);
-  leave_if_drained();
+void Agent::on_prepared(uint64_t id, Expected<std::shared_ptr<const Baker>> baker) {
+  preparing_.reset();
+  if (KnownJob* job = known(id)) {
+    if (!baker) {
+      fail_job(id, baker.error());
+    } else {
+      for (const std::string& warning : (*baker)->warnings()) log_warning(warning);
+      job->baker = *baker;
+      if (current_ == id && !job->numeric_class.empty()) offer();
+    }
+  }
+  fetch();
 }
 
 }  // namespace kiln

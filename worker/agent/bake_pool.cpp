@@ -1,9 +1,11 @@
 #include "worker/agent/bake_pool.h"
 
+#include <algorithm>
 #include <exception>
 #include <new>
 
 #include "common/base/format.h"
+#include "worker/agent/crash_note.h"
 
 namespace kiln {
 namespace {
@@ -22,8 +24,7 @@ Expected<UnitResult> bake_guarded(const Baker& baker, const WorkUnit& unit) {
 
 }  // namespace
 
-BakePool::BakePool(std::shared_ptr<const Baker> baker, unsigned threads, OnDone on_done)
-    : baker_(std::move(baker)), on_done_(std::move(on_done)) {
+BakePool::BakePool(unsigned threads, OnDone on_done) : on_done_(std::move(on_done)) {
   for (unsigned t = 0; t < threads; ++t) team_.emplace_back([this] { run(); });
 }
 
@@ -36,18 +37,21 @@ BakePool::~BakePool() {
   changed_.notify_all();
 }
 
-void BakePool::add(Unit unit) {
+void BakePool::add(BakeTask task) {
   {
     const std::lock_guard lock(mutex_);
-    queue_.push_back(std::move(unit));
+    queue_.push_back(std::move(task));
   }
   changed_.notify_one();
 }
 
-std::vector<Unit> BakePool::take_unbegun() {
+std::vector<Unit> BakePool::take_unbegun(const std::function<bool(const Unit&)>& wanted) {
   const std::lock_guard lock(mutex_);
-  std::vector<Unit> units(std::make_move_iterator(queue_.begin()), std::make_move_iterator(queue_.end()));
-  queue_.clear();
+  std::vector<Unit> units;
+  const auto kept = std::stable_partition(queue_.begin(), queue_.end(),
+                                          [&](const BakeTask& task) { return !wanted(task.unit); });
+  for (auto it = kept; it != queue_.end(); ++it) units.push_back(std::move(it->unit));
+  queue_.erase(kept, queue_.end());
   return units;
 }
 
@@ -56,17 +60,35 @@ size_t BakePool::queued() const {
   return queue_.size();
 }
 
+std::optional<BakePool::Begun> BakePool::oldest() const {
+  const std::lock_guard lock(mutex_);
+  if (begun_.empty()) return std::nullopt;
+  return begun_.front();
+}
+
 void BakePool::run() {
+  use_crash_stack();
   for (;;) {
-    Unit unit;
+    BakeTask task;
+    std::list<Begun>::iterator begun;
     {
       std::unique_lock lock(mutex_);
       changed_.wait(lock, [this] { return stop_ || !queue_.empty(); });
       if (stop_) return;
-      unit = std::move(queue_.front());
+      task = std::move(queue_.front());
       queue_.pop_front();
+      begun = begun_.insert(begun_.end(), {task.unit.job, task.unit.unit.id, clock_.now_ms()});
     }
-    on_done_(unit, bake_guarded(*baker_, unit.unit));
+    auto result = [&] {
+      const CrashNote note(task.replay_file, task.replay);
+      return bake_guarded(*task.baker, task.unit.unit);
+    }();
+    {
+      const std::lock_guard lock(mutex_);
+      begun_.erase(begun);
+    }
+    task.baker.reset();  // before the unit is reported done: an evicted scene is gone by then
+    on_done_(task.unit, std::move(result));
   }
 }
 

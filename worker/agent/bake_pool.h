@@ -1,37 +1,53 @@
-// Bake threads that pull units from a queue.
+// Bake threads that pull units of any ready job from one queue.
 #pragma once
 
 #include <condition_variable>
 #include <deque>
 #include <functional>
+#include <list>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <thread>
 #include <vector>
 
+#include "common/base/clock.h"
 #include "common/wire/messages.h"
 #include "worker/bake/baker.h"
 
 namespace kiln {
+
+struct BakeTask {
+  Unit unit;
+  std::shared_ptr<const Baker> baker;
+  std::string replay_file, replay;  // what a crash of this unit leaves behind; empty: nothing
+};
 
 class BakePool {
  public:
   // Called on a bake thread.
   using OnDone = std::function<void(const Unit&, Expected<UnitResult>)>;
 
-  BakePool(std::shared_ptr<const Baker> baker, unsigned threads, OnDone on_done);
+  BakePool(unsigned threads, OnDone on_done);
   ~BakePool();  // drops what is queued, waits for what runs
-  void add(Unit unit);
-  std::vector<Unit> take_unbegun();
+  void add(BakeTask task);
+  // Takes back the units that no thread has begun and of which `wanted` is true.
+  std::vector<Unit> take_unbegun(const std::function<bool(const Unit&)>& wanted);
   size_t queued() const;
+  struct Begun {
+    uint64_t job = 0, unit = 0;
+    int64_t at_ms = 0;  // SteadyClock
+  };
+  std::optional<Begun> oldest() const;  // of the units that run
 
  private:
   void run();
-  std::shared_ptr<const Baker> baker_;
   OnDone on_done_;
+  SteadyClock clock_;
   mutable std::mutex mutex_;
   std::condition_variable changed_;
-  std::deque<Unit> queue_;
+  std::deque<BakeTask> queue_;
+  std::list<Begun> begun_;  // oldest first
   bool stop_ = false;
   std::vector<std::jthread> team_;  // last: ends first
 };

@@ -7,12 +7,12 @@
 
 namespace kiln {
 
-const Bytes* ChunkCache::find(const Digest& id) const {
+ChunkBytes ChunkCache::find(const Digest& id) const {
   const auto it = chunks_.find(id);
-  return it == chunks_.end() ? nullptr : &it->second;
+  return it == chunks_.end() ? nullptr : it->second;
 }
 
-Expected<bool> ChunkCache::add(const ChunkPiece& piece) {
+Expected<ChunkBytes> ChunkCache::add(const ChunkPiece& piece) {
   if (piece.offset == 0) {
     partial_.emplace();
     partial_->id = piece.id;
@@ -27,22 +27,27 @@ Expected<bool> ChunkCache::add(const ChunkPiece& piece) {
   partial_->bytes.insert(partial_->bytes.end(), piece.bytes.begin(), piece.bytes.end());
   if (partial_->bytes.size() < partial_->total) {
     if (piece.bytes.empty()) return fail(ErrorKind::kProtocol, "an empty piece of a chunk");
-    return false;
+    return ChunkBytes{};
   }
   Partial done = std::move(*partial_);
   partial_.reset();
   if (done.hash->finish() != done.id)
     return fail(ErrorKind::kProtocol, text("chunk {} arrived with other bytes", done.id.hex()));
-  const size_t size = done.bytes.size();
-  if (chunks_.emplace(done.id, std::move(done.bytes)).second) total_ += size;
-  return true;
+  auto bytes = std::make_shared<const Bytes>(std::move(done.bytes));
+  put(done.id, bytes);
+  return bytes;
+}
+
+void ChunkCache::put(const Digest& id, ChunkBytes bytes) {
+  const size_t size = bytes->size();
+  if (chunks_.emplace(id, std::move(bytes)).second) total_ += size;
 }
 
 void ChunkCache::shrink(const std::unordered_set<Digest>& needed, uint64_t max_bytes) {
   if (total_ <= max_bytes) return;
   std::erase_if(chunks_, [&](const auto& chunk) {
     if (needed.count(chunk.first)) return false;
-    total_ -= chunk.second.size();
+    total_ -= chunk.second->size();
     return true;
   });
 }

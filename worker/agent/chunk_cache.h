@@ -1,6 +1,7 @@
 // Chunks by content, kept in memory across jobs and connections.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <unordered_map>
 #include <unordered_set>
@@ -9,13 +10,16 @@
 
 namespace kiln {
 
+using ChunkBytes = std::shared_ptr<const Bytes>;  // shared with threads that read or store it
+
 class ChunkCache {
  public:
-  const Bytes* find(const Digest& id) const;
-  // True when the piece completes its chunk. Pieces of one chunk come in order, chunks one after another;
-  // a chunk whose bytes do not have its id is an error (kProtocol) and is not kept.
-  Expected<bool> add(const ChunkPiece& piece);
-  void forget_partial() { partial_.reset(); }  // the connection that was sending it is gone
+  ChunkBytes find(const Digest& id) const;  // null: not here
+  // The chunk that this piece completes, or null. Pieces of one chunk come in order, chunks one after
+  // another; a chunk whose bytes do not have its id is an error (kProtocol) and is not kept.
+  Expected<ChunkBytes> add(const ChunkPiece& piece);
+  void put(const Digest& id, ChunkBytes bytes);  // whose SHA-256 was seen to be `id`
+  void forget_partial() { partial_.reset(); }    // the connection that was sending it is gone
   // Drops what is not in `needed` if all together take more than max_bytes.
   void shrink(const std::unordered_set<Digest>& needed, uint64_t max_bytes);
   uint64_t total_bytes() const { return total_; }
@@ -27,7 +31,7 @@ class ChunkCache {
     Bytes bytes;
     std::unique_ptr<Sha256> hash = std::make_unique<Sha256>();
   };
-  std::unordered_map<Digest, Bytes> chunks_;
+  std::unordered_map<Digest, ChunkBytes> chunks_;
   std::optional<Partial> partial_;
   uint64_t total_ = 0;
 };

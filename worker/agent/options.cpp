@@ -1,16 +1,11 @@
 #include "worker/agent/options.h"
 
-#include <signal.h>
-#include <sys/prctl.h>
-#include <unistd.h>
-
+#include <algorithm>
 #include <charconv>
-#include <cstdio>
 #include <cstdlib>
 
 #include "common/base/files.h"
 #include "common/base/format.h"
-#include "common/base/log.h"
 #include "common/base/parallel.h"
 #include "common/wire/limits.h"
 #include "common/wire/listener.h"
@@ -21,123 +16,232 @@ namespace {
 constexpr const char* kHelp = R"(kiln-worker: bakes units of a lightmap for a Kiln coordinator.
 
 usage: kiln-worker --connect HOST:PORT [options]
+       kiln-worker --cache DIR --replay FILE
 
-  --connect HOST:PORT   the coordinator                            (or KILN_CONNECT)
-  --threads N           units baked at a time; default: all cores  (or KILN_THREADS)
-  --token-file FILE     file that holds the coordinator's token    (or the token itself in KILN_TOKEN)
-  --patience S          seconds without a coordinator before giving up; default 600
+the coordinator
+  --connect HOST:PORT   its address                                             KILN_CONNECT
+  --token-file FILE     file that holds its token (or the token in KILN_TOKEN)  KILN_TOKEN_FILE
+  --ca FILE             PEM: who signed its certificate                         KILN_CA
+  --certificate FILE    PEM: this worker's certificate                          KILN_CERTIFICATE
+  --key FILE            PEM: the key of that certificate                        KILN_KEY
+                        (all three or none; with them the connection is TLS)
+  --patience S          seconds without a coordinator before giving up;         KILN_PATIENCE
+                        default 600
+
+this machine
+  --name NAME           for people; default: the machine's name                 KILN_NAME
+  --threads N           units baked at a time; default: all cores               KILN_THREADS
+  --memory MiB          for scenes kept ready and their chunks; default: half   KILN_MEMORY
+                        of the machine's or the control group's memory
+  --cache DIR           chunks of scenes are kept here, also for other workers  KILN_CACHE
+                        of this machine; "off": not at all; default:
+                        $XDG_CACHE_HOME/kiln-worker or ~/.cache/kiln-worker
+  --cache-size MiB      those used longest ago go above this; default 16384     KILN_CACHE_SIZE
+  --unit-limit S        a unit that runs longer is a hang: the worker says so   KILN_UNIT_LIMIT
+                        and ends with status 1, to be started anew;
+                        default 3600
+  --drain-limit S       how long running units may take after SIGTERM;          KILN_DRAIN_LIMIT
+                        default 60
+  --log text|json       form of the lines on standard error; default text       KILN_LOG
+  --alive-file FILE     its time is set every second, for a supervisor's probe  KILN_ALIVE_FILE
+
+  --replay FILE         bakes the one unit of FILE (named when a unit fails)
+                        from the chunks in the cache; prints digest, rays
+                        and seconds, or the error
   --version             release and protocol
   --help                this text
+
+Variables stand at the right; the command line wins. Where a value is not a path, KILN_..._FILE names a file
+that holds it (KILN_TOKEN_FILE, KILN_CONNECT_FILE, KILN_NAME_FILE, ...).
 
 example: KILN_TOKEN=$(ssh render1 cat /etc/kiln/token) kiln-worker --connect render1:7800 --threads 16
 
 SIGTERM and SIGINT: finishes the units it has begun, hands the others back and ends with status 0.
-exit status: 0 told to go, 1 failed (no coordinator to be reached), 2 wrong usage or refused by the coordinator
+exit status: 0 told to go, 1 failed (no coordinator to be reached, a unit hangs), 2 wrong usage or refused by
+the coordinator
 )";
 
 tl::unexpected<Error> usage(std::string message) {
   return fail(ErrorKind::kUsage, message + " (kiln-worker --help shows an example)");
 }
 
-Expected<uint32_t> number(const std::string& name, const std::string& text_value, uint32_t most) {
-  uint32_t value = 0;
-  const char* end = text_value.data() + text_value.size();
-  const auto [stop, code] = std::from_chars(text_value.data(), end, value);
-  if (code != std::errc() || stop != end || value == 0 || value > most)
-    return usage(text("{} is \"{}\": give a whole number from 1 to {}", name, text_value, most));
-  return value;
-}
+struct Option {
+  const char* name;
+  const char* variable;
+  bool is_path;  // then there is no VARIABLE_FILE
+  std::string value{};
+};
 
-std::string from_environment(const char* name) {
-  const char* value = std::getenv(name);
+class Table {
+ public:
+  Status read_environment();
+  Status read(const std::vector<std::string>& arguments);
+  const std::string& operator[](std::string_view name) const;
+
+ private:
+  Option options_[17] = {
+      {"--connect", "KILN_CONNECT", false},
+      {"--token", "KILN_TOKEN", false},  // on a command line everybody on the machine could read it
+      {"--token-file", "", true},
+      {"--ca", "KILN_CA", true},
+      {"--certificate", "KILN_CERTIFICATE", true},
+      {"--key", "KILN_KEY", true},
+      {"--patience", "KILN_PATIENCE", false},
+      {"--name", "KILN_NAME", false},
+      {"--threads", "KILN_THREADS", false},
+      {"--memory", "KILN_MEMORY", false},
+      {"--cache", "KILN_CACHE", true},
+      {"--cache-size", "KILN_CACHE_SIZE", false},
+      {"--unit-limit", "KILN_UNIT_LIMIT", false},
+      {"--drain-limit", "KILN_DRAIN_LIMIT", false},
+      {"--log", "KILN_LOG", false},
+      {"--alive-file", "KILN_ALIVE_FILE", true},
+      {"--replay", "", true},
+  };
+};
+
+std::string from_environment(const std::string& name) {
+  const char* value = std::getenv(name.c_str());
   return value ? value : "";
 }
 
-Expected<std::string> token_of(const std::string& file) {
-  if (file.empty()) return from_environment("KILN_TOKEN");
-  KILN_TRY(const Bytes bytes, read_file(file, kMaxTextBytes));
-  std::string token(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  token.erase(token.find_last_not_of(" \r\n") + 1);
-  return token;
+Expected<std::string> content_of(const std::string& file) {
+  const auto bytes = read_file(file, kMaxTextBytes);
+  if (!bytes) return usage(bytes.error().message);
+  std::string content(reinterpret_cast<const char*>(bytes->data()), bytes->size());
+  content.erase(content.find_last_not_of(" \t\r\n") + 1);
+  if (content.empty()) return usage(text("{} is empty", file));
+  return content;
+}
+
+Status Table::read_environment() {
+  for (Option& option : options_) {
+    if (!*option.variable) continue;
+    option.value = from_environment(option.variable);
+    const std::string variable = text("{}_FILE", option.variable);
+    const std::string file = option.is_path ? "" : from_environment(variable);
+    if (file.empty()) continue;
+    if (!option.value.empty())
+      return usage(text("{} and {} are both set: set one of them", option.variable, variable));
+    const auto content = content_of(file);
+    if (!content) return fail(content.error().kind, text("{}: {}", variable, content.error().message));
+    option.value = *content;
+  }
+  return {};
+}
+
+Status Table::read(const std::vector<std::string>& arguments) {
+  for (size_t i = 0; i < arguments.size(); ++i) {
+    const std::string& argument = arguments[i];
+    const size_t equals = argument.find('=');
+    const std::string name = argument.substr(0, equals);
+    if (name == "--token")
+      return usage("a token on the command line can be read by others: --token-file FILE");
+    Option* found = nullptr;
+    for (Option& option : options_)
+      if (option.name == name) found = &option;
+    if (!found) return usage(text("unknown option {}", argument));
+    if (equals != std::string::npos)
+      found->value = argument.substr(equals + 1);
+    else if (++i < arguments.size())
+      found->value = arguments[i];
+    else
+      return usage(text("{} needs a value", name));
+  }
+  return {};
+}
+
+const std::string& Table::operator[](std::string_view name) const {
+  const Option* found = std::find_if(std::begin(options_), std::end(options_),
+                                     [&](const Option& option) { return option.name == name; });
+  return found->value;
+}
+
+// A whole number of the option, or `otherwise` when it was not given.
+Expected<int64_t> number(const Table& table, const std::string& name, int64_t most, int64_t otherwise) {
+  const std::string& digits = table[name];
+  if (digits.empty()) return otherwise;
+  int64_t value = 0;
+  const char* end = digits.data() + digits.size();
+  const auto [stop, code] = std::from_chars(digits.data(), end, value);
+  if (code != std::errc() || stop != end || value < 1 || value > most)
+    return usage(text("{} is \"{}\": give a whole number from 1 to {}", name, digits, most));
+  return value;
+}
+
+Status read_certificates(const Table& table, TlsFiles& tls) {
+  tls.ca = table["--ca"];
+  tls.certificate = table["--certificate"];
+  tls.key = table["--key"];
+  if (tls.ca.empty() && tls.certificate.empty() && tls.key.empty()) return {};
+  for (const char* name : {"--ca", "--certificate", "--key"})
+    if (table[name].empty())
+      return usage(text("{} is missing: --ca, --certificate and --key go together", name));
+  return {};
+}
+
+std::string default_cache() {
+  const std::string xdg = from_environment("XDG_CACHE_HOME"), home = from_environment("HOME");
+  if (!xdg.empty()) return xdg + "/kiln-worker";
+  return home.empty() ? "" : home + "/.cache/kiln-worker";
+}
+
+Status read_machine(const Table& table, bool local, AgentSettings& agent) {
+  agent.name = table["--name"];
+  agent.alive_file = table["--alive-file"];
+  KILN_TRY(const int64_t threads, number(table, "--threads", 4096, hardware_threads()));
+  agent.threads = static_cast<uint32_t>(threads);
+  KILN_TRY(const int64_t patience, number(table, "--patience", 1000000, agent.patience_ms / 1000));
+  agent.patience_ms = patience * 1000;
+  KILN_TRY(const int64_t unit_limit, number(table, "--unit-limit", 1000000, agent.unit_limit_ms / 1000));
+  agent.unit_limit_ms = unit_limit * 1000;
+  KILN_TRY(const int64_t drain_limit, number(table, "--drain-limit", 1000000, agent.drain_limit_ms / 1000));
+  agent.drain_limit_ms = drain_limit * 1000;
+  constexpr int64_t kMostMiB = int64_t{1} << 30;
+  KILN_TRY(const int64_t memory, number(table, "--memory", kMostMiB, 0));
+  agent.memory_bytes = static_cast<uint64_t>(memory) << 20;
+  KILN_TRY(const int64_t size,
+           number(table, "--cache-size", kMostMiB, static_cast<int64_t>(agent.cache_bytes >> 20)));
+  agent.cache_bytes = static_cast<uint64_t>(size) << 20;
+  // Local workers get their chunks over loopback, from the memory of the program that started them.
+  agent.cache_folder = table["--cache"].empty() && !local ? default_cache() : table["--cache"];
+  if (agent.cache_folder == "off") agent.cache_folder.clear();
+  return {};
 }
 
 }  // namespace
 
 Expected<WorkerOptions> read_worker_options(const std::vector<std::string>& arguments) {
   WorkerOptions options;
-  std::string connect = from_environment("KILN_CONNECT"), threads = from_environment("KILN_THREADS");
-  std::string patience, token_file;
-  const std::pair<std::string, std::string*> known[] = {{"--connect", &connect},
-                                                        {"--threads", &threads},
-                                                        {"--token-file", &token_file},
-                                                        {"--patience", &patience}};
-  for (size_t i = 0; i < arguments.size(); ++i) {
-    const std::string& argument = arguments[i];
+  for (const std::string& argument : arguments) {
     if (argument == "--help" || argument == "-h") options.print = kHelp;
     if (argument == "--version")
       options.print = text("kiln-worker {}, protocol {}.{}\n", KILN_VERSION, kWireMajor, kWireMinor);
     if (!options.print.empty()) return options;
-    const size_t equals = argument.find('=');
-    const std::string name = argument.substr(0, equals);
-    std::string* target = nullptr;
-    for (const auto& [option, value] : known)
-      if (option == name) target = value;
-    if (!target) return usage(text("unknown option {}", argument));
-    if (equals != std::string::npos)
-      *target = argument.substr(equals + 1);
-    else if (++i < arguments.size())
-      *target = arguments[i];
-    else
-      return usage(text("{} needs a value", name));
   }
-  if (connect.empty()) return usage("no coordinator given: --connect HOST:PORT");
-  KILN_TRY(auto address, parse_address(connect));
-  options.agent.host = address.first;
-  options.agent.port = address.second;
-  options.agent.threads = hardware_threads();
-  if (!threads.empty()) {
-    KILN_TRY(options.agent.threads, number("--threads", threads, 4096));
-  }
-  if (!patience.empty()) {
-    KILN_TRY(const uint32_t seconds, number("--patience", patience, 1000000));
-    options.agent.patience_ms = int64_t{seconds} * 1000;
-  }
-  KILN_TRY(options.agent.token, token_of(token_file));
+  Table table;
+  KILN_TRY_STATUS(table.read_environment());
+  KILN_TRY_STATUS(table.read(arguments));
   options.parent = std::atoi(from_environment("KILN_PARENT").c_str());
+  AgentSettings& agent = options.agent;
+  KILN_TRY_STATUS(read_machine(table, options.parent != 0, agent));
+  if (const std::string& form = table["--log"]; form == "json")
+    options.log = LogFormat::kJson;
+  else if (!form.empty() && form != "text")
+    return usage(text("--log is \"{}\": give text or json", form));
+  options.replay = table["--replay"];
+  if (!options.replay.empty()) return options;  // needs no coordinator
+
+  if (table["--connect"].empty()) return usage("no coordinator given: --connect HOST:PORT");
+  KILN_TRY(auto address, parse_address(table["--connect"]));
+  agent.host = address.first;
+  agent.port = address.second;
+  KILN_TRY_STATUS(read_certificates(table, agent.tls));
+  agent.token = table["--token"];
+  if (const std::string& file = table["--token-file"]; !file.empty()) {
+    KILN_TRY(agent.token, content_of(file));
+  }
   return options;
-}
-
-bool die_with_parent(int parent) {
-  ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-  return ::getppid() == parent;  // else it ended before the call above
-}
-
-int worker_main(const std::vector<std::string>& arguments, const std::string& engine,
-                const BakerFactory& make_baker, const NumericClassFunction& numeric_class) {
-  log_setup("kiln-worker", LogLevel::kInfo);
-  auto options = read_worker_options(arguments);
-  if (!options) {
-    log_error(options.error().message);
-    return 2;
-  }
-  if (!options->print.empty()) {
-    std::fputs(options->print.c_str(), stdout);
-    std::fflush(stdout);
-    return 0;
-  }
-  if (options->parent) {
-    if (!die_with_parent(options->parent)) return 1;
-    log_setup(text("kiln-worker {}", ::getpid()), LogLevel::kWarning);  // the coordinator tells the rest
-  }
-  AgentSettings& agent = options->agent;
-  agent.engine = engine;
-  agent.make_baker = make_baker;
-  agent.numeric_class = numeric_class;
-  if (const Status end = run_agent(agent); !end) {
-    log_error(end.error().message);
-    return exit_status(end.error());
-  }
-  return 0;
 }
 
 }  // namespace kiln

@@ -1,0 +1,41 @@
+// Certificates that are no longer good: a text file with a serial in each line, read again whenever it
+// changes.
+#pragma once
+
+#include <filesystem>
+#include <mutex>
+#include <set>
+#include <string>
+
+#include "common/base/status.h"
+
+namespace kiln {
+
+// Lines of a serial in hex, of any case, and what follows a "#". Fails (kInvalidInput) naming the line.
+Expected<std::set<std::string>> parse_revoked(std::string_view text);
+
+// From any thread.
+class RevocationList {
+ public:
+  // A file that does not exist is an empty list.
+  explicit RevocationList(std::filesystem::path file) : file_(std::move(file)) {}
+  // `serial` as in PeerIdentity. Fails while the file cannot be read, or is gone after it was there: nobody
+  // can then say who is still good, so nobody is let in.
+  Expected<bool> contains(const std::string& serial) const;
+
+ private:
+  // What tells one state of the file from the next: a rename over it changes the inode.
+  struct Stamp {
+    uint64_t inode = 0, size = 0;
+    int64_t seconds = 0, nanoseconds = 0;
+    bool operator==(const Stamp&) const = default;
+  };
+  Status refresh() const;  // with the lock held
+
+  std::filesystem::path file_;
+  mutable std::mutex mutex_;
+  mutable Stamp read_;  // inode 0: never
+  mutable std::set<std::string> serials_;
+};
+
+}  // namespace kiln

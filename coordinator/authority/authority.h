@@ -1,0 +1,64 @@
+// The folder of a farm's authority: who may be what. Its owner is whoever can read ca.key.
+//   ca.pem, ca.key   the authority; ca.pem goes to every machine, ca.key to none
+//   issued           a line for each certificate: serial, name, roles, end
+//   revoked          serials that are no longer good (common/tls/revocation.h)
+//   tokens           join tokens by their digests (tokens.h)
+// Every change is made under a lock and by rename, so that a crash leaves the old state or the new one.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "common/tls/identity.h"
+
+namespace kiln {
+
+constexpr int64_t kSecondsADay = 86400;
+
+// Makes the folder and a new authority. Fails (kUsage) if the folder has one.
+Expected<Certificate> make_authority_folder(const std::filesystem::path& dir, const std::string& name,
+                                            int64_t days, int64_t now);
+
+struct IssueWish {
+  std::string name;
+  std::vector<Role> roles;
+  std::vector<std::string> hosts{};
+  int64_t days = 365;
+};
+
+// Makes a key and a certificate in the folder `out`: ca.pem, cert.pem, key.pem. A coordinator needs a host.
+// Ends with the authority at the latest.
+Expected<Certificate> issue(const std::filesystem::path& dir, const IssueWish& wish,
+                            const std::filesystem::path& out, int64_t now);
+// Signs a machine's own request under the name that it states. The certificate's text.
+Expected<std::string> sign(const std::filesystem::path& dir, const std::string& request,
+                           const IssueWish& wish, int64_t now);
+
+struct IssuedRecord {
+  std::string serial, name;
+  std::vector<Role> roles;
+  int64_t not_after = 0;
+};
+Expected<std::vector<IssuedRecord>> read_issued(const std::filesystem::path& dir);
+
+// Adds a serial to `revoked`, or those of all certificates of a name that have not ended. Returns what is
+// revoked now and was not before. Fails (kUsage) if nothing issued here is meant.
+Expected<std::vector<IssuedRecord>> revoke(const std::filesystem::path& dir,
+                                           const std::string& serial_or_name, int64_t now);
+
+// Held while the folder is changed, against other threads and processes.
+class AuthorityLock {
+ public:
+  static Expected<AuthorityLock> take(const std::filesystem::path& dir);
+  AuthorityLock(AuthorityLock&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
+  AuthorityLock& operator=(AuthorityLock&&) = delete;
+  ~AuthorityLock();
+
+ private:
+  explicit AuthorityLock(int fd) : fd_(fd) {}
+  int fd_;
+};
+
+}  // namespace kiln

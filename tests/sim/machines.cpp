@@ -1,0 +1,263 @@
+// Workers, their links, the disk, and what befalls them.
+#include <algorithm>
+
+#include "common/base/format.h"
+#include "tests/sim/world.h"
+
+namespace kiln::sim {
+
+// One flush at a time takes all that waits: group commit. What follows a write runs only once it is on disk.
+void World::write(std::function<void(Disk&)> change, std::function<void()> then) {
+  unflushed_.push_back({std::move(change), std::move(then)});
+  if (!flushing_) flush();
+}
+
+void World::flush() {
+  flushing_ = true;
+  at(now_ + 1 + static_cast<int64_t>(draw(4)), [this, epoch = epoch_, count = unflushed_.size()] {
+    if (!up_ || epoch != epoch_) return;
+    Actions out;
+    if (full_) {
+      ++figures_.refused_writes;
+      ledger_->hold(true, now_, out);
+      perform(out);
+      at(now_ + 50, [this, epoch] {
+        if (up_ && epoch == epoch_) flush();
+      });
+      return;
+    }
+    ledger_->hold(false, now_, out);
+    std::vector<Write> batch(std::make_move_iterator(unflushed_.begin()),
+                             std::make_move_iterator(unflushed_.begin() + static_cast<ptrdiff_t>(count)));
+    unflushed_.erase(unflushed_.begin(), unflushed_.begin() + static_cast<ptrdiff_t>(count));
+    for (Write& w : batch) w.change(disk_);
+    flushing_ = false;
+    if (!unflushed_.empty()) flush();
+    perform(out);
+    for (Write& w : batch)
+      if (w.then && up_ && epoch == epoch_) w.then();
+  });
+}
+
+void World::connect(size_t i) {
+  Machine& m = machines_[i];
+  if (!m.alive || m.link || !up_) return;
+  const uint64_t link = m.link = next_link_++;
+  for (Kept& kept : m.kept) kept.sent = false;
+  const WorkerId worker = next_worker_++;
+  worker_of_[link] = worker;
+  at(now_ + 1 + static_cast<int64_t>(draw(20)), [this, i, link, worker, epoch = epoch_] {
+    if (!up_ || epoch != epoch_ || machines_[i].link != link) return;
+    machine_of_[worker] = i;
+    heard_at_[worker] = now_;
+    Actions out;
+    ledger_->join(worker, machines_[i].traits, now_, out);
+    perform(out);
+    heartbeat(i);
+  });
+}
+
+// `crashed`: the process is gone, or the link broke without a word.
+void World::cut(size_t i, bool crashed) {
+  Machine& m = machines_[i];
+  const uint64_t link = m.link;
+  if (!link) return;
+  m.link = 0;
+  const WorkerId worker = worker_of_.count(link) ? worker_of_[link] : 0;
+  worker_of_.erase(link);
+  at(now_ + static_cast<int64_t>(draw(200)), [this, i] { connect(i); });
+  if (!up_ || !machine_of_.count(worker)) return;
+  const auto tell = [this, worker, crashed, epoch = epoch_] {
+    if (!up_ || epoch != epoch_) return;
+    machine_of_.erase(worker);
+    heard_at_.erase(worker);
+    Actions out;
+    ledger_->leave(worker, crashed, "the connection broke", now_, out);
+    perform(out);
+  };
+  // The coordinator may learn of it late.
+  chance(0.7) ? at(now_, tell) : at(now_ + static_cast<int64_t>(draw(1500)), tell);
+}
+
+void World::to_machine(WorkerId worker, std::function<void(Machine&, size_t)> what) {
+  const auto it = machine_of_.find(worker);
+  if (it == machine_of_.end()) return;
+  const size_t i = it->second;
+  const uint64_t link = machines_[i].link;
+  if (!link || !worker_of_.count(link) || worker_of_[link] != worker) return;  // broken, not yet noticed
+  at(std::max(now_ + 1, machines_[i].stalled_until), [this, i, link, what = std::move(what)] {
+    if (machines_[i].alive && machines_[i].link == link) what(machines_[i], i);
+  });
+}
+
+void World::to_coordinator(size_t i, std::function<void(Actions&)> what) {
+  const uint64_t link = machines_[i].link;
+  if (!link) return;
+  at(std::max(now_ + 1, machines_[i].stalled_until), [this, i, link, epoch = epoch_, what = std::move(what)] {
+    if (!up_ || epoch != epoch_ || machines_[i].link != link) return;
+    if (const auto worker = worker_of_.find(link);
+        worker != worker_of_.end() && machine_of_.count(worker->second))
+      heard_at_[worker->second] = now_;
+    Actions out;
+    what(out);
+    perform(out);
+  });
+}
+
+void World::heartbeat(size_t i) {
+  const uint64_t link = machines_[i].link;
+  if (!link || !worker_of_.count(link)) return;
+  const WorkerId worker = worker_of_[link];
+  to_coordinator(i, [this, worker](Actions& out) { ledger_->heard(worker, now_, out); });
+  at(now_ + rules_.lease_ms / 4, [this, i, link] {
+    if (machines_[i].link == link) heartbeat(i);
+  });
+}
+
+void World::work(size_t i) {
+  Machine& m = machines_[i];
+  while (m.alive && m.running.size() < m.traits.threads && !m.queue.empty()) {
+    const Grant grant = m.queue.front();
+    m.queue.pop_front();
+    if (poison(grant.job, grant.unit) && chance(0.5)) return crash(i);
+    m.running.push_back(grant);
+    const bool hangs = now_ < faults_end_ && chance(0.002) && ++killed_with_[{grant.job, grant.unit}] <= 2;
+    if (hangs) continue;  // it stays in `running` until the coordinator has had enough of the machine
+    at(now_ + 1 + m.unit_ms / 2 + static_cast<int64_t>(draw(static_cast<uint64_t>(m.unit_ms))),
+       [this, i, grant, process = m.process] {
+         if (machines_[i].alive && machines_[i].process == process) finished(i, grant);
+       });
+  }
+}
+
+void World::finished(size_t i, const Grant& grant) {
+  Machine& m = machines_[i];
+  const auto running = std::find_if(m.running.begin(), m.running.end(), [&](const Grant& g) {
+    return g.lease == grant.lease && g.job == grant.job;
+  });
+  if (running == m.running.end()) return;
+  m.running.erase(running);
+  const WorkerId worker = m.link && worker_of_.count(m.link) ? worker_of_[m.link] : 0;
+  if (poison(grant.job, grant.unit) ||
+      (now_ < faults_end_ && chance(0.003) && ++killed_with_[{grant.job, grant.unit}] <= 2)) {
+    to_coordinator(i, [this, worker, grant](Actions& out) {
+      ledger_->unit_failed(worker, grant.job, grant.unit, Error{ErrorKind::kNoSpace, "memory"}, now_, out);
+    });
+    return work(i);
+  }
+  ++figures_.answers;
+  Digest digest = truth(grant.job, grant.unit);
+  if (m.liar && chance(0.3)) {
+    ++figures_.lies;
+    digest.bytes[0] ^= static_cast<uint8_t>(1 + i);
+    if (m.contrary) digest.bytes[1] ^= static_cast<uint8_t>(draw(256));
+  }
+  std::erase_if(m.kept, [&](const Kept& k) { return k.job == grant.job && k.unit == grant.unit; });
+  m.kept.push_back({grant.job, grant.unit, grant.lease, digest, false});
+  deliver_kept(i, grant.job);
+  work(i);
+}
+
+void World::deliver_kept(size_t i, JobId job) {
+  Machine& m = machines_[i];
+  const WorkerId worker = m.link && worker_of_.count(m.link) ? worker_of_[m.link] : 0;
+  if (!worker || !up_ || !ledger_->is_member(worker)) return;
+  for (Kept& kept : m.kept) {
+    if (kept.job != job || kept.sent) continue;
+    kept.sent = true;
+    const int times = now_ < faults_end_ && chance(0.05) ? 3 : 1;
+    for (int t = 0; t < times; ++t)
+      to_coordinator(i, [this, worker, k = kept](Actions& out) {
+        // A result of a unit that this coordinator has not cut yet is kept back until it has (server:
+        // parked).
+        if (!ledger_->has_job(k.job) || ledger_->knows(k.job, k.unit))
+          ledger_->result(worker, k.job, k.unit, k.digest, now_, out);
+      });
+  }
+}
+
+void World::crash(size_t i) {
+  ++figures_.kills;
+  end_process(i, true);
+}
+
+// Its supervisor starts it anew.
+void World::end_process(size_t i, bool crashed) {
+  Machine& m = machines_[i];
+  m.queue.clear();
+  m.running.clear();
+  m.kept.clear();
+  m.job = 0;
+  m.traits.process = m.process = next_process_++;
+  cut(i, crashed);
+}
+
+// Without a word, and the connection does not break: a pulled cable. The coordinator learns of it long after.
+void World::vanish(size_t i) {
+  Machine& m = machines_[i];
+  if (!m.link || !may_kill(i)) return;
+  m.alive = false;
+  at(now_ + 3000 + static_cast<int64_t>(draw(10000)), [this, i] {
+    machines_[i].alive = true;
+    end_process(i, true);
+    if (!machines_[i].link) connect(i);
+  });
+}
+
+// A unit that three workers died with is given up, and rightly: chance must not kill three with the same one.
+bool World::may_kill(size_t i) {
+  for (const Grant& g : machines_[i].running)
+    if (killed_with_[{g.job, g.unit}] >= 2) return false;
+  for (const Grant& g : machines_[i].queue)
+    if (killed_with_[{g.job, g.unit}] >= 2) return false;
+  for (const Grant& g : machines_[i].running) ++killed_with_[{g.job, g.unit}];
+  for (const Grant& g : machines_[i].queue) ++killed_with_[{g.job, g.unit}];
+  return true;
+}
+
+// Draws a fault now and then, each world with its own mix.
+void World::make_trouble() {
+  if (now_ >= faults_end_) {
+    full_ = false;
+    for (Machine& m : machines_) m.stalled_until = 0;
+    return;
+  }
+  const size_t i = draw(machines_.size());
+  const uint64_t kind = draw(100), mix = seed_ % 4;
+  if (kind < 12) {
+    if (may_kill(i)) crash(i);
+  } else if (kind < 30) {
+    cut(i, true);
+  } else if (kind < 50) {
+    machines_[i].stalled_until = now_ + static_cast<int64_t>(draw(mix == 1 ? 6000 : 1500));
+  } else if (kind < 56 && mix != 2) {
+    kill_coordinator();
+  } else if (kind < 60) {
+    full_ = true;
+    at(now_ + static_cast<int64_t>(draw(800)), [this] { full_ = false; });
+  } else if (kind < 63) {
+    vanish(i);
+  } else if (kind < 69 && up_) {
+    const JobId job = 1 + draw(conductors_.size());
+    const bool pause = chance(0.5);
+    Actions out;
+    ledger_->change_job(job, static_cast<int32_t>(draw(100)), pause, now_, out);
+    perform(out);
+    at(now_ + static_cast<int64_t>(draw(500)), [this, job, epoch = epoch_] {
+      if (!up_ || epoch != epoch_) return;
+      Actions back;
+      ledger_->change_job(job, conductors_[job].traits.priority, false, now_, back);
+      perform(back);
+    });
+  } else if (kind < 73 && up_ && machines_[i].link && worker_of_.count(machines_[i].link)) {
+    std::vector<uint64_t> unbegun;
+    for (const Grant& g : machines_[i].queue) unbegun.push_back(g.unit);
+    machines_[i].queue.clear();
+    const WorkerId worker = worker_of_[machines_[i].link];
+    to_coordinator(i, [this, worker, unbegun](Actions& out) { ledger_->drain(worker, unbegun, now_, out); });
+    at(now_ + 300, [this, i] { end_process(i, false); });
+  }
+  at(now_ + 20 + static_cast<int64_t>(draw(mix == 3 ? 60 : 400)), [this] { make_trouble(); });
+}
+
+}  // namespace kiln::sim

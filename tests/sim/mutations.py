@@ -1,0 +1,88 @@
+#!/usr/bin/env python3
+"""Breaks the ledger on purpose, one rule at a time, and expects the simulated farm to notice.
+
+usage: mutations.py SOURCE_DIR BUILD_DIR [--seeds N]
+Prints a line per mutation with the promise that broke first. Exit status 1 if one is not noticed, or if a rule's text
+is not found any more: then the list below must follow the code."""
+import os
+import re
+import subprocess
+import sys
+import tempfile
+
+MUTATIONS = [
+    # name, file, text, replacement
+    ("no fence: a unit is merged as often as it is settled", "farm_jobs.cpp",
+     "if (unit.delivered) return;", "if (false) return;"),
+    ("acknowledge before the commit", "farm_answers.cpp",
+     "it->waiting.push_back(worker_id);\n  if (unit.needed",
+     "out.push_back(Acknowledge{worker_id, id, unit_id, digest});\n  if (unit.needed"),
+    ("skip the digest of a second answer", "farm_answers.cpp",
+     "[&](const Answer& answer) { return answer.digest == digest; }", "[&](const Answer&) { return true; }"),
+    ("one answer is always enough", "farm_trust.cpp",
+     "if (job.traits.quorum > 1) return job.traits.quorum;", "return 1;"),
+    ("merge before the commit", "farm_answers.cpp",
+     "if (unit.answers[best].stored) settle(", "settle("),
+    ("units of a lost worker are forgotten", "farm_workers.cpp",
+     "++job.totals.reassigned;\n    enqueue(job, lease.unit, unit);", "++job.totals.reassigned;"),
+    ("silence is not noticed", "farm_workers.cpp",
+     "if (known || now - worker.last_heard <= rules_.lease_ms) continue;", "continue;"),
+    ("a liar's earlier answers stay", "farm_trust.cpp",
+     "changed |= std::erase(answer.voters, who) > 0;", "changed |= false;"),
+    ("what a liar had merged stays merged", "farm_trust.cpp",
+     "merged |= unit.delivered;", "merged |= false;"),
+    ("credits are not counted", "farm_grants.cpp",
+     "if (worker.held.size() >= worker.credits || holds_suspect(worker)) return false;",
+     "if (worker.held.size() >= 64 || holds_suspect(worker)) return false;"),
+    ("one worker may vote twice", "farm_grants.cpp",
+     "if (!voted(unit, worker.identity) && !leased(unit)) return id;", "return id;"),
+    ("a poisonous unit is tried for ever", "farm_answers.cpp",
+     "unit.phase = Phase::kFailed;", "return;"),
+    ("hung workers are waited for", "farm_workers.cpp",
+     "if (static_cast<double>(now - oldest.since) <= limit) continue;", "continue;"),
+]
+
+
+def text_pattern(text):
+    """The text with any white space between its words, so that a formatter may break lines elsewhere."""
+    return re.compile(r"\s+".join(re.escape(word) for word in text.split()))
+
+
+def main():
+    source, build = sys.argv[1], sys.argv[2]
+    seeds = sys.argv[sys.argv.index("--seeds") + 1] if "--seeds" in sys.argv else "400"
+    compiler = os.environ.get("CXX", "c++")
+    failures = 0
+    with tempfile.TemporaryDirectory() as folder:
+        for number, (name, file, text, replacement) in enumerate(MUTATIONS):
+            path = os.path.join(source, "coordinator/ledger", file)
+            with open(path, encoding="utf-8") as handle:
+                code = handle.read()
+            pattern = text_pattern(text)
+            if len(pattern.findall(code)) != 1:
+                print(f"NOT FOUND ONCE  {name}: {file} has changed, change this list")
+                failures += 1
+                continue
+            mutated = os.path.join(folder, file)
+            with open(mutated, "w", encoding="utf-8") as handle:
+                handle.write(pattern.sub(lambda _: replacement, code))
+            program = os.path.join(folder, f"farm_sim_{number}")
+            subprocess.run(
+                [compiler, "-std=c++20", "-O1", "-w", "-I", source, mutated,
+                 os.path.join(source, "tests/sim/farm_sim.cpp"), os.path.join(build, "tests/sim/libkiln_sim.a"),
+                 os.path.join(build, "coordinator/ledger/libkiln_coordinator_ledger.a"),
+                 os.path.join(build, "common/base/libkiln_common_base.a"), "-lfmt", "-lspdlog", "-lcrypto", "-lxxhash",
+                 "-o", program], check=True)
+            try:
+                run = subprocess.run([program, "--seeds", seeds], capture_output=True, text=True, timeout=240)
+                first = run.stdout.splitlines()[0][:140] if run.stdout else f"signal {-run.returncode}"
+                noticed = run.returncode != 0
+            except subprocess.TimeoutExpired:
+                first, noticed = "it never ended", True
+            print(f"{'noticed' if noticed else 'NOT NOTICED'}  {name}: {first}", flush=True)
+            failures += not noticed
+    return 1 if failures else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,61 @@
+#include "worker/agent/program.h"
+
+#include <signal.h>
+#include <sys/prctl.h>
+#include <unistd.h>
+
+#include <cstdio>
+
+#include "common/base/format.h"
+#include "common/base/log.h"
+#include "worker/agent/crash_note.h"
+#include "worker/agent/options.h"
+#include "worker/agent/replay.h"
+
+namespace kiln {
+namespace {
+
+int print(const std::string& words) {
+  std::fputs(words.c_str(), stdout);
+  std::fflush(stdout);
+  return 0;
+}
+
+int say_error(const Error& error) {
+  log_error(error.message);
+  return exit_status(error);
+}
+
+}  // namespace
+
+bool die_with_parent(int parent) {
+  ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+  return ::getppid() == parent;  // else it ended before the call above
+}
+
+int worker_main(const std::vector<std::string>& arguments, const std::string& engine,
+                const BakerFactory& make_baker, const NumericClassFunction& numeric_class) {
+  log_setup("kiln-worker", LogLevel::kInfo);
+  auto options = read_worker_options(arguments);
+  if (!options) return say_error(options.error());
+  if (!options->print.empty()) return print(options->print);
+  log_setup("kiln-worker", LogLevel::kInfo, options->log);
+  if (options->parent) {
+    if (!die_with_parent(options->parent)) return 1;
+    // The coordinator tells the rest.
+    log_setup(text("kiln-worker {}", ::getpid()), LogLevel::kWarning, options->log);
+  }
+  AgentSettings& agent = options->agent;
+  agent.engine = engine;
+  agent.make_baker = make_baker;
+  agent.numeric_class = numeric_class;
+  if (!options->replay.empty()) {
+    const auto words = run_replay(options->replay, agent);
+    return words ? print(*words) : say_error(words.error());
+  }
+  catch_crashes();
+  if (const Status end = run_agent(agent); !end) return say_error(end.error());
+  return 0;
+}
+
+}  // namespace kiln
