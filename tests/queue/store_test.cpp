@@ -209,6 +209,26 @@ TEST(Store, CallbacksRunInTheOrderOfTheQueueAndSeeWhatCameBefore) {
   EXPECT_TRUE(store->check()->empty());
 }
 
+// The result is on the disk when the group begins, and is gone when its turn comes to be stored again.
+TEST(Store, AResultThatIsRevokedAndGivenAgainInOneGroup) {
+  const TempDir dir;
+  const auto store = open_store(dir.path());
+  const JobId job = *store->submit(sample_job());
+  const auto payload = std::make_shared<const Bytes>(sample_payload(1, 64));
+  const UnitCommit commit = sample_commit(job, 1, *payload);
+  ASSERT_TRUE(commit_now(*store, commit, *payload));
+  // The writer is kept busy until both are queued.
+  std::promise<void> go;
+  store->put_pass(job, {1, 1}, [&](Status) { go.get_future().wait(); });
+  store->revoke(job, {1}, nullptr);
+  std::promise<Status> again;
+  store->commit_result(commit, payload, [&](Status status) { again.set_value(std::move(status)); });
+  go.set_value();
+  const Status status = again.get_future().get();
+  ASSERT_TRUE(status) << status.error().message;
+  EXPECT_EQ(*store->read_result(job, 1, commit.digest), *payload);
+}
+
 TEST(Store, ManyThreadsAtOnce) {
   const TempDir dir;
   StoreOptions options;
