@@ -64,6 +64,8 @@ class FarmLedger {
   bool knows(JobId job, uint64_t unit) const;
   const std::string& numeric_class(JobId job) const;
   const std::string& user(JobId job) const;
+  // For how long nobody that is present could go on with the pass though units are left; -1: somebody can.
+  int64_t stuck_ms(JobId job, int64_t now) const;
   // Nothing is handed out while the store cannot write; what arrives is still heard.
   void hold(bool on, int64_t now, Actions& out);
 
@@ -157,7 +159,8 @@ class FarmLedger {
     double copied_weight = 0, turnaround_ms = 0, turnaround_weight = 0;
     int64_t alone_since = -1;  // no second identity could answer
     bool alone = false;
-    int64_t stuck_since = -1;                     // nobody of its class could take what is left
+    bool spare = false;        // at the last tick: somebody holds units that it has not begun, or is late
+    int64_t stuck_since = -1;  // nobody of its class could take what is left
     std::map<WorkerId, std::string> other_class;  // who was not used, and what it has
   };
   struct Lease {
@@ -236,7 +239,7 @@ class FarmLedger {
   uint64_t choose_suspect(const Worker& worker, const Job& job) const;
   uint64_t choose_second(const Worker& worker, const Job& job) const;
   uint64_t choose_steal(WorkerId id, const Worker& worker, Job& job, WorkerId& from);
-  uint64_t choose_copy(WorkerId id, const Job& job, int64_t now) const;
+  uint64_t choose_copy(WorkerId id, const Job& job, int64_t now) const;  // worker 0: for anybody
   bool would_end_late(const Worker& worker, const Job& job, double weight) const;
   bool holds_suspect(const Worker& worker) const;
   static bool voted(const Unit& unit, IdentityId who);
@@ -251,6 +254,7 @@ class FarmLedger {
   double turn(const Job& job, double more_threads) const;
   void balance(int64_t now);
   void wake_users();
+  void find_spare(int64_t now);
   double weight_of(const Job& job) const { return FairShare::weight(job.traits.priority); }
 
   struct Loss {  // of a connection: a crash, unless the process comes back
