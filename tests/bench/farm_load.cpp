@@ -186,7 +186,8 @@ void restart(const Sizes& sizes) {
   job->reset();
   farm->reset();
   std::printf(
-      "\nrestart with %zu results on disk: store open %.2f s, rows read %.2f s, 16 workers there %.2f s, first "
+      "\nrestart with %zu results on disk: store open %.2f s, rows read %.2f s, 16 workers there %.2f s, "
+      "first "
       "unit with a worker %.2f s, all results read back and merged %.2f s (since the start)\n",
       sizes.units, opened - begun, known - begun, welcome - begun, peers.figures().first_unit_at_s - begun,
       done - begun);
@@ -196,9 +197,10 @@ void share(const Sizes&) {
   std::printf("\nfair share, simulated time (share_error.h)\n");
   for (const ShareCase& c : share_cases()) {
     const ShareFigures f = measure_share(c);
-    std::printf("%-44s %3u users %4u jobs %5u workers: worst error %.2f %% (of %s), %.0f units/s of our time\n",
-                c.name, c.users, c.users * c.jobs_each, c.workers, 100 * f.worst_error, f.worst_user.c_str(),
-                f.units_per_second);
+    std::printf(
+        "%-44s %3u users %4u jobs %5u workers: worst error %.2f %% (of %s), %.0f units/s of our time\n",
+        c.name, c.users, c.users * c.jobs_each, c.workers, 100 * f.worst_error, f.worst_user.c_str(),
+        f.units_per_second);
     std::fflush(stdout);
   }
 }

@@ -28,17 +28,20 @@ class ShareWorld {
     for (uint32_t w = 0; w < case_.workers; ++w) join(w + 1);
     const uint32_t passing = case_.users - case_.passing_users;
     for (uint32_t user = 0; user < passing; ++user) come(user);
-    at(third, [this, passing] {
-      for (uint32_t user = passing; user < case_.users; ++user) come(user);
-    });
-    at(2 * third, [this, passing] {
-      for (uint32_t user = passing; user < case_.users; ++user) go(user);
-    });
+    if (case_.passing_users > 0)
+      at(third, [this, passing] {
+        for (uint32_t user = passing; user < case_.users; ++user) come(user);
+      });
+    if (case_.passing_users > 0)
+      at(2 * third, [this, passing] {
+        for (uint32_t user = passing; user < case_.users; ++user) go(user);
+      });
     tick();
     ShareFigures figures;
-    for (int part = 0; part < 3; ++part) {
+    const int parts = case_.passing_users > 0 ? 3 : 1;
+    for (int part = 0; part < parts; ++part) {
       std::fill(got_ms_.begin(), got_ms_.end(), 0.0);
-      const int64_t end = part == 2 ? case_.simulated_ms : third * (part + 1);
+      const int64_t end = part == parts - 1 ? case_.simulated_ms : third * (part + 1);
       while (!events_.empty() && events_.top().when < end) {
         const Event event = events_.top();
         events_.pop();
@@ -202,7 +205,7 @@ std::vector<ShareCase> share_cases() {
   return {{.name = "all always have work"},
           {.name = "of different priorities", .priorities = true},
           {.name = "some have little work", .thin_users = 20},
-          {.name = "half are there a third of the time", .passing_users = 25},
+          {.name = "half are there a third of the time", .passing_users = 25, .simulated_ms = 900000},
           {.name = "few large users", .users = 3, .jobs_each = 2, .workers = 16}};
 }
 

@@ -1,8 +1,8 @@
 // How far from fair the ledger divides a farm among users, in simulated time: workers of different speeds and
 // thread counts, users who always have work, and some who have little.
 //
-// Fair is max-min: nobody gets less while somebody of the same weight gets more, unless he asks for less. What is
-// measured is the time in which threads ran units, not the ledger's own account.
+// Fair is max-min: nobody gets less while somebody of the same weight gets more, unless he asks for less.
+// What is measured is the time in which threads ran units, not the ledger's own account.
 #pragma once
 
 #include <cstdint>

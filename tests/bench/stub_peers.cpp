@@ -16,6 +16,7 @@
 #include <cstdlib>
 #include <deque>
 #include <queue>
+#include <random>
 #include <string>
 
 #include "common/base/check.h"
@@ -56,7 +57,11 @@ struct Due {  // a unit that ends, a heartbeat or another attempt to connect
 class Herd {
  public:
   Herd(const PeerPlan& plan, uint16_t port, int report)
-      : plan_(plan), port_(port), report_(report), poll_(::epoll_create1(EPOLL_CLOEXEC)), peers_(plan.peers) {}
+      : plan_(plan),
+        port_(port),
+        report_(report),
+        poll_(::epoll_create1(EPOLL_CLOEXEC)),
+        peers_(plan.peers) {}
 
   PeerFigures run() {
     begun_ = steady_seconds();
@@ -65,8 +70,8 @@ class Herd {
     std::vector<epoll_event> events(1024);
     while (!over_ && steady_seconds() < end) {
       const double pause = due_.empty() ? 0.1 : std::clamp(due_.top().when - steady_seconds(), 0.0, 0.1);
-      const int count = ::epoll_wait(poll_, events.data(), static_cast<int>(events.size()),
-                                     static_cast<int>(pause * 1000));
+      const int count =
+          ::epoll_wait(poll_, events.data(), static_cast<int>(events.size()), static_cast<int>(pause * 1000));
       for (int i = 0; i < count; ++i) on_event(events[static_cast<size_t>(i)]);
       if (drop_all_) {
         drop_all_ = false;
@@ -225,7 +230,7 @@ class Herd {
     while (peer.running < plan_.threads && !peer.waiting.empty()) {
       const kiln::Unit unit = std::move(peer.waiting.front());
       peer.waiting.pop_front();
-      const Due due{steady_seconds() + plan_.unit_ms / 1000,
+      const Due due{steady_seconds() + plan_.unit_ms * length_(random_) / 1000,
                     i,
                     Due::kUnit,
                     unit.job,
@@ -284,6 +289,8 @@ class Herd {
   const int report_, poll_;
   std::vector<Peer> peers_;
   std::priority_queue<Due> due_;
+  std::mt19937 random_{1};
+  std::uniform_real_distribution<double> length_{0.5, 1.5};  // else all would answer in the same breath
   std::vector<double> latencies_;
   PeerFigures figures_;
   size_t welcome_ = 0;

@@ -1,4 +1,5 @@
-// Many workers in one process that bake nothing: they speak the wire's protocol and answer every unit with zeros.
+// Many workers in one process that bake nothing: they speak the wire's protocol and answer every unit with
+// zeros.
 #pragma once
 
 #include <sys/types.h>
@@ -18,9 +19,9 @@ struct PeerPlan {
 
 struct PeerFigures {  // sent as it is through a pipe
   uint64_t welcomed = 0, units = 0, results = 0;
-  double all_welcome_s = 0;    // first connect to the last Welcome
-  double reconnected_s = 0;    // all dropped, to the last Welcome
-  double first_unit_at_s = 0;  // steady clock
+  double all_welcome_s = 0;                                  // first connect to the last Welcome
+  double reconnected_s = 0;                                  // all dropped, to the last Welcome
+  double first_unit_at_s = 0;                                // steady clock
   double p50_ms = 0, p99_ms = 0, p999_ms = 0, worst_ms = 0;  // a result is sent, to the next unit received
 };
 
