@@ -13,7 +13,7 @@ bool FarmLedger::may_work(JobId id, const Job& job, const Worker& worker) const 
 // Something could be handed to the worker now.
 bool FarmLedger::has_work(const Job& job, const Worker& worker) const {
   if (!job.open) return false;
-  return !job.pending.empty() || choose_suspect(worker, job) || choose_second(worker, job);
+  return !job.pending.empty() || job.spare || choose_suspect(worker, job) || choose_second(worker, job);
 }
 
 // Virtual time of the job's user at the end of a residence of all workers that are the user's by then: whose
@@ -62,6 +62,13 @@ void FarmLedger::unassign(Worker& worker, int64_t now) {
   worker.job = 0;
   worker.ready = worker.leaving = false;
   worker.credits = 0;
+}
+
+void FarmLedger::find_spare(int64_t now) {
+  std::set<JobId> waiting;
+  for (const auto& [id, worker] : workers_)
+    if (worker.held.size() > worker.traits.threads) waiting.insert(worker.job);
+  for (auto& [id, job] : jobs_) job.spare = job.open && (waiting.count(id) || choose_copy(0, job, now));
 }
 
 void FarmLedger::wake_users() {

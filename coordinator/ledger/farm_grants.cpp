@@ -89,9 +89,8 @@ uint64_t FarmLedger::choose_copy(WorkerId id, const Job& job, int64_t now) const
     const bool within_share = job.copied_weight + unit.weight <=
                               std::max(rules_.speculative_share * job.counts.weight, unit.weight);
     if (!within_share && age <= 10 * usual) continue;
-    const IdentityId mine = workers_.at(id).identity;
-    if (lease.worker == id || unit.phase != Phase::kOpen || unit.copied || unit.attempts > 0 ||
-        unit.leases.size() > 1 || voted(unit, mine))
+    const bool mine = lease.worker == id || (id != 0 && voted(unit, workers_.at(id).identity));
+    if (mine || unit.phase != Phase::kOpen || unit.copied || unit.attempts > 0 || unit.leases.size() > 1)
       continue;
     return lease.unit;
   }

@@ -136,6 +136,7 @@ void FarmLedger::begin_pass(JobId id, std::span<const UnitPlan> units, int64_t n
       for (const Answer& answer : unit.answers) out.push_back(Revoke{id, plan.id, answer.digest});
       dequeue(*job, plan.id, unit);
       if (unit.disputed) --job->disputes;
+      if (unit.phase == Phase::kSettled) --(unit.verified ? job->totals.verified : job->totals.unverified);
       const std::vector<uint64_t> leases = unit.leases;
       for (uint64_t lease : leases) release(lease);
       unit = {};
@@ -242,6 +243,11 @@ void FarmLedger::rewind(JobId id, Job& job, const std::string& reason, Actions& 
   job.open = false;
   for (auto& [unit_id, unit] : job.units) unit.delivered = false;
   out.push_back(Rewind{id, reason});
+}
+
+int64_t FarmLedger::stuck_ms(JobId id, int64_t now) const {
+  const Job* job = find_job(id);
+  return job && job->stuck_since >= 0 ? now - job->stuck_since : -1;
 }
 
 void FarmLedger::hold(bool on, int64_t now, Actions& out) {

@@ -65,6 +65,8 @@ class FarmLedger {
   bool knows(JobId job, uint64_t unit) const;
   const std::string& numeric_class(JobId job) const;
   const std::string& user(JobId job) const;
+  // For how long nobody that is present could go on with the pass though units are left; -1: somebody can.
+  int64_t stuck_ms(JobId job, int64_t now) const;
   // Nothing is handed out while the store cannot write; what arrives is still heard.
   void hold(bool on, int64_t now, Actions& out);
 
@@ -166,7 +168,8 @@ class FarmLedger {
     mutable Speed speed;
     int64_t alone_since = -1;  // no second identity could answer
     bool alone = false;
-    int64_t stuck_since = -1;                     // nobody of its class could take what is left
+    bool spare = false;        // at the last tick: somebody holds units that it has not begun, or is late
+    int64_t stuck_since = -1;  // nobody of its class could take what is left
     std::map<WorkerId, std::string> other_class;  // who was not used, and what it has
   };
   struct Lease {
@@ -245,7 +248,7 @@ class FarmLedger {
   uint64_t choose_suspect(const Worker& worker, const Job& job) const;
   uint64_t choose_second(const Worker& worker, const Job& job) const;
   uint64_t choose_steal(WorkerId id, const Worker& worker, Job& job, WorkerId& from);
-  uint64_t choose_copy(WorkerId id, const Job& job, int64_t now) const;
+  uint64_t choose_copy(WorkerId id, const Job& job, int64_t now) const;  // worker 0: for anybody
   bool would_end_late(const Worker& worker, const Job& job, double weight, int64_t now) const;
   void reckon_speed(JobId id, const Job& job, int64_t now) const;
   bool holds_suspect(const Worker& worker) const;
@@ -261,6 +264,7 @@ class FarmLedger {
   double turn(const Job& job, double more_threads) const;
   void balance(int64_t now);
   void wake_users();
+  void find_spare(int64_t now);
 
   struct Loss {  // of a connection: a crash, unless the process comes back
     uint64_t process;

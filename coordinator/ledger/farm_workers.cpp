@@ -370,14 +370,18 @@ void FarmLedger::change_class(int64_t now, Actions& out) {
 
 void FarmLedger::tick(int64_t now, Actions& out) {
   // Silence while we did not listen (stopped by a debugger, a busy disk) is not the workers'.
-  const bool was_away = now - last_tick_ > rules_.lease_ms / 2;
+  const int64_t gap = now - last_tick_;
+  const bool was_away = gap > rules_.lease_ms / 2;
   last_tick_ = now;
+  if (was_away)
+    for (auto& [number, lease] : leases_) lease.since = std::min(now, lease.since + gap);
   find_silent(now, was_away, out);
   find_hung(now, out);
   judge_losses(now, out);
   waive_audits(now, out);
   change_class(now, out);
   for (auto& [id, worker] : workers_) charge(worker, now);
+  find_spare(now);
   balance(now);
   serve_all(0, now, out);
 }
