@@ -257,8 +257,8 @@ void FarmLedger::judge_losses(int64_t now, Actions& out) {
 
 void FarmLedger::charge(Worker& worker, int64_t now) {
   if (const Job* job = find_job(worker.job); job && !worker.held.empty())
-    share_.charge(job->traits.user, static_cast<double>(now - worker.charged_until) * worker.traits.threads,
-                  weight_of(*job));
+    share_.charge(job->user, static_cast<double>(now - worker.charged_until) * worker.traits.threads,
+                  job->weight);
   worker.charged_until = now;
 }
 
