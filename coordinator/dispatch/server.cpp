@@ -48,6 +48,19 @@ void Server::tick() {
   Actions actions;
   ledger_.tick(clock_.now_ms(), actions);
   perform(std::move(actions));
+  if (settings_.others_may_come || members_.size() < settings_.local_workers) return;
+  for (auto& [id, job] : jobs_) {
+    if (job.port->error() || ledger_.stuck_ms(id, clock_.now_ms()) <= settings_.rules.lease_ms) continue;
+    const JobCounts counts = ledger_.counts(id);
+    fail_job(
+        id,
+        Error{ErrorKind::kInternal,
+              counts.disputes
+                  ? text("{} units were answered by different workers with different bytes and no further "
+                         "worker is there to decide: one of them computes wrongly or runs another build",
+                         counts.disputes)
+                  : std::string("no worker that is here can go on with the job, and no other will come")});
+  }
 }
 
 void Server::dismiss_all(const std::string& reason) {

@@ -28,7 +28,10 @@ bool FarmLedger::knows(JobId id, uint64_t unit) const {
 
 void FarmLedger::add_job(JobId id, const JobTraits& traits) {
   KILN_CHECK(id != 0 && !jobs_.count(id));
-  jobs_[id].traits = traits;
+  Job& job = jobs_[id];
+  job.traits = traits;
+  job.user = share_.intern(traits.user);
+  job.weight = FairShare::weight(traits.priority);
 }
 
 void FarmLedger::restore(JobId id, std::span<const KnownAnswer> answers) {
@@ -55,6 +58,7 @@ void FarmLedger::change_job(JobId id, int32_t priority, bool paused, int64_t now
   Job* job = find_job(id);
   if (!job) return;
   job->traits.priority = priority;
+  job->weight = FairShare::weight(priority);
   job->traits.paused = paused;
   if (!paused) return serve_all(0, now, out);
   // What runs may end; what has not begun goes back.
@@ -100,6 +104,8 @@ void FarmLedger::enqueue(Job& job, uint64_t id, Unit& unit) {
     unit.queue = Queue::kSecond;
     job.seconds.insert(id);
   } else if (of_pass && unit.leases.empty()) {
+    // It waits for the judgement rather than take another worker down.
+    if (unit.unjudged > 0 && unit.failures + unit.unjudged >= rules_.max_attempts) return;
     unit.queue = unit.attempts > 0 ? Queue::kSuspect : Queue::kPending;
     if (unit.attempts > 0)
       job.suspects.insert(id);
@@ -132,6 +138,7 @@ void FarmLedger::begin_pass(JobId id, std::span<const UnitPlan> units, int64_t n
       for (const Answer& answer : unit.answers) out.push_back(Revoke{id, plan.id, answer.digest});
       dequeue(*job, plan.id, unit);
       if (unit.disputed) --job->disputes;
+      if (unit.phase == Phase::kSettled) --(unit.verified ? job->totals.verified : job->totals.unverified);
       const std::vector<uint64_t> leases = unit.leases;
       for (uint64_t lease : leases) release(lease);
       unit = {};
@@ -238,6 +245,11 @@ void FarmLedger::rewind(JobId id, Job& job, const std::string& reason, Actions& 
   job.open = false;
   for (auto& [unit_id, unit] : job.units) unit.delivered = false;
   out.push_back(Rewind{id, reason});
+}
+
+int64_t FarmLedger::stuck_ms(JobId id, int64_t now) const {
+  const Job* job = find_job(id);
+  return job && job->stuck_since >= 0 ? now - job->stuck_since : -1;
 }
 
 void FarmLedger::hold(bool on, int64_t now, Actions& out) {

@@ -161,7 +161,7 @@ TEST_F(SameBytes, OneWorkerStopped) {
 TEST_F(SameBytes, EveryUnitAnsweredTwice) {
   BakeRequest r = request();
   r.settings.workers = 2;
-  r.duplicate_every_unit = true;
+  r.quorum = 2;
   BakeReport report;
   EXPECT_EQ(bake(r, &report), reference());
   EXPECT_GE(report.farm.duplicates, report.farm.units / 2);

@@ -2,6 +2,8 @@
 
 #include <stdlib.h>
 
+#include <algorithm>
+#include <filesystem>
 #include <fstream>
 #include <sstream>
 
@@ -61,7 +63,7 @@ FarmSettings stub_settings(uint32_t workers, uint32_t threads) {
   s.local_workers = workers;
   s.local_threads = threads;
   s.worker_program = (binary_dir() / "bin/kiln-stub-worker").string();
-  s.lease_ms = 5000;
+  s.rules.lease_ms = 5000;
   return s;
 }
 
@@ -71,11 +73,24 @@ std::string PassOutcome::events() const {
   return all;
 }
 
+Expected<TestFarm> start_farm(const FarmSettings& settings, const TestJob& job, const JobTraits& traits) {
+  TestFarm test;
+  KILN_TRY(test.farm, Farm::start(settings));
+  KILN_TRY(test.job, test.farm->open_job({job.spec, &job.chunks, traits, {}}));
+  return test;
+}
+
+JobTraits quorum_of_two() {
+  JobTraits traits;
+  traits.quorum = 2;
+  return traits;
+}
+
 PassOutcome bake(const FarmSettings& settings, std::vector<WorkUnit> units,
-                 const std::function<void(size_t)>& on_result, int64_t deadline_ms) {
+                 const std::function<void(size_t)>& on_result, int64_t deadline_ms, const JobTraits& traits) {
   const TestJob job;
   PassOutcome outcome;
-  auto farm = Farm::start(settings, job.spec, job.chunks);
+  auto farm = start_farm(settings, job, traits);
   if (!farm) {
     outcome.complete = tl::unexpected<Error>(farm.error());
     return outcome;
@@ -86,15 +101,28 @@ PassOutcome bake(const FarmSettings& settings, std::vector<WorkUnit> units,
     if (on_result) on_result(outcome.moments.size());
     return {};
   };
-  outcome.complete = (*farm)->run_pass(std::move(units), deadline_ms, keep, {});
-  outcome.statistics = (*farm)->statistics();
+  Expected<PassEnd> end = PassEnd::kRewound;
+  while (end && *end == PassEnd::kRewound) {
+    outcome.moments.clear();
+    end = farm->job->run_pass(units, deadline_ms, {keep, {}, {}});
+  }
+  if (end)
+    outcome.complete = *end == PassEnd::kComplete;
+  else
+    outcome.complete = tl::unexpected<Error>(end.error());
+  outcome.statistics = farm->job->statistics();
   return outcome;
 }
 
 std::vector<pid_t> children_of(pid_t process) {
-  std::ifstream in("/proc/" + std::to_string(process) + "/task/" + std::to_string(process) + "/children");
-  std::vector<pid_t> children;
-  for (pid_t child; in >> child;) children.push_back(child);
+  std::vector<pid_t> children;  // of any thread: workers are those of the farm's
+  std::error_code gone;
+  for (const auto& task :
+       std::filesystem::directory_iterator("/proc/" + std::to_string(process) + "/task", gone)) {
+    std::ifstream in(task.path() / "children");
+    for (pid_t child; in >> child;) children.push_back(child);
+  }
+  std::sort(children.begin(), children.end());
   return children;
 }
 

@@ -29,15 +29,26 @@ class StubOptions {
 FarmSettings stub_settings(uint32_t workers, uint32_t threads = 1);
 
 struct PassOutcome {
-  Expected<bool> complete = false;
+  Expected<bool> complete = false;                  // false: time was up
   std::map<uint64_t, std::vector<double>> moments;  // by unit
   FarmStatistics statistics;
   std::string events() const;  // one a line
 };
 
+// A farm with one job.
+struct TestFarm {
+  std::unique_ptr<Farm> farm;
+  std::unique_ptr<FarmJob> job;  // ends before its farm
+};
+Expected<TestFarm> start_farm(const FarmSettings& settings, const TestJob& job, const JobTraits& traits = {});
+
 // Starts a farm, runs one pass and ends the farm. `on_result` is called with the number of results so far.
 PassOutcome bake(const FarmSettings& settings, std::vector<WorkUnit> units,
-                 const std::function<void(size_t)>& on_result = {}, int64_t deadline_ms = 0);
+                 const std::function<void(size_t)>& on_result = {}, int64_t deadline_ms = 0,
+                 const JobTraits& traits = {});
+
+// Asks every unit twice.
+JobTraits quorum_of_two();
 
 std::vector<pid_t> children_of(pid_t process);
 bool alive(pid_t process);  // and not a zombie

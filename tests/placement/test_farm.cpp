@@ -13,22 +13,25 @@ namespace {
 Status bake_and_print(const std::filesystem::path& folder, size_t units, uint32_t local_workers) {
   const TestJob job;
   FarmSettings settings = stub_settings(local_workers);
+  settings.others_may_come = true;
   KILN_TRY(const Bytes token, read_file(folder / "token", 4096));
   settings.token.assign(reinterpret_cast<const char*>(token.data()), token.size());
-  KILN_TRY(auto farm, Farm::start(settings, job.spec, job.chunks));
-  KILN_TRY_STATUS(write_file_atomic(folder / "address", text("127.0.0.1:{}\n", farm->port())));
+  KILN_TRY(auto farm, start_farm(settings, job));
+  KILN_TRY_STATUS(write_file_atomic(folder / "address", text("127.0.0.1:{}\n", farm.farm->port())));
   std::map<uint64_t, Digest> results;
   const auto keep = [&](const WorkUnit& unit, const UnitResult& result) -> Status {
     results[unit.id] = result_digest(result);
     KILN_TRY_STATUS(write_file_atomic(folder / "done", text("{}\n", results.size())));
     return {};
   };
-  KILN_TRY(const bool complete, farm->run_pass(make_units(1, units), 0, keep, {}));
-  if (!complete || results.size() != units) return fail(ErrorKind::kInternal, "the pass is not complete");
+  KILN_TRY(const PassEnd end, farm.job->run_pass(make_units(1, units), 0, {keep, {}, {}}));
+  if (end != PassEnd::kComplete || results.size() != units)
+    return fail(ErrorKind::kInternal, "the pass is not complete");
   Sha256 all;
   for (const auto& [unit, digest] : results) all.add(std::as_bytes(std::span(digest.bytes)));
-  std::printf("digest %s\nworkers lost %u\n", all.finish().hex().c_str(), farm->statistics().workers_lost);
-  for (const std::string& event : farm->statistics().events) std::printf("%s\n", event.c_str());
+  std::printf("digest %s\nworkers lost %llu\n", all.finish().hex().c_str(),
+              static_cast<unsigned long long>(farm.job->statistics().workers_lost));
+  for (const std::string& event : farm.job->statistics().events) std::printf("%s\n", event.c_str());
   return {};
 }
 

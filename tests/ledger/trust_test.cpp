@@ -1,0 +1,133 @@
+// How many must agree, and what becomes of those who do not.
+#include "tests/ledger/bench.h"
+
+namespace kiln {
+namespace {
+
+using namespace test;
+
+FarmRules audited(uint32_t first) {
+  FarmRules rules = quick_rules();
+  rules.audit_first = first;
+  rules.audit_least = 0;
+  return rules;
+}
+
+TEST(Trust, AQuorumOfTwoNeedsTwoDifferentWorkers) {
+  LedgerBench b;
+  b.job(1, {1}, "ada", 2);
+  const auto first = all<Grant>(b.join(1));
+  EXPECT_TRUE(all<Deliver>(b.result(first.at(0))).empty());
+  EXPECT_TRUE(all<Grant>(b.wait(3000, {1})).empty());  // never the same one twice
+  const auto second = all<Grant>(b.join(2));
+  ASSERT_EQ(second.size(), 1u);
+  EXPECT_EQ(all<Deliver>(b.result(second[0])).size(), 1u);
+  EXPECT_EQ(b.ledger.counts(1).verified, 1u);
+}
+
+TEST(Trust, ANewWorkersFirstUnitsRunTwiceAndLaterOnesDoNot) {
+  LedgerBench b(audited(3));
+  std::vector<uint64_t> units;
+  for (uint64_t u = 1; u <= 40; ++u) units.push_back(u);
+  b.job(1, units);
+  std::vector<Grant> open = all<Grant>(b.join(1));
+  for (const Grant& g : all<Grant>(b.join(2))) open.push_back(g);
+  uint64_t answers = 0;
+  while (!open.empty()) {
+    const Grant g = open.front();
+    open.erase(open.begin());
+    ++answers;
+    for (const Grant& next : all<Grant>(b.result(g))) open.push_back(next);
+  }
+  EXPECT_TRUE(b.ledger.pass_complete(1));
+  // After three agreed answers each unit is asked twice with probability 1 / agreed.
+  EXPECT_GE(answers, 43u);
+  EXPECT_LE(answers, 65u);
+}
+
+TEST(Trust, AThirdWorkerDecidesAndTheLoserIsQuarantinedWithAllThatItAloneSaid) {
+  LedgerBench b(audited(1));
+  b.ledger.restore_trust("w1", 1000000000, "");  // trusted: not asked twice
+  b.job(1, {1, 2});
+  auto liar = all<Grant>(b.join(1));
+  liar = all<Grant>(b.result(liar.at(0), 66));  // unit 1, wrong and alone
+  ASSERT_EQ(b.ledger.pass(1).done, 1u);
+  b.join(2);  // copies nothing yet: unit 2 is with the liar
+  b.last.clear();
+  b.ledger.hold(false, b.now, b.last);
+  // Worker 2 answers unit 2 first by a copy, and the liar differs.
+  const auto copy = all<Grant>(b.wait(4000, {1, 2}));
+  ASSERT_EQ(copy.size(), 1u);
+  b.result(copy[0], 1);
+  const auto disputed = b.result(liar.at(0), 66);
+  EXPECT_TRUE(all<Deliver>(disputed).empty());
+  EXPECT_EQ(b.ledger.counts(1).disputes, 1u);
+  auto third = all<Grant>(b.join(3));
+  ASSERT_FALSE(third.empty());
+  const Actions decided = b.result(third[0], 1);
+  const auto quarantined = all<Quarantine>(decided);
+  ASSERT_EQ(quarantined.size(), 1u);
+  EXPECT_EQ(quarantined[0].identity, "w1");
+  EXPECT_EQ(all<Rewind>(decided).size(), 1u);  // unit 1 had been merged
+  EXPECT_GE(all<Revoke>(decided).size(), 1u);
+  EXPECT_TRUE(b.ledger.quarantined_for("w1"));
+  EXPECT_EQ(all<Expel>(b.join(4)).size(), 0u);
+  b.last.clear();
+  b.ledger.join(5, {"w1", "again", 1, 55}, b.now, b.last);
+  EXPECT_EQ(all<Expel>(b.last).size(), 1u);
+}
+
+TEST(Trust, WhoContradictsItselfIsQuarantined) {
+  LedgerBench b;
+  b.job(1, {1}, "ada", 2);
+  const auto first = all<Grant>(b.join(1));
+  b.result(first.at(0), 5);
+  EXPECT_EQ(all<Quarantine>(b.result(first.at(0), 6)).size(), 1u);
+}
+
+TEST(Trust, OneMachineAloneGoesOnUnverifiedButAQuorumWaits) {
+  LedgerBench b(audited(10));
+  b.job(1, {1});
+  b.result(all<Grant>(b.join(1)).at(0));
+  EXPECT_FALSE(b.ledger.pass_complete(1));
+  b.wait(1500, {1});
+  EXPECT_TRUE(b.ledger.pass_complete(1));
+  EXPECT_EQ(b.ledger.counts(1).waived, 1u);
+  LedgerBench strict(audited(10));
+  strict.job(1, {1}, "ada", 2);
+  strict.result(all<Grant>(strict.join(1)).at(0));
+  strict.wait(5000, {1});
+  EXPECT_FALSE(strict.ledger.pass_complete(1));
+}
+
+TEST(Trust, TheFirstClassIsTheJobsUntilItsMachinesAreGone) {
+  LedgerBench b;
+  b.job(1, {1, 2});
+  const auto odd = all<Grant>(b.join(1, 1, 1, "odd"));
+  ASSERT_EQ(odd.size(), 1u);
+  b.result(odd[0]);
+  EXPECT_TRUE(all<Grant>(b.join(2, 1, 1, "common")).empty());
+  EXPECT_TRUE(all<Grant>(b.join(3, 1, 1, "common")).empty());
+  b.lose(1);
+  EXPECT_TRUE(all<Grant>(b.wait(4000, {2, 3})).empty());
+  const Actions later = b.wait(2000, {2, 3});
+  ASSERT_EQ(all<PinClass>(later).size(), 1u);
+  EXPECT_EQ(all<PinClass>(later)[0].numeric_class, "common");
+  EXPECT_EQ(all<Revoke>(later).size(), 1u);  // results of two classes are never mixed
+  EXPECT_EQ(all<Rewind>(later).size(), 1u);
+  EXPECT_EQ(all<Grant>(b.pass(1, {1, 2})).size(), 2u);
+}
+
+TEST(Trust, DamageOnDiskIsBakedAgain) {
+  LedgerBench b;
+  b.job(1, {1, 2});
+  b.result(all<Grant>(b.join(1)).at(0));
+  b.last.clear();
+  b.ledger.damaged(1, 1, b.now, b.last);
+  EXPECT_EQ(all<Rewind>(b.last).size(), 1u);
+  EXPECT_EQ(all<Revoke>(b.last).size(), 1u);
+  EXPECT_EQ(b.ledger.audit(), "");
+}
+
+}  // namespace
+}  // namespace kiln
