@@ -47,7 +47,7 @@ def serve():
 def digests(folder):
     """Of the master files, by name."""
     report = json.load(open(os.path.join(folder, "report.json")))
-    names = [f["name"] for f in report["outputs"] if f.get("master")]
+    names = [f["file"] for f in report["outputs"] if f.get("master")]
     return {n: hashlib.sha256(open(os.path.join(folder, n), "rb").read()).hexdigest() for n in names}
 
 
