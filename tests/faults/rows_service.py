@@ -8,7 +8,7 @@ import time
 from farm import Failed, false_clock, wait_until
 from net import command
 from rows_certificates import authority, issue, kiln
-from service import BAKE, Service, digest_of, said
+from service import BAKE, Service, digest_of
 
 LEASE_S = 15
 ROWS = []
@@ -53,7 +53,7 @@ def kill_at_random(lab, service, job):
 def coordinator_kill(lab):
     service = Service(lab)
     for _ in range(3):
-        service.worker(lab.host(), stub="slow=30", threads=2)
+        service.worker(lab.host(), stub="slow=60", threads=2)
     truth = service.truth()
     moments, jobs, job = {}, 0, None
     for _ in range(lab.kills):
@@ -88,18 +88,19 @@ def coordinator_kill(lab):
 def disk_full(lab):
     data = lab.folder / "data"
     data.mkdir()
-    command("mount", "-t", "tmpfs", "-o", "size=48m", "none", data)
+    command("mount", "-t", "tmpfs", "-o", "size=1200m", "none", data)
     service = Service(lab, data=data)
     for _ in range(2):
         service.worker(lab.host(), stub="slow=30")
     job = service.submit()
     service.wait_units(job, 10)
-    with open(data / "filler", "wb") as filler:
-        try:
-            while filler.write(b"\0" * 65536):
-                filler.flush()
-        except OSError:
-            pass
+    with open(data / "filler", "wb", buffering=0) as filler:  # to the last page
+        for piece in (1 << 20, 4096):
+            try:
+                while filler.write(b"\0" * piece) == piece:
+                    pass
+            except OSError:
+                pass
     held = wait_until("the reason", lambda: next((r for r in [(service.job(job) or {}).get("reason", "")] if
                                                   "disk" in r or "space" in r), None), 60)
     time.sleep(3)
@@ -153,21 +154,17 @@ def real_coordinator_kill(lab):
 @row("serve-worker-kill", "worker killed; kiln serve")
 def serve_worker_kill(lab):
     service = Service(lab)
-    workers = [service.worker(lab.host(), stub="slow=40") for _ in range(2)]
+    workers = [service.worker(lab.host(), stub="slow=150") for _ in range(2)]
     job = service.submit()
     service.wait_units(job, 10)
     workers[0].signal(signal.SIGKILL)
-    return said(service.finish(job), "worker-1", "lost")
-
-
-def long_job(service):
-    return service.submit("--name", "long")
+    return service.said(service.finish(job), "worker-1", "lost")
 
 
 @row("serve-worker-stop", "worker stopped for 20 s, 5 s beyond its lease, then continued; kiln serve")
 def serve_worker_stop(lab):
     service = Service(lab)
-    workers = [service.worker(lab.host(), stub="slow=150") for _ in range(2)]
+    workers = [service.worker(lab.host(), stub="slow=300") for _ in range(2)]
     job = service.submit()
     service.wait_units(job, 10)
     workers[0].signal(signal.SIGSTOP)
@@ -175,7 +172,7 @@ def serve_worker_stop(lab):
     why = service.kiln("why", "worker", "worker-1", check=False)[1].strip().replace("\n", "; ")
     workers[0].signal(signal.SIGCONT)
     record = service.finish(job)
-    return f"{said(record, 'worker-1', 'silent')}; meanwhile `kiln why worker worker-1`: {why}"
+    return f"{service.said(record, 'worker-1', 'silent')}; meanwhile `kiln why worker worker-1`: {why}"
 
 
 @row("serve-partition", "partition of a worker for its lease and 4 s; kiln serve")
@@ -183,13 +180,13 @@ def serve_partition(lab):
     service = Service(lab)
     hosts = [lab.host(), lab.host()]
     for host in hosts:
-        service.worker(host, stub="slow=150")
+        service.worker(host, stub="slow=300")
     job = service.submit()
     service.wait_units(job, 10)
     lab.network.cut(hosts[0])
     time.sleep(LEASE_S + 4)
     lab.network.heal()
-    return said(service.finish(job), "worker-1", "silent")
+    return service.said(service.finish(job), "worker-1", "silent")
 
 
 @row("serve-liar", "wrong radiance for every 7th unit; kiln serve --audit-first 10")
@@ -228,7 +225,7 @@ def serve_poison(lab):
         time.sleep(0.2)
     if ended["state"] != "done":
         raise Failed(f"{ended['state']}: {ended['reason']}")
-    return f"{deaths} deaths; {said(ended, 'unit 5')}"
+    return f"{deaths} deaths; {service.said(ended, 'unit 5')}"
 
 
 @row("serve-clock", "the clock of kiln serve moved an hour ahead and back")

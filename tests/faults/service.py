@@ -48,7 +48,7 @@ def write_scene(path):
             {"bufferView": 2, "componentType": 5123, "count": len(indices), "type": "SCALAR"}]}))
 
 
-BAKE = ("--texels-per-metre", 8, "--environment", "0.6,0.8,1", "--sun", "0.4,1,0.3:5,4.7,4.2", "--tile-texels", 16,
+BAKE = ("--texels-per-metre", 8, "--environment", "0.6,0.8,1", "--sun", "0.4,1,0.3:5,4.7,4.2", "--tile-texels", 4,
         "--min-samples", 256, "--max-samples", 256, "--unwrap-cache", "off")
 
 
@@ -172,6 +172,16 @@ class Service:
                 raise Failed(f"{file.name}: {answer}")
         return record
 
+    def said(self, record, *words):
+        """What the job's events or the coordinator's log say with all these words."""
+        lines = [event["text"] for event in record.get("events", [])]
+        for log in sorted(self.lab.folder.glob("serve-*.log")):
+            lines += [line.split("info: ")[-1] for line in log.read_text(errors="replace").splitlines()]
+        for line in lines:
+            if all(word in line for word in words):
+                return line
+        raise Failed(f"nothing was said of {words}: " + " | ".join(lines[-12:]))
+
     def truth(self):
         with Service._lock:
             if "stub" not in Service._truth:
@@ -186,10 +196,3 @@ class Service:
                 finally:
                     lab.end()
             return Service._truth["stub"]
-
-
-def said(record, *words):
-    for event in record.get("events", []):
-        if all(word in event["text"] for word in words):
-            return event["text"]
-    raise Failed(f"nothing was said of {words}: " + " | ".join(e["text"] for e in record.get("events", [])[-12:]))
