@@ -228,6 +228,7 @@ void Server::take_result(WorkerId worker, OpenJob& job, Result&& result) {
   Member& m = member->second;
   ++m.units;
   m.rays += result.result.rays;
+  rays_ += result.result.rays;
   m.recent.emplace_back(now, result.result.rays);
   while (now - m.recent.front().first > kRateWindowMs) m.recent.pop_front();
   job.rays += result.result.rays;
