@@ -4,30 +4,42 @@
 
 #include <map>
 #include <string>
+#include <vector>
 
 #include "coordinator/ledger/rules.h"
 
 namespace kiln {
+
+using UserId = uint32_t;  // in the order in which users were first named
 
 class FairShare {
  public:
   // 2 ^ (priority / 10).
   static double weight(int32_t priority);
 
+  UserId intern(const std::string& name);
+  size_t size() const { return users_.size(); }
   // The user has runnable work from now on, after having had none: what it did not use meanwhile is not saved
   // up.
-  void wake(const std::string& user);
-  void sleep(const std::string& user);
-  void charge(const std::string& user, double thread_ms, double weight);
-  double virtual_time(const std::string& user) const;
-  double used_ms(const std::string& user) const;  // thread time, for `why` and tests
+  void wake(UserId user);
+  void sleep(UserId user) { users_[user].awake = false; }
+  void charge(UserId user, double thread_ms, double weight);
+  double virtual_time(UserId user) const { return users_[user].virtual_time; }
+  double used_ms(UserId user) const { return users_[user].used_ms; }  // thread time, for `why` and tests
+  double used_ms(const std::string& name) const;                      // 0: unknown
+  // Threads that are the user's now, or on their way to it.
+  void add_threads(UserId user, double threads) { users_[user].threads += threads; }
+  double threads(UserId user) const { return users_[user].threads; }
+  const std::string& name(UserId user) const { return users_[user].name; }
 
  private:
   struct User {
-    double virtual_time = 0, used_ms = 0;
+    std::string name;
+    double virtual_time = 0, used_ms = 0, threads = 0;
     bool awake = false;
   };
-  std::map<std::string, User> users_;
+  std::vector<User> users_;
+  std::map<std::string, UserId> by_name_;
 };
 
 }  // namespace kiln

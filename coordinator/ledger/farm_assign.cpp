@@ -19,10 +19,8 @@ bool FarmLedger::has_work(const Job& job, const Worker& worker) const {
 // Virtual time of the job's user at the end of a residence of all workers that are the user's by then: whose
 // is least is next.
 double FarmLedger::turn(const Job& job, double more_threads) const {
-  const auto it = threads_of_.find(job.traits.user);
-  const double threads = (it == threads_of_.end() ? 0 : it->second) + more_threads;
-  return share_.virtual_time(job.traits.user) +
-         threads * static_cast<double>(rules_.residence_ms) / weight_of(job);
+  const double threads = share_.threads(job.user) + more_threads;
+  return share_.virtual_time(job.user) + threads * static_cast<double>(rules_.residence_ms) / job.weight;
 }
 
 JobId FarmLedger::pick_job(const Worker& worker) const {
@@ -31,8 +29,8 @@ JobId FarmLedger::pick_job(const Worker& worker) const {
   const Job* best_job = nullptr;
   for (const auto& [id, job] : jobs_) {
     if (!may_work(id, job, worker) || !has_work(job, worker)) continue;
-    const bool same_user = best_job && job.traits.user == best_job->traits.user;
-    const double its_turn = turn(job, worker.counted_for == job.traits.user ? 0 : worker.traits.threads);
+    const bool same_user = best_job && job.user == best_job->user;
+    const double its_turn = turn(job, worker.counted_for == job.user ? 0 : worker.traits.threads);
     const bool better =
         !best_job || (same_user ? job.traits.priority > best_job->traits.priority : its_turn < best_turn);
     if (!better) continue;
@@ -43,23 +41,24 @@ JobId FarmLedger::pick_job(const Worker& worker) const {
   return best;
 }
 
-void FarmLedger::count_for(Worker& worker, const std::string& user) {
-  if (!worker.counted_for.empty()) threads_of_[worker.counted_for] -= worker.traits.threads;
+void FarmLedger::count_for(Worker& worker, std::optional<UserId> user) {
+  if (worker.counted_for)
+    share_.add_threads(*worker.counted_for, -static_cast<double>(worker.traits.threads));
   worker.counted_for = user;
-  if (!user.empty()) threads_of_[user] += worker.traits.threads;
+  if (user) share_.add_threads(*user, worker.traits.threads);
 }
 
 void FarmLedger::assign(WorkerId id, Worker& worker, JobId job, int64_t now, Actions& out) {
   unassign(worker, now);
   worker.job = job;
   worker.assigned_at = now;
-  count_for(worker, jobs_.at(job).traits.user);
+  count_for(worker, jobs_.at(job).user);
   out.push_back(Assign{id, job});
 }
 
 void FarmLedger::unassign(Worker& worker, int64_t now) {
   charge(worker, now);
-  count_for(worker, "");
+  count_for(worker, std::nullopt);
   worker.job = 0;
   worker.ready = worker.leaving = false;
   worker.credits = 0;
@@ -73,11 +72,11 @@ void FarmLedger::find_spare(int64_t now) {
 }
 
 void FarmLedger::wake_users() {
-  std::map<std::string, bool> runnable;
+  std::vector<char> runnable(share_.size());
   for (const auto& [id, job] : jobs_)
-    runnable[job.traits.user] |=
-        job.open && !job.traits.paused && (!job.pending.empty() || !job.leases.empty());
-  for (const auto& [user, awake] : runnable) awake ? share_.wake(user) : share_.sleep(user);
+    runnable[job.user] |= job.open && !job.traits.paused && (!job.pending.empty() || !job.leases.empty());
+  for (UserId user = 0; user < runnable.size(); ++user)
+    runnable[user] ? share_.wake(user) : share_.sleep(user);
 }
 
 // A worker leaves its job when it is another user's turn by more than half a residence of this worker, or
@@ -91,11 +90,10 @@ void FarmLedger::balance(int64_t now) {
     if (next == 0 || next == worker.job) continue;
     const Job& other = jobs_.at(next);
     const double slack =
-        0.5 * static_cast<double>(rules_.residence_ms) * worker.traits.threads / weight_of(other);
-    worker.leaving = other.traits.user == job->traits.user
-                         ? other.traits.priority > job->traits.priority
-                         : turn(*job, 0) > turn(other, worker.traits.threads) + slack;
-    if (worker.leaving) count_for(worker, other.traits.user);
+        0.5 * static_cast<double>(rules_.residence_ms) * worker.traits.threads / other.weight;
+    worker.leaving = other.user == job->user ? other.traits.priority > job->traits.priority
+                                             : turn(*job, 0) > turn(other, worker.traits.threads) + slack;
+    if (worker.leaving) count_for(worker, other.user);
   }
 }
 

@@ -7,6 +7,11 @@
 #include "coordinator/ledger/farm_ledger.h"
 
 namespace kiln {
+namespace {
+
+constexpr int64_t kSpeedMs = 20;
+
+}  // namespace
 
 bool FarmLedger::voted(const Unit& unit, IdentityId who) {
   return std::any_of(unit.answers.begin(), unit.answers.end(), [&](const Answer& answer) {
@@ -92,20 +97,27 @@ uint64_t FarmLedger::choose_copy(WorkerId id, const Job& job, int64_t now) const
   return 0;
 }
 
+// Of all its workers together and of the quickest. Kept for a moment: every grant asks, and rates are means
+// over many results.
+void FarmLedger::reckon_speed(JobId id, const Job& job, int64_t now) const {
+  job.speed = {now, 0, 0};
+  for (const auto& [worker_id, worker] : workers_) {
+    if (worker.job != id || !worker.ready || worker.presence != Presence::kActive || worker.rate <= 0)
+      continue;
+    const double ms = worker.traits.threads / worker.rate;
+    if (job.speed.rate <= 0 || ms < job.speed.least_ms) job.speed.least_ms = ms;
+    job.speed.rate += worker.rate;
+  }
+}
+
 // A machine ten times slower than the others would make all of them wait for its last unit: it gets none that
 // the others would have done sooner.
-bool FarmLedger::would_end_late(const Worker& worker, const Job& job, double weight) const {
+bool FarmLedger::would_end_late(const Worker& worker, const Job& job, double weight, int64_t now) const {
   if (worker.rate <= 0) return false;
-  double farm_rate = 0, best = -1;
-  for (const auto& [id, other] : workers_) {
-    if (other.job != worker.job || !other.ready || other.presence != Presence::kActive || other.rate <= 0)
-      continue;
-    farm_rate += other.rate;
-    const double ms = 2 * weight * other.traits.threads / other.rate;  // one that runs, one that waits
-    if (best < 0 || ms < best) best = ms;
-  }
-  if (best < 0) return false;
-  const double rest = (job.counts.weight - job.counts.weight_done) / farm_rate;
+  if (job.speed.when < 0 || now - job.speed.when >= kSpeedMs) reckon_speed(worker.job, job, now);
+  if (job.speed.rate <= 0) return false;
+  const double best = 2 * weight * job.speed.least_ms;  // one that runs, one that waits
+  const double rest = (job.counts.weight - job.counts.weight_done) / job.speed.rate;
   const double mine = std::max(weight * worker.traits.threads, worker.held_weight + weight) / worker.rate;
   return mine > 1.3 * std::max(rest, best);
 }
@@ -135,13 +147,13 @@ bool FarmLedger::grant_one(WorkerId id, Worker& worker, Job& job, int64_t now, A
   if (const uint64_t unit = choose_second(worker, job)) return grant(id, worker, job, unit, now, out), true;
   if (!job.pending.empty()) {
     const uint64_t unit = job.pending.begin()->second;
-    if (would_end_late(worker, job, job.units.at(unit).weight)) return false;
+    if (would_end_late(worker, job, job.units.at(unit).weight, now)) return false;
     return grant(id, worker, job, unit, now, out), true;
   }
   if (worker.held.size() >= worker.traits.threads) return false;
   WorkerId from = 0;
   if (const uint64_t unit = choose_steal(id, worker, job, from)) {
-    if (would_end_late(worker, job, job.units.at(unit).weight)) return false;
+    if (would_end_late(worker, job, job.units.at(unit).weight, now)) return false;
     const uint64_t lease = job.units.at(unit).leases.front();
     release(lease);
     out.push_back(Recall{from, worker.job, unit});
@@ -149,7 +161,7 @@ bool FarmLedger::grant_one(WorkerId id, Worker& worker, Job& job, int64_t now, A
   }
   if (const uint64_t unit = choose_copy(id, job, now)) {
     Unit& copied = job.units.at(unit);
-    if (would_end_late(worker, job, copied.weight)) return false;
+    if (would_end_late(worker, job, copied.weight, now)) return false;
     copied.copied = true;
     job.copied_weight += copied.weight;
     ++job.totals.copies;

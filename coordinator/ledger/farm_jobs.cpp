@@ -28,7 +28,10 @@ bool FarmLedger::knows(JobId id, uint64_t unit) const {
 
 void FarmLedger::add_job(JobId id, const JobTraits& traits) {
   KILN_CHECK(id != 0 && !jobs_.count(id));
-  jobs_[id].traits = traits;
+  Job& job = jobs_[id];
+  job.traits = traits;
+  job.user = share_.intern(traits.user);
+  job.weight = FairShare::weight(traits.priority);
 }
 
 void FarmLedger::restore(JobId id, std::span<const KnownAnswer> answers) {
@@ -55,6 +58,7 @@ void FarmLedger::change_job(JobId id, int32_t priority, bool paused, int64_t now
   Job* job = find_job(id);
   if (!job) return;
   job->traits.priority = priority;
+  job->weight = FairShare::weight(priority);
   job->traits.paused = paused;
   if (!paused) return serve_all(0, now, out);
   // What runs may end; what has not begun goes back.
@@ -100,6 +104,8 @@ void FarmLedger::enqueue(Job& job, uint64_t id, Unit& unit) {
     unit.queue = Queue::kSecond;
     job.seconds.insert(id);
   } else if (of_pass && unit.leases.empty()) {
+    // It waits for the judgement rather than take another worker down.
+    if (unit.unjudged > 0 && unit.failures + unit.unjudged >= rules_.max_attempts) return;
     unit.queue = unit.attempts > 0 ? Queue::kSuspect : Queue::kPending;
     if (unit.attempts > 0)
       job.suspects.insert(id);

@@ -9,6 +9,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <set>
 #include <span>
 #include <string>
@@ -136,6 +137,7 @@ class FarmLedger {
     uint32_t needed = 0;    // equal votes; 0: not decided
     uint32_t attempts = 0;  // that cost a worker or failed: it is a suspect
     uint32_t failures = 0;  // those that are certainly the unit's
+    uint32_t unjudged = 0;  // losses of workers that held nothing else, which may still come back
     Phase phase = Phase::kOpen;
     Queue queue = Queue::kNone;
     bool verified = false, delivered = false, copied = false, disputed = false;
@@ -144,8 +146,15 @@ class FarmLedger {
     std::vector<IdentityId> blamed;
     Digest merged;  // of a delivered unit
   };
+  struct Speed {          // of a job's ready workers whose rate is known
+    int64_t when = -1;    // reckoned; -1: not yet
+    double rate = 0;      // of all, weight per ms
+    double least_ms = 0;  // per weight, on a thread of the quickest
+  };
   struct Job {
     JobTraits traits;
+    UserId user = 0;
+    double weight = 1;  // of its priority
     bool open = false;  // a pass is being worked on
     uint32_t pass = 0;
     std::unordered_map<uint64_t, Unit> units;
@@ -157,6 +166,7 @@ class FarmLedger {
     JobCounts totals;
     uint32_t disputes = 0;
     double copied_weight = 0, turnaround_ms = 0, turnaround_weight = 0;
+    mutable Speed speed;
     int64_t alone_since = -1;  // no second identity could answer
     bool alone = false;
     bool spare = false;        // at the last tick: somebody holds units that it has not begun, or is late
@@ -187,7 +197,7 @@ class FarmLedger {
     size_t ghosts = 0;  // units taken from it while it was silent, which may still keep its threads
     std::map<JobId, std::string> banned;
     std::map<JobId, std::string> classes;  // proven for the job's kernels
-    std::string counted_for;               // the user its threads are reckoned to; empty: none
+    std::optional<UserId> counted_for;     // the user its threads are reckoned to
   };
 
   // farm_jobs.cpp
@@ -240,7 +250,8 @@ class FarmLedger {
   uint64_t choose_second(const Worker& worker, const Job& job) const;
   uint64_t choose_steal(WorkerId id, const Worker& worker, Job& job, WorkerId& from);
   uint64_t choose_copy(WorkerId id, const Job& job, int64_t now) const;  // worker 0: for anybody
-  bool would_end_late(const Worker& worker, const Job& job, double weight) const;
+  bool would_end_late(const Worker& worker, const Job& job, double weight, int64_t now) const;
+  void reckon_speed(JobId id, const Job& job, int64_t now) const;
   bool holds_suspect(const Worker& worker) const;
   static bool voted(const Unit& unit, IdentityId who);
 
@@ -250,12 +261,11 @@ class FarmLedger {
   bool may_work(JobId id, const Job& job, const Worker& worker) const;
   void assign(WorkerId id, Worker& worker, JobId job, int64_t now, Actions& out);
   void unassign(Worker& worker, int64_t now);
-  void count_for(Worker& worker, const std::string& user);
+  void count_for(Worker& worker, std::optional<UserId> user);
   double turn(const Job& job, double more_threads) const;
   void balance(int64_t now);
   void wake_users();
   void find_spare(int64_t now);
-  double weight_of(const Job& job) const { return FairShare::weight(job.traits.priority); }
 
   struct Loss {  // of a connection: a crash, unless the process comes back
     uint64_t process;
@@ -274,7 +284,6 @@ class FarmLedger {
   std::vector<Identity> identities_;
   std::map<std::string, IdentityId> identity_by_name_;
   FairShare share_;
-  std::map<std::string, double> threads_of_;  // by user: assigned or on their way
   uint64_t next_lease_ = 1, next_ticket_ = 1;
   int64_t last_tick_ = 0;
   bool held_ = false;

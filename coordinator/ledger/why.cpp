@@ -12,8 +12,8 @@ std::vector<std::string> FarmLedger::why_job(JobId id, int64_t now) const {
   if (!job) return {text("job {} is not being baked", id)};
   const JobCounts totals = counts(id);
   lines.push_back(text("it is {} (priority {}): weight {:.2f}; {} used {:.0f} thread-seconds so far",
-                       job->traits.user, job->traits.priority, weight_of(*job), job->traits.user,
-                       share_.used_ms(job->traits.user) / 1000));
+                       job->traits.user, job->traits.priority, job->weight, job->traits.user,
+                       share_.used_ms(job->user) / 1000));
   if (held_) lines.push_back("nothing is handed out: the store cannot write");
   if (job->traits.paused) lines.push_back("it is paused: `kiln resume` lets it go on");
   if (!job->open)
@@ -136,7 +136,7 @@ std::vector<std::string> FarmLedger::why_worker(WorkerId id, int64_t now) const 
                          worker.leaving ? ", and leaves for another user when its units are done" : ""));
     lines.push_back(text("it holds {} of {} units", worker.held.size(), worker.credits));
     if (worker.ready && worker.held.size() < worker.credits && !job.pending.empty() &&
-        would_end_late(worker, job, job.units.at(job.pending.begin()->second).weight))
+        would_end_late(worker, job, job.units.at(job.pending.begin()->second).weight, now))
       lines.push_back(
           "it gets no more: at its speed it would end the pass later than the others do without it");
   }
@@ -174,6 +174,7 @@ std::string FarmLedger::audit() const {
         return text("unit {} has ended but is queued or leased", unit_id);
       const bool forgotten =
           of_pass && unit.phase == Phase::kOpen && unit.queue == Queue::kNone && unit.leases.empty() &&
+          unit.unjudged == 0 &&
           std::all_of(unit.answers.begin(), unit.answers.end(), [](const Answer& a) { return a.stored; });
       if (forgotten) {
         std::string why;
@@ -195,17 +196,17 @@ std::string FarmLedger::audit() const {
   }
   if (leases != leases_.size()) return text("{} leases are counted, {} exist", leases, leases_.size());
   size_t held = 0;
-  std::map<std::string, double> threads;
+  std::vector<double> threads(share_.size());
   for (const auto& [id, worker] : workers_) {
     held += worker.held.size();
-    if (!worker.counted_for.empty()) threads[worker.counted_for] += worker.traits.threads;
+    if (worker.counted_for) threads[*worker.counted_for] += worker.traits.threads;
     if (worker.held.size() > std::max<size_t>(worker.credits, 1))
       return text("worker {} holds more than its credits", id);
     if (!worker.held.empty() && !jobs_.count(worker.job)) return text("worker {} holds units of no job", id);
   }
   if (held != leases_.size()) return text("workers hold {} leases, {} exist", held, leases_.size());
-  for (const auto& [user, count] : threads_of_)
-    if (count != (threads.count(user) ? threads[user] : 0)) return text("threads of {} are miscounted", user);
+  for (UserId user = 0; user < threads.size(); ++user)
+    if (share_.threads(user) != threads[user]) return text("threads of {} are miscounted", share_.name(user));
   return {};
 }
 

@@ -123,6 +123,7 @@ class World {
   FarmRules rules_;
   std::unique_ptr<FarmLedger> ledger_;
   uint64_t epoch_ = 0;  // of the coordinator
+  uint64_t performed_ = 0, audit_every_ = 1;
   bool up_ = false;
   int64_t now_ = 0, faults_end_ = 0;
   struct Event {
