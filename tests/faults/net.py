@@ -35,6 +35,8 @@ class Network:
         self.center = Host(f"{name}c", "10.77.0.1")
         command("ip", "netns", "add", self.center.space)
         for words in (("link", "set", "lo", "up"), ("link", "add", "br0", "type", "bridge"),
+                      # Its own: else it takes the lowest of its ports', and a new port cuts everybody off.
+                      ("link", "set", "br0", "address", "02:00:00:00:00:01"),
                       ("addr", "add", "10.77.0.1/24", "dev", "br0"), ("link", "set", "br0", "up")):
             command("ip", "-n", self.center.space, *words)
 

@@ -2,7 +2,7 @@
 import signal
 import time
 
-from farm import FaultFarm, Skipped, Failed, false_clock, wait_until
+from farm import Failed, FaultFarm, false_clock, wait_until
 
 LEASE_MS = 3000
 ROWS = []
@@ -86,8 +86,7 @@ def partition_out(lab):
     time.sleep(LEASE_MS / 1000 + 4)
     lab.network.heal()
     outcome = finish(farm)
-    return f"{outcome['reassigned']} units went to others, {outcome['duplicates']} came twice; " \
-           f"{len(outcome['events'])} events"
+    return f"{outcome['reassigned']} units went to others, {outcome['duplicates']} came twice"
 
 
 @row("flapping", "a worker's link down 1 s, up 1 s, eight times")
@@ -143,17 +142,16 @@ def frame_flips(lab):
     return outcome.event("checksum")
 
 
-def refused(lab, what, words, status=2, coordinator=None, **options):
+def refused(lab, what, words, **options):
     """A worker that must be refused in words, beside one that bakes."""
-    farm = FaultFarm(lab, **(coordinator or {}))
+    farm = FaultFarm(lab)
     bad = lab.worker(lab.host(), farm, name="refused", **options)
     code = bad.status(60)
     log = bad.log()
-    if code != status or not any(w in log for w in words):
+    if code != 2 or not any(w in log for w in words):
         raise Failed(f"{what}: status {code}, said: {log[-300:]}")
     said = next(line for line in log.splitlines() if any(w in line for w in words))
-    good = {"tls": options["good_tls"]} if "good_tls" in options else {}
-    lab.worker(lab.host(), farm, **good)
+    lab.worker(lab.host(), farm)
     finish(farm)
     return "the worker ends with status %d: %s" % (code, said.split("] ")[-1])
 
@@ -182,7 +180,7 @@ def wrong_class(lab):
     farm = FaultFarm(lab)
     lab.worker(lab.host(), farm)
     farm.wait_done(10)
-    bad = lab.worker(lab.host(), farm, stub="class=other-machine")
+    lab.worker(lab.host(), farm, stub="class=other-machine")
     outcome = finish(farm)
     return outcome.event("class")
 

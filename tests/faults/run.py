@@ -72,15 +72,16 @@ def cell(text):
 
 
 def write_markdown(path, results):
-    """Replaces the table between the two marks of a page."""
-    lines = ["| row | fault | outcome | what happened |", "|---|---|---|---|"]
-    for (name, what, _, _), (outcome, said) in results:
-        lines.append(f"| `{name}` | {cell(what)} | {outcome} | {cell(said)} |")
+    """Writes the table between the two marks of a page; rows that were not run now keep their line."""
     begin, end = "<!-- rows -->\n", "<!-- end of rows -->"
-    page = Path(path).read_text()
-    before, _, rest = page.partition(begin)
-    after = rest.partition(end)[2]
-    Path(path).write_text(before + begin + "\n".join(lines) + "\n" + end + after)
+    before, _, rest = Path(path).read_text().partition(begin)
+    old, _, after = rest.partition(end)
+    lines = {line.split("`")[1]: line for line in old.splitlines() if line.startswith("| `")}
+    for (name, what, _, _), (outcome, said) in results:
+        lines[name] = f"| `{name}` | {cell(what)} | {outcome} | {cell(said)} |"
+    table = ["| row | fault | outcome | what happened |", "|---|---|---|---|"]
+    table += [lines[name] for name, _, _, _ in ROWS if name in lines]
+    Path(path).write_text(before + begin + "\n".join(table) + "\n" + end + after)
 
 
 def main():
@@ -91,7 +92,7 @@ def main():
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--kills", type=int, default=5, help="how often the coordinator is killed")
     parser.add_argument("--parallel", type=int, default=6, help="rows at a time")
-    parser.add_argument("--markdown", help="the page whose table is written anew")
+    parser.add_argument("--markdown", help="the page whose table gets the rows that ran")
     parser.add_argument("--bin", type=Path, default=root / "build/bin")
     parser.add_argument("--keep", help="folder for logs; by default they go with a row that holds")
     parser.add_argument("--list", action="store_true")
