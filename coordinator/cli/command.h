@@ -42,6 +42,7 @@ Command bake_command();
 Command plan_command();
 Command compare_command();
 Command cert_command();
+Command doctor_command();
 
 // Prints "kiln: ..." on standard error and returns the exit status of the error.
 int report_error(const Error& error);

@@ -10,6 +10,8 @@ namespace kiln {
 namespace {
 
 constexpr int64_t kSpeedMs = 20;
+constexpr size_t kManyWorkers = 256;  // from here on all are looked at at most so often
+constexpr int64_t kPauseMs = 10;
 
 }  // namespace
 
@@ -186,9 +188,12 @@ void FarmLedger::serve(WorkerId id, int64_t now, Actions& out) {
     worker->leaving = false;
 }
 
-// One unit at a time to whoever has most room for it, so that the last units spread over all workers.
+// One unit at a time to whoever has most room for it, so that the last units spread over all workers. In a
+// large farm, where many leave or answer within the same milliseconds, the next tick does it for all of them.
 void FarmLedger::serve_all(JobId job_id, int64_t now, Actions& out) {
   if (held_) return;
+  if (workers_.size() > kManyWorkers && now != last_tick_ && now - served_all_at_ < kPauseMs) return;
+  served_all_at_ = now;
   std::vector<WorkerId> able;
   for (auto& [id, worker] : workers_)
     if ((job_id == 0 || worker.job == job_id || worker.job == 0) && worker.presence == Presence::kActive)

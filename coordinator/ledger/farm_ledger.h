@@ -284,7 +284,7 @@ class FarmLedger {
   std::map<std::string, IdentityId> identity_by_name_;
   FairShare share_;
   uint64_t next_lease_ = 1, next_ticket_ = 1;
-  int64_t last_tick_ = 0;
+  int64_t last_tick_ = 0, served_all_at_ = 0;
   bool held_ = false;
   std::vector<Loss> losses_;
 };

@@ -73,7 +73,8 @@ TEST(WebServer, HostileRequestsAreRefusedInWords) {
   EXPECT_EQ(status_of(say(port, "GET / HTTP/1.1\r\nContent-Length: 7\r\n\r\nabc")), 413);
   EXPECT_EQ(status_of(get(port, "/../../etc/passwd")), 400);
   EXPECT_EQ(status_of(get(port, "/%2e%2e/%2e%2e/etc/passwd")), 400);
-  EXPECT_EQ(status_of(say(port, "\x16\x03\x01\x02\x00\r\n\r\n")), 400) << "a hand-shake of TLS";
+  EXPECT_EQ(status_of(say(port, std::string("\x16\x03\x01\x02\x00\r\n\r\n", 9))), 400)
+      << "a hand-shake of TLS";
   EXPECT_EQ(status_of(get(port, "/", "X: " + std::string(9000, 'a') + "\r\n")), 431);
   std::string many;
   for (int i = 0; i < 2000; ++i) many += "A" + std::to_string(i) + ": b\r\n";
