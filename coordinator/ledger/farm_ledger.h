@@ -166,6 +166,8 @@ class FarmLedger {
     uint32_t disputes = 0;
     double copied_weight = 0, turnaround_ms = 0, turnaround_weight = 0;
     mutable Speed speed;
+    int64_t searched_at = 0;   // for units to steal or copy
+    uint32_t searches = 0;     // since then, in vain
     int64_t alone_since = -1;  // no second identity could answer
     bool alone = false;
     bool spare = false;        // at the last tick: somebody holds units that it has not begun, or is late
