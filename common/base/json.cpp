@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "common/base/format.h"
 
@@ -130,6 +131,119 @@ Expected<std::vector<std::pair<std::string, std::string>>> parse_flat_json(std::
     }
   }
   return out;
+}
+
+const JsonValue* JsonValue::find(std::string_view name) const {
+  for (const auto& [key, value] : members)
+    if (key == name) return &value;
+  return nullptr;
+}
+
+namespace {
+
+// Builds the values as they are read, so that depth and number are bounded before memory is.
+class TreeReader final : public nlohmann::json_sax<nlohmann::json> {
+ public:
+  static constexpr size_t kDeepest = 16, kMost = size_t{1} << 20;
+  JsonValue root;
+  std::string error;
+
+  bool null() override { return add({}) != nullptr; }
+  bool boolean(bool flag) override {
+    JsonValue v;
+    v.kind = JsonValue::Kind::kFlag;
+    v.flag = flag;
+    return add(std::move(v)) != nullptr;
+  }
+  bool number_integer(number_integer_t n) override {
+    return add_whole(n < 0 ? 0 - static_cast<uint64_t>(n) : static_cast<uint64_t>(n), n < 0,
+                     static_cast<double>(n));
+  }
+  bool number_unsigned(number_unsigned_t n) override { return add_whole(n, false, static_cast<double>(n)); }
+  bool number_float(number_float_t n, const string_t&) override {
+    JsonValue v;
+    v.kind = JsonValue::Kind::kNumber;
+    v.number = n;
+    return add(std::move(v)) != nullptr;
+  }
+  bool string(string_t& s) override {
+    JsonValue v;
+    v.kind = JsonValue::Kind::kText;
+    v.text = std::move(s);
+    return add(std::move(v)) != nullptr;
+  }
+  bool binary(binary_t&) override { return false; }
+  bool start_object(size_t) override { return open(JsonValue::Kind::kObject); }
+  bool end_object() override { return close(); }
+  bool start_array(size_t) override { return open(JsonValue::Kind::kList); }
+  bool end_array() override { return close(); }
+  bool key(string_t& name) override {
+    if (!open_.back()->members.empty() && names_.back().count(name))
+      return refuse(text("'{}' is there twice", name.substr(0, 64)));
+    names_.back().insert(name);
+    key_ = std::move(name);
+    return true;
+  }
+  bool parse_error(size_t at, const std::string&, const nlohmann::detail::exception&) override {
+    return refuse(text("it is not valid JSON at byte {}", at));
+  }
+
+ private:
+  bool refuse(std::string why) {
+    if (error.empty()) error = std::move(why);
+    return false;
+  }
+  bool add_whole(uint64_t size, bool negative, double number) {
+    JsonValue v;
+    v.kind = JsonValue::Kind::kNumber;
+    v.number = number;
+    v.is_whole = true;
+    v.negative = negative;
+    v.whole = size;
+    return add(std::move(v)) != nullptr;
+  }
+  JsonValue* add(JsonValue value) {
+    if (++count_ > kMost) {
+      refuse("it has too many values");
+      return nullptr;
+    }
+    if (open_.empty()) {
+      root = std::move(value);
+      return &root;
+    }
+    JsonValue& parent = *open_.back();
+    if (parent.kind == JsonValue::Kind::kList) return &parent.items.emplace_back(std::move(value));
+    return &parent.members.emplace_back(std::move(key_), std::move(value)).second;
+  }
+  bool open(JsonValue::Kind kind) {
+    if (open_.size() == kDeepest) return refuse("it is nested too deeply");
+    JsonValue v;
+    v.kind = kind;
+    // Places stay: a parent gets no further element before this one is closed.
+    JsonValue* place = add(std::move(v));
+    if (!place) return false;
+    open_.push_back(place);
+    names_.emplace_back();
+    return true;
+  }
+  bool close() {
+    open_.pop_back();
+    names_.pop_back();
+    return true;
+  }
+  std::vector<JsonValue*> open_;
+  std::vector<std::set<std::string>> names_;
+  std::string key_;
+  size_t count_ = 0;
+};
+
+}  // namespace
+
+Expected<JsonValue> parse_json(std::string_view s) {
+  TreeReader reader;
+  if (!nlohmann::json::sax_parse(s, &reader) || !reader.error.empty())
+    return fail(ErrorKind::kInvalidInput, reader.error.empty() ? "it is not valid JSON" : reader.error);
+  return std::move(reader.root);
 }
 
 }  // namespace kiln

@@ -50,4 +50,23 @@ std::string json_quote(std::string_view text);
 // Fails on anything deeper, naming the key.
 Expected<std::vector<std::pair<std::string, std::string>>> parse_flat_json(std::string_view text);
 
+// A value of a document from elsewhere.
+struct JsonValue {
+  enum class Kind : uint8_t { kNull, kFlag, kNumber, kText, kList, kObject };
+  Kind kind = Kind::kNull;
+  bool flag = false;
+  double number = 0;
+  // Of a number without fraction: `whole` holds its size exactly.
+  bool is_whole = false, negative = false;
+  uint64_t whole = 0;
+  std::string text;
+  std::vector<JsonValue> items;                            // of a list
+  std::vector<std::pair<std::string, JsonValue>> members;  // of an object, in their order
+  const JsonValue* find(std::string_view name) const;      // nullptr: no such member
+};
+
+// Fails (kInvalidInput) on what is no JSON, is nested deeper than 16, has more than 2^20 values, or an object
+// with the same name twice.
+Expected<JsonValue> parse_json(std::string_view text);
+
 }  // namespace kiln

@@ -41,6 +41,37 @@ Expected<JobSpec> read_job(std::span<const std::byte> bytes) {
   return job;
 }
 
+Bytes write_result(const UnitResult& result) {
+  ByteWriter w;
+  w.put(result.unit);
+  w.put(result.site_count);
+  w.put(result.plane_count);
+  w.put(result.rays);
+  w.put(result.nonfinite);
+  w.put(result.nonfinite_texel);
+  w.put(result.nonfinite_sample);
+  w.put(result.seconds);
+  w.put_array(result.moments);
+  return w.take();
+}
+
+Expected<UnitResult> read_result(std::span<const std::byte> bytes) {
+  ByteReader r(bytes);
+  UnitResult result;
+  result.unit = r.get<uint64_t>();
+  result.site_count = r.get<uint32_t>();
+  result.plane_count = r.get<uint32_t>();
+  result.rays = r.get<uint64_t>();
+  result.nonfinite = r.get<uint64_t>();
+  result.nonfinite_texel = r.get<uint32_t>();
+  result.nonfinite_sample = r.get<uint32_t>();
+  result.seconds = r.get<double>();
+  result.moments = r.get_array<double>();
+  if (!r.at_end() || result.moments.size() != uint64_t{result.site_count} * result.plane_count)
+    return fail(ErrorKind::kInvalidInput, "a stored result is damaged");
+  return result;
+}
+
 Digest result_digest(const UnitResult& result) {
   Sha256 h;
   const uint64_t head[] = {result.unit, result.site_count, result.plane_count, result.nonfinite};

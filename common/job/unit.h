@@ -59,6 +59,10 @@ struct UnitResult {
   double seconds = 0;                                  // of one thread; for the report only
 };
 
+// All of a result as bytes, to keep it; reading checks sizes.
+Bytes write_result(const UnitResult& result);
+Expected<UnitResult> read_result(std::span<const std::byte> bytes);
+
 // SHA-256 of what must be equal when a unit is answered twice: ids, shape and moments, not the times.
 Digest result_digest(const UnitResult& result);
 

@@ -43,6 +43,14 @@ Command plan_command();
 Command compare_command();
 Command cert_command();
 Command doctor_command();
+Command serve_command();
+Command submit_command();
+Command jobs_command();
+Command watch_command();
+Command fetch_command();
+Command why_command();
+Command workers_command();
+std::vector<Command> change_commands();  // cancel, pause, resume, retry, priority, forget
 
 // Prints "kiln: ..." on standard error and returns the exit status of the error.
 int report_error(const Error& error);

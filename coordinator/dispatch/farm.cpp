@@ -83,11 +83,13 @@ Status FarmImpl::open_on_loop() {
 
 void FarmImpl::close_on_loop() {
   timer_->cancel();
-  server_->dismiss_all("the coordinator ends");
+  // A worker that is told goodbye ends. Those of a farm are to wait for the next coordinator: their
+  // connections just end, and they keep what was not acknowledged.
+  if (!settings_.others_may_come) server_->dismiss_all("the coordinator ends");
   // Their goodbyes get half a second; whoever is stopped or far away must not hold us.
   bool late = false;
   timer_->after(std::chrono::milliseconds(500), [&] { late = true; });
-  loop_.run_until([&] { return late || server_->connections() == 0; });
+  if (!settings_.others_may_come) loop_.run_until([&] { return late || server_->connections() == 0; });
   if (local_) local_->stop();
   server_.reset();
   timer_.reset();
@@ -125,7 +127,7 @@ void FarmImpl::run(const std::function<void(Server&)>& work) {
 Expected<std::unique_ptr<FarmJob>> FarmImpl::open_job(const FarmJobSpec& job) {
   if (!job.chunks || !job.chunks->find(job.spec.scene) || !job.chunks->find(job.spec.atlas))
     return fail(ErrorKind::kInternal, "the job names a scene or atlas chunk that is not in the store");
-  auto port = std::make_shared<JobPort>();
+  auto port = std::make_shared<JobPort>(store_->durable());
   Status opened;
   run([&](Server& server) { opened = server.open_job(job, port); });
   if (!opened) return tl::unexpected<Error>(opened.error());

@@ -48,6 +48,12 @@ void Server::tick() {
   Actions actions;
   ledger_.tick(clock_.now_ms(), actions);
   perform(std::move(actions));
+  for (auto& [id, job] : jobs_) {
+    const PassCounts pass = ledger_.pass(id);
+    const JobCounts counts = ledger_.counts(id);
+    job.port->set_progress({pass.done + pass.failed, pass.units, 0, counts.workers, counts.threads,
+                            pass.weight_done, pass.weight});
+  }
   if (settings_.others_may_come || members_.size() < settings_.local_workers) return;
   for (auto& [id, job] : jobs_) {
     if (job.port->error() || ledger_.stuck_ms(id, clock_.now_ms()) <= settings_.rules.lease_ms) continue;

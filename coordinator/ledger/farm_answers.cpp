@@ -225,14 +225,14 @@ void FarmLedger::blame(JobId id, Job& job, uint64_t unit_id, Unit& unit, Identit
 
 void FarmLedger::give_up(JobId id, Job& job, uint64_t unit_id, Unit& unit, const std::string& reason,
                          Actions& out) {
-  if (job.traits.poison == PoisonPolicy::kFail) {
-    out.push_back(FailJob{id, Error{ErrorKind::kInternal, reason}});
-    return;
-  }
   unit.phase = Phase::kFailed;
   const std::vector<uint64_t> leases = unit.leases;
   for (const uint64_t lease : leases) release(lease);
   if (job.open && unit.pass == job.pass) ++job.counts.failed;
+  if (job.traits.poison == PoisonPolicy::kFail) {
+    out.push_back(FailJob{id, Error{ErrorKind::kInternal, reason}});
+    return;
+  }
   out.push_back(SkipUnit{id, unit_id, reason});
   complete_if_done(id, job, out);
 }

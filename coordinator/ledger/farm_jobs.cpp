@@ -104,6 +104,8 @@ void FarmLedger::enqueue(Job& job, uint64_t id, Unit& unit) {
     unit.queue = Queue::kSecond;
     job.seconds.insert(id);
   } else if (of_pass && unit.leases.empty()) {
+    // It waits for the judgement rather than take another worker down.
+    if (unit.unjudged > 0 && unit.failures + unit.unjudged >= rules_.max_attempts) return;
     unit.queue = unit.attempts > 0 ? Queue::kSuspect : Queue::kPending;
     if (unit.attempts > 0)
       job.suspects.insert(id);

@@ -137,6 +137,7 @@ class FarmLedger {
     uint32_t needed = 0;    // equal votes; 0: not decided
     uint32_t attempts = 0;  // that cost a worker or failed: it is a suspect
     uint32_t failures = 0;  // those that are certainly the unit's
+    uint32_t unjudged = 0;  // losses of workers that held nothing else, which may still come back
     Phase phase = Phase::kOpen;
     Queue queue = Queue::kNone;
     bool verified = false, delivered = false, copied = false, disputed = false;

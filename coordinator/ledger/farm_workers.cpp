@@ -5,6 +5,12 @@
 #include "coordinator/ledger/farm_ledger.h"
 
 namespace kiln {
+namespace {
+
+constexpr int64_t kReconnectMs =
+    3000;  // a process that lives is back by then, unless the network is away for longer
+
+}  // namespace
 
 FarmLedger::Worker* FarmLedger::find_worker(WorkerId worker) {
   const auto it = workers_.find(worker);
@@ -72,7 +78,13 @@ void FarmLedger::ready(WorkerId id, JobId job_id, const std::string& numeric_cla
   if (!worker) return;
   heard(id, now, out);
   Job* job = find_job(job_id);
-  if (!job || worker->job != job_id) return;  // assigned to another meanwhile
+  if (!job) return;
+  if (worker->job == 0 && worker->presence == Presence::kActive && !worker->banned.count(job_id)) {
+    // It has the job from before its connection broke.
+    assign(id, *worker, job_id, now, out);
+    out.pop_back();
+  }
+  if (worker->job != job_id) return;  // assigned to another meanwhile
   prove(id, job_id, numeric_class);
   if (job->traits.numeric_class.empty()) {
     job->traits.numeric_class = numeric_class;
@@ -179,6 +191,7 @@ void FarmLedger::leave(WorkerId id, bool crashed, const std::string& reason, int
       const std::string why = text("{} was lost ({})", worker->traits.name, reason);
       losses_.push_back({worker->traits.process, worker->identity, now, certain, job_id, unit_id, why});
       blame(job_id, *job, unit_id, unit, worker->identity, false, why, out);
+      unit.unjudged += certain;
       enqueue(*job, unit_id, unit);
     }
   }
@@ -210,23 +223,30 @@ void FarmLedger::forgive_losses(uint64_t process) {
   for (const Loss& loss : losses_) {
     Job* job = loss.process == process ? find_job(loss.job) : nullptr;
     Unit* unit = job ? find_unit(*job, loss.unit) : nullptr;
-    if (!unit || unit->phase != Phase::kOpen) continue;
+    if (!unit) continue;
+    if (loss.certain && unit->unjudged > 0) --unit->unjudged;
+    if (unit->phase != Phase::kOpen) continue;
     std::erase(unit->blamed, loss.identity);
     if (unit->attempts > 0) --unit->attempts;
-    if (unit->queue != Queue::kSuspect) continue;
-    dequeue(*job, loss.unit, *unit);
+    if (unit->queue == Queue::kSuspect) dequeue(*job, loss.unit, *unit);
     enqueue(*job, loss.unit, *unit);
   }
   std::erase_if(losses_, [&](const Loss& loss) { return loss.process == process; });
 }
 
 void FarmLedger::judge_losses(int64_t now, Actions& out) {
-  const auto due = [&](const Loss& loss) { return now - loss.when > rules_.lease_ms; };
+  const int64_t patience = std::min(rules_.lease_ms, kReconnectMs);
+  const auto due = [&](const Loss& loss) { return now - loss.when > patience; };
   for (const Loss& loss : losses_) {
     Job* job = due(loss) && loss.certain ? find_job(loss.job) : nullptr;
     Unit* unit = job ? find_unit(*job, loss.unit) : nullptr;
-    if (!unit || unit->phase != Phase::kOpen || !unit->answers.empty()) continue;
-    if (++unit->failures < rules_.max_attempts) continue;
+    if (!unit) continue;
+    if (unit->unjudged > 0) --unit->unjudged;
+    if (unit->phase != Phase::kOpen || !unit->answers.empty()) continue;
+    if (++unit->failures < rules_.max_attempts) {
+      enqueue(*job, loss.unit, *unit);
+      continue;
+    }
     dequeue(*job, loss.unit, *unit);
     give_up(loss.job, *job, loss.unit, *unit,
             text("unit {} failed {} times, the last time because {}", loss.unit, unit->failures, loss.reason),

@@ -174,6 +174,7 @@ std::string FarmLedger::audit() const {
         return text("unit {} has ended but is queued or leased", unit_id);
       const bool forgotten =
           of_pass && unit.phase == Phase::kOpen && unit.queue == Queue::kNone && unit.leases.empty() &&
+          unit.unjudged == 0 &&
           std::all_of(unit.answers.begin(), unit.answers.end(), [](const Answer& a) { return a.stored; });
       if (forgotten) {
         std::string why;

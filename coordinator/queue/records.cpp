@@ -69,6 +69,8 @@ Status check_job(const JobRecord& job) {
   KILN_TRY_STATUS(check_text("user", job.user, kMaxName));
   KILN_TRY_STATUS(check_text("reason", job.reason, kMaxSentence));
   KILN_TRY_STATUS(check_text("taint", job.taint, kMaxSentence));
+  KILN_TRY_STATUS(check_text("submission", job.submission, kMaxName));
+  KILN_TRY_STATUS(check_text("numeric class", job.numeric_class, kMaxName));
   if (job.settings.size() > kMaxSettings)
     return wrong(
         text("the settings of a job have {} bytes: {} are allowed", job.settings.size(), kMaxSettings));

@@ -48,6 +48,8 @@ struct JobRecord {
   uint32_t quorum = 1;       // workers that must agree on a unit
   PoisonPolicy poison = PoisonPolicy::kFail;
   std::string settings;            // flat JSON (common/base/json.h)
+  std::string submission;          // drawn by who submitted it: the same again is the same job, not another
+  std::string numeric_class;       // of its results; empty: none yet
   std::vector<FileRecord> inputs;  // blobs
   std::string scene;               // which of them is the glTF
   uint32_t preparations = 0;  // times a conductor began it: a job that brings it down is stopped by count

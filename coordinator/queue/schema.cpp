@@ -29,6 +29,13 @@ CREATE TABLE workers(
   identity TEXT PRIMARY KEY, first_seen_ms INTEGER, last_seen_ms INTEGER, threads INTEGER, numeric_classes BLOB,
   good_verifications INTEGER, units INTEGER, failures INTEGER, quarantined INTEGER, quarantine_reason TEXT)
   WITHOUT ROWID;
+)sql",
+                                           R"sql(
+ALTER TABLE jobs ADD COLUMN submission TEXT DEFAULT '';
+ALTER TABLE jobs ADD COLUMN numeric_class TEXT DEFAULT '';
+CREATE TABLE unproven(job INTEGER, worker TEXT, units INTEGER, PRIMARY KEY(job, worker)) WITHOUT ROWID;
+CREATE INDEX jobs_of_submission ON jobs(submission);
+CREATE INDEX unproven_of_worker ON unproven(worker);
 )sql"};
   return kSteps;
 }

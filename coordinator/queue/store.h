@@ -37,6 +37,8 @@ struct StoreOptions {
 class Store {
  public:
   using Callback = std::function<void(Status)>;
+  // Changes a record in its place, or refuses to. Called on the writer thread, and again if the disk failed.
+  using Edit = std::function<Status(JobRecord&)>;
 
   // Makes the folder if needed, takes its lock, migrates an older schema, raises the epoch, checks and loads.
   // Fails, and leaves the folder as it was, if another coordinator has it (naming the process and host), if a
@@ -53,14 +55,18 @@ class Store {
 
   // --- jobs
   // Durable on return; `job.id` is ignored. Fails if check_job() does.
+  // A job of the same user and submission (unless that is empty) is not made again: its id is given.
   virtual Expected<JobId> submit(const JobRecord& job) = 0;
-  virtual Status update(const JobRecord& job) = 0;  // durable on return; the whole record is replaced
+  virtual Status change(JobId job, const Edit& edit) = 0;  // durable on return; nobody comes between
+  virtual Status update(const JobRecord& job) = 0;         // durable on return; the whole record is replaced
   virtual void update(const JobRecord& job, Callback done) = 0;
   virtual std::vector<JobRecord> jobs() const = 0;  // durable ones, by id; from memory
   virtual std::optional<JobRecord> job(JobId id) const = 0;
   virtual void event(JobId job, int64_t at_ms,
                      std::string text) = 0;                       // not waited for; lost only with the disk
   virtual Expected<std::vector<JobEvent>> events(JobId job) = 0;  // oldest first
+  // Results of this numeric class only, from now on.
+  virtual void pin_class(JobId job, const std::string& numeric_class, Callback done) = 0;
   // Removes ended jobs with all that is kept of them. Fails (kUsage) on one that has not ended.
   virtual Status forget(JobId job) = 0;
   // The same for every job that ended before `before_ms` and that no job that is kept names in `after`.
@@ -72,7 +78,15 @@ class Store {
   virtual void commit_result(const UnitCommit& commit, std::shared_ptr<const Bytes> payload,
                              Callback done) = 0;
   // Of the answers to a unit this one counts: the others go. Fails (kInvalidInput) if it is not there.
-  virtual void settle(JobId job, uint64_t unit, const Digest& winner, bool verified, Callback done) = 0;
+  // `worker`, if given, stands for it from now on.
+  virtual void settle(JobId job, uint64_t unit, const Digest& winner, bool verified,
+                      const std::string& worker, Callback done) = 0;
+  // Takes back one answer; success also if it is not there.
+  virtual void revoke_answer(JobId job, uint64_t unit, const Digest& digest, Callback done) = 0;
+  // Changes the record of a job that is done, as change(), and its results and passes go. Of those that one
+  // worker alone gave it is remembered how many: they taint the job if that worker is quarantined, now or
+  // later.
+  virtual Status conclude(JobId job, const Edit& edit) = 0;
   // Takes back all results of the units: they will run again.
   virtual void revoke(JobId job, std::vector<uint64_t> units, Callback done) = 0;
   // All results of a job, by unit, then digest.
@@ -94,6 +108,11 @@ class Store {
   virtual void put_worker(const WorkerRecord& worker, Callback done) = 0;
   virtual std::optional<WorkerRecord> worker(const std::string& identity) const = 0;
   virtual std::vector<WorkerRecord> workers() const = 0;
+  // How often its answers agreed with another's, in a row; the record is made if there is none.
+  virtual void note_trust(const std::string& identity, uint64_t agreed, int64_t at_ms, Callback done) = 0;
+  // And jobs that are done are tainted, if they have results that it alone gave.
+  virtual void quarantine(const std::string& identity, const std::string& reason, int64_t at_ms,
+                          Callback done) = 0;
   // Ends a quarantine and begins the trust anew. Fails (kInvalidInput) on an unknown identity.
   virtual Status forgive(const std::string& identity) = 0;
 

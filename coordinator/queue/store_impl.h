@@ -27,17 +27,22 @@ class StoreImpl final : public Store {
   const std::filesystem::path& folder() const override { return folder_; }
 
   Expected<JobId> submit(const JobRecord& job) override;
+  Status change(JobId job, const Edit& edit) override { return writer_.give_and_wait(change_of(job, edit)); }
   Status update(const JobRecord& job) override { return writer_.give_and_wait(update_of(job)); }
   void update(const JobRecord& job, Callback done) override { give(update_of(job), std::move(done)); }
   std::vector<JobRecord> jobs() const override { return cache_.jobs(); }
   std::optional<JobRecord> job(JobId id) const override { return cache_.job(id); }
   void event(JobId job, int64_t at_ms, std::string text) override;
   Expected<std::vector<JobEvent>> events(JobId job) override;
+  void pin_class(JobId job, const std::string& numeric_class, Callback done) override;
   Status forget(JobId job) override;
   Expected<std::vector<JobId>> forget_ended(int64_t before_ms) override;
 
   void commit_result(const UnitCommit& commit, std::shared_ptr<const Bytes> payload, Callback done) override;
-  void settle(JobId job, uint64_t unit, const Digest& winner, bool verified, Callback done) override;
+  void settle(JobId job, uint64_t unit, const Digest& winner, bool verified, const std::string& worker,
+              Callback done) override;
+  void revoke_answer(JobId job, uint64_t unit, const Digest& digest, Callback done) override;
+  Status conclude(JobId job, const Edit& edit) override;
   void revoke(JobId job, std::vector<uint64_t> units, Callback done) override;
   Expected<std::vector<CommitRow>> commits(JobId job) override;
   Expected<Bytes> read_result(const CommitRow& row) const override { return read_spool_record(spool_, row); }
@@ -52,6 +57,9 @@ class StoreImpl final : public Store {
     return cache_.worker(identity);
   }
   std::vector<WorkerRecord> workers() const override { return cache_.workers(); }
+  void note_trust(const std::string& identity, uint64_t agreed, int64_t at_ms, Callback done) override;
+  void quarantine(const std::string& identity, const std::string& reason, int64_t at_ms,
+                  Callback done) override;
   Status forgive(const std::string& identity) override;
 
   Status probe() override;
@@ -79,6 +87,7 @@ class StoreImpl final : public Store {
     return value;
   }
   static Operation update_of(const JobRecord& job);
+  static Operation change_of(JobId job, const Edit& edit);
   Status probe_spool();
 
   const std::filesystem::path folder_, spool_;

@@ -1,4 +1,4 @@
-// The store's operations on jobs and workers.
+// The store's operations on jobs.
 #include <algorithm>
 #include <set>
 
@@ -8,7 +8,7 @@
 namespace kiln {
 namespace {
 
-constexpr size_t kMaxEvent = 4096, kMaxIdentity = 256, kMaxReason = 4096;  // bytes
+constexpr size_t kMaxEvent = 4096;  // bytes
 
 tl::unexpected<Error> no_job(JobId id) {
   return fail(ErrorKind::kInvalidInput, text("there is no job {}", id));
@@ -44,6 +44,10 @@ Expected<JobId> StoreImpl::submit(const JobRecord& job) {
     for (const JobId other : job.after)
       if (!t.has_job(other))
         return fail(ErrorKind::kInvalidInput, text("the job waits for job {}, which does not exist", other));
+    if (!job.submission.empty()) {
+      KILN_TRY(id, t.tables().find_submission(job.user, job.submission));
+      if (id) return {};
+    }
     KILN_TRY(id, t.tables().add_job(job));
     JobRecord stored = job;
     stored.id = id;
@@ -55,10 +59,19 @@ Expected<JobId> StoreImpl::submit(const JobRecord& job) {
 }
 
 Operation StoreImpl::update_of(const JobRecord& job) {
+  return change_of(job.id, [job](JobRecord& record) -> Status {
+    record = job;
+    return {};
+  });
+}
+
+Operation StoreImpl::change_of(JobId id, const Edit& edit) {
   Operation operation;
-  operation.apply = [job](GroupTransaction& t) -> Status {
-    const auto stored = t.job(job.id);
-    if (!stored) return no_job(job.id);
+  operation.apply = [id, edit](GroupTransaction& t) -> Status {
+    const auto stored = t.job(id);
+    if (!stored) return no_job(id);
+    JobRecord job = *stored;
+    KILN_TRY_STATUS(edit(job));
     KILN_TRY_STATUS(check_job(job));
     // Jobs wait for older ones only: never in a circle.
     for (const JobId other : job.after)
@@ -70,6 +83,20 @@ Operation StoreImpl::update_of(const JobRecord& job) {
     return {};
   };
   return operation;
+}
+
+void StoreImpl::pin_class(JobId id, const std::string& numeric_class, Callback done) {
+  Operation operation;
+  operation.apply = [=](GroupTransaction& t) -> Status {
+    auto job = t.job(id);
+    if (!job) return no_job(id);
+    job->numeric_class = numeric_class;
+    KILN_TRY_STATUS(check_job(*job));
+    KILN_TRY_STATUS(t.tables().set_job(*job, false));
+    t.set_job(std::move(*job));
+    return {};
+  };
+  give(std::move(operation), std::move(done));
 }
 
 void StoreImpl::event(JobId job, int64_t at_ms, std::string text) {
@@ -124,36 +151,6 @@ Expected<std::vector<JobId>> StoreImpl::forget_ended(int64_t before_ms) {
   };
   KILN_TRY_STATUS(writer_.give_and_wait(std::move(operation)));
   return forgotten;
-}
-
-void StoreImpl::put_worker(const WorkerRecord& worker, Callback done) {
-  Operation operation;
-  operation.apply = [worker](GroupTransaction& t) -> Status {
-    if (worker.identity.empty() || worker.identity.size() > kMaxIdentity ||
-        worker.quarantine_reason.size() > kMaxReason || worker.numeric_classes.size() > 64)
-      return fail(ErrorKind::kInvalidInput,
-                  text("the record of worker '{}' is too long, or it has no identity",
-                       worker.identity.substr(0, kMaxIdentity)));
-    KILN_TRY_STATUS(t.tables().put_worker(worker));
-    t.set_worker(worker);
-    return {};
-  };
-  give(std::move(operation), std::move(done));
-}
-
-Status StoreImpl::forgive(const std::string& identity) {
-  Operation operation;
-  operation.apply = [&](GroupTransaction& t) -> Status {
-    auto worker = t.worker(identity);
-    if (!worker) return fail(ErrorKind::kInvalidInput, text("there is no worker '{}'", identity));
-    worker->quarantined = false;
-    worker->quarantine_reason.clear();
-    worker->good_verifications = worker->failures = 0;
-    KILN_TRY_STATUS(t.tables().put_worker(*worker));
-    t.set_worker(std::move(*worker));
-    return {};
-  };
-  return writer_.give_and_wait(std::move(operation));
 }
 
 }  // namespace kiln

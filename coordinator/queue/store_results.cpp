@@ -33,10 +33,20 @@ void StoreImpl::commit_result(const UnitCommit& commit, std::shared_ptr<const By
   give(std::move(operation), std::move(done));
 }
 
-void StoreImpl::settle(JobId job, uint64_t unit, const Digest& winner, bool verified, Callback done) {
+void StoreImpl::settle(JobId job, uint64_t unit, const Digest& winner, bool verified,
+                       const std::string& worker, Callback done) {
   Operation operation;
   operation.removes = true;
-  operation.apply = [=](GroupTransaction& t) { return t.tables().settle(job, unit, winner, verified); };
+  operation.apply = [=](GroupTransaction& t) {
+    return t.tables().settle(job, unit, winner, verified, worker);
+  };
+  give(std::move(operation), std::move(done));
+}
+
+void StoreImpl::revoke_answer(JobId job, uint64_t unit, const Digest& digest, Callback done) {
+  Operation operation;
+  operation.removes = true;
+  operation.apply = [=](GroupTransaction& t) { return t.tables().revoke_answer(job, unit, digest); };
   give(std::move(operation), std::move(done));
 }
 

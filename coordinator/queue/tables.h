@@ -22,6 +22,7 @@ class Tables {
   // `described`: scene, settings and lists may differ from what is stored too.
   Status set_job(const JobRecord& job, bool described);
   Status remove_job(JobId job);  // with events; results are dropped before
+  Expected<JobId> find_submission(const std::string& user, const std::string& submission);  // 0: none
   Expected<std::map<JobId, JobRecord>> load_jobs();
 
   Status add_event(JobId job, int64_t at_ms, std::string_view text, uint32_t kept);
@@ -30,8 +31,19 @@ class Tables {
   Expected<bool> has_result(const UnitCommit& commit);  // the same job, unit, shape and digest
   Status add_result(const CommitRow& row);
   Status verify_result(const UnitCommit& commit);
-  Status settle(JobId job, uint64_t unit, const Digest& winner, bool verified);
+  // `worker`: who stands for it; empty: who is written already.
+  Status settle(JobId job, uint64_t unit, const Digest& winner, bool verified, const std::string& worker);
   Status revoke(JobId job, uint64_t unit);
+  Status revoke_answer(JobId job, uint64_t unit, const Digest& digest);
+  // Writes down how many settled results of the job nobody but their worker gave, by worker.
+  Status note_unproven(JobId job);
+  struct Unproven {
+    JobId job = 0;
+    std::string worker;
+    uint64_t units = 0;
+  };
+  Expected<std::vector<Unproven>> load_unproven(JobId job);
+  Expected<std::vector<Unproven>> load_unproven(const std::string& worker);
   Status drop_results(JobId job);
   Expected<std::vector<CommitRow>> load_results(JobId job);
   Expected<CommitRow> load_result(JobId job, uint64_t unit, const Digest& digest);

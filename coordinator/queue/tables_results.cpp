@@ -45,16 +45,55 @@ Status Tables::add_result(const CommitRow& row) {
                        row.settled, row.epoch, row.file, row.offset, row.length);
 }
 
-Status Tables::settle(JobId job, uint64_t unit, const Digest& winner, bool verified) {
-  KILN_TRY_STATUS(database_.run(
-      "UPDATE unit_results SET settled=1,verified=max(verified,?4) WHERE job=?1 AND unit=?2 AND digest=?3",
-      job, unit, winner, verified));
+Status Tables::settle(JobId job, uint64_t unit, const Digest& winner, bool verified,
+                      const std::string& worker) {
+  KILN_TRY_STATUS(
+      database_.run("UPDATE unit_results SET settled=1,verified=max(verified,?4),worker=iif(?5='',worker,?5) "
+                    "WHERE job=?1 AND unit=?2 AND digest=?3",
+                    job, unit, winner, verified, std::string_view(worker)));
   if (database_.changes() == 0) return no_result(job, unit, winner);
   return database_.run("DELETE FROM unit_results WHERE job=?1 AND unit=?2 AND digest<>?3", job, unit, winner);
 }
 
 Status Tables::revoke(JobId job, uint64_t unit) {
   return database_.run("DELETE FROM unit_results WHERE job=?1 AND unit=?2", job, unit);
+}
+
+Status Tables::revoke_answer(JobId job, uint64_t unit, const Digest& digest) {
+  return database_.run("DELETE FROM unit_results WHERE job=?1 AND unit=?2 AND digest=?3", job, unit, digest);
+}
+
+Status Tables::note_unproven(JobId job) {
+  return database_.run(
+      "INSERT OR REPLACE INTO unproven SELECT job,worker,count(*) FROM unit_results "
+      "WHERE job=?1 AND settled=1 AND verified=0 GROUP BY worker",
+      job);
+}
+
+namespace {
+
+Expected<std::vector<Tables::Unproven>> read_unproven(Query query) {
+  std::vector<Tables::Unproven> rows;
+  for (;;) {
+    KILN_TRY(const bool row, query.next());
+    if (!row) return rows;
+    Tables::Unproven& unproven = rows.emplace_back();
+    unproven.job = query.number();
+    unproven.worker = query.string();
+    unproven.units = query.number();
+  }
+}
+
+}  // namespace
+
+Expected<std::vector<Tables::Unproven>> Tables::load_unproven(JobId job) {
+  return read_unproven(
+      database_.ask("SELECT job,worker,units FROM unproven WHERE job=?1 ORDER BY worker", job));
+}
+
+Expected<std::vector<Tables::Unproven>> Tables::load_unproven(const std::string& worker) {
+  return read_unproven(database_.ask("SELECT job,worker,units FROM unproven WHERE worker=?1 ORDER BY job",
+                                     std::string_view(worker)));
 }
 
 Status Tables::drop_results(JobId job) {

@@ -20,7 +20,7 @@ Hello good_hello(uint64_t instance = 1) {
 // A farm without workers of its own that waits for units 1 to `count`.
 class WaitingFarm {
  public:
-  explicit WaitingFarm(size_t count = 2) : units_(make_units(1, count)) {
+  explicit WaitingFarm(size_t count = 2) : units_(make_units(1, count)), left_(count) {
     FarmSettings settings;
     settings.local_workers = 0;
     settings.token = "right token";
@@ -39,11 +39,15 @@ class WaitingFarm {
     worker.send(good_hello(999));
     worker.send(JobClass{job.spec.id, "class"});
     worker.send(Credits{job.spec.id, 1});
-    for (size_t i = 0; i < units_.size(); ++i) {
-      const auto unit = worker.next<Unit>();
-      ASSERT_TRUE(unit) << "no unit came";
-      worker.send(answer(*unit));
-      ASSERT_TRUE(worker.next<CommitAck>());
+    // The next unit may come before the acknowledgement of the last: that waits for the disk.
+    for (size_t units = 0, acknowledged = 0; units < left_ || acknowledged < left_;) {
+      const auto message = worker.receive();
+      ASSERT_TRUE(message) << units << " units and " << acknowledged << " acknowledgements came";
+      if (const auto* unit = std::get_if<Unit>(&*message)) {
+        worker.send(answer(*unit));
+        ++units;
+      }
+      acknowledged += std::holds_alternative<CommitAck>(*message);
     }
     join();
   }
@@ -71,6 +75,7 @@ class WaitingFarm {
 
  private:
   std::vector<WorkUnit> units_;
+  const size_t left_;  // that finish() bakes
   TestFarm farm_;
   std::thread thread_;
 };

@@ -128,7 +128,7 @@ TEST(Farm, AUnitThatCrashesWorkersFailsAfterThreeAndIsNamed) {
   size_t processes = 0;
   for (const auto& entry : std::filesystem::directory_iterator(dir.path()))
     processes += entry.path().filename().string().rfind("unit-107-", 0) == 0;
-  EXPECT_EQ(processes, 3u);
+  EXPECT_EQ(processes, 4u);  // once among others, which proves nothing, and three times alone
 }
 
 TEST(Farm, AUnitThatFailsInOrderIsRetriedThenNamed) {

@@ -2,6 +2,8 @@
 
 #include <stdlib.h>
 
+#include <algorithm>
+#include <filesystem>
 #include <fstream>
 #include <sstream>
 
@@ -99,7 +101,11 @@ PassOutcome bake(const FarmSettings& settings, std::vector<WorkUnit> units,
     if (on_result) on_result(outcome.moments.size());
     return {};
   };
-  const auto end = farm->job->run_pass(std::move(units), deadline_ms, {keep, {}, {}});
+  Expected<PassEnd> end = PassEnd::kRewound;
+  while (end && *end == PassEnd::kRewound) {
+    outcome.moments.clear();
+    end = farm->job->run_pass(units, deadline_ms, {keep, {}, {}});
+  }
   if (end)
     outcome.complete = *end == PassEnd::kComplete;
   else
@@ -109,9 +115,14 @@ PassOutcome bake(const FarmSettings& settings, std::vector<WorkUnit> units,
 }
 
 std::vector<pid_t> children_of(pid_t process) {
-  std::ifstream in("/proc/" + std::to_string(process) + "/task/" + std::to_string(process) + "/children");
-  std::vector<pid_t> children;
-  for (pid_t child; in >> child;) children.push_back(child);
+  std::vector<pid_t> children;  // of any thread: workers are those of the farm's
+  std::error_code gone;
+  for (const auto& task :
+       std::filesystem::directory_iterator("/proc/" + std::to_string(process) + "/task", gone)) {
+    std::ifstream in(task.path() / "children");
+    for (pid_t child; in >> child;) children.push_back(child);
+  }
+  std::sort(children.begin(), children.end());
   return children;
 }
 

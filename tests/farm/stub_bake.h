@@ -17,7 +17,7 @@ inline UnitResult stub_bake(const WorkUnit& unit, uint32_t planes) {
     for (uint32_t p = 0; p < planes; ++p) {
       double sum = 0;
       for (uint32_t s = unit.first_sample; s < unit.first_sample + unit.sample_count; ++s)
-        sum += std::sin(site * 0.37 + s * 1.7 + p);
+        sum += std::fabs(std::sin(site * 0.37 + s * 1.7 + p));  // between none and all of the samples
       result.moments.push_back(sum);
     }
   return result;

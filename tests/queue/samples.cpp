@@ -3,6 +3,8 @@
 #include <stdlib.h>
 #include <unistd.h>
 
+#include <atomic>
+
 namespace kiln::test {
 
 MemoryDir::MemoryDir() {
@@ -30,6 +32,9 @@ JobRecord sample_job(const std::string& name) {
   job.settings = R"({"error": 0.02})";
   job.inputs = {{"room.gltf", sha256(bytes_of("room")), 4}, {"textures/a b.png", sha256(bytes_of("png")), 3}};
   job.scene = "room.gltf";
+  static std::atomic<uint64_t> drawn = 0;  // the same twice would be one job
+  job.submission = std::to_string(::getpid()) + "-" + std::to_string(++drawn);
+  job.numeric_class = "avx2 1234";
   job.preparations = 3;
   job.submitted_ms = 1700000000123;
   job.started_ms = job.submitted_ms + 5;

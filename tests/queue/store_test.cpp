@@ -23,6 +23,7 @@ TEST(Store, JobsComeBackWholeAndIdsAreNeverUsedAgain) {
     const auto first = store->submit(job);
     ASSERT_TRUE(first) << first.error().message;
     job.after = {*first};
+    job.submission = "another";
     const auto second = store->submit(job);
     ASSERT_TRUE(second);
     EXPECT_GT(*second, *first);
@@ -44,9 +45,101 @@ TEST(Store, JobsComeBackWholeAndIdsAreNeverUsedAgain) {
   }
   const auto store = open_store(dir.path() / "a" / "b");
   job.after.clear();
+  job.submission = "a third";
   const auto third = store->submit(job);
   ASSERT_TRUE(third);
   EXPECT_GT(*third, job.id);
+}
+
+TEST(Store, TheSameSubmissionIsTheSameJob) {
+  const TempDir dir;
+  JobRecord job = sample_job();
+  JobId first = 0;
+  {
+    const auto store = open_store(dir.path());
+    first = *store->submit(job);
+    EXPECT_EQ(*store->submit(job), first);
+    JobRecord other = job;
+    other.user = "grace";  // draws from its own numbers
+    EXPECT_NE(*store->submit(other), first);
+  }
+  const auto store = open_store(dir.path());
+  EXPECT_EQ(*store->submit(job), first);
+  job.submission.clear();
+  EXPECT_NE(*store->submit(job), first);
+  EXPECT_EQ(store->jobs().size(), 3u);
+}
+
+TEST(Store, ChangesAreMadeInPlaceOrNotAtAll) {
+  const TempDir dir;
+  const auto store = open_store(dir.path());
+  const JobId id = *store->submit(sample_job());
+  ASSERT_TRUE(wait_for([&](auto done) { store->pin_class(id, "avx512 77", done); }));
+  ASSERT_TRUE(store->change(id, [](JobRecord& j) -> Status {
+    j.priority = 9;
+    return {};
+  }));
+  EXPECT_EQ(store->job(id)->numeric_class, "avx512 77");
+  EXPECT_EQ(store->job(id)->priority, 9);
+  const Status refused = store->change(id, [](JobRecord& j) -> Status {
+    j.priority = 10;
+    return fail(ErrorKind::kUsage, "no");
+  });
+  EXPECT_FALSE(refused);
+  EXPECT_FALSE(store->change(id, [](JobRecord& j) -> Status {
+    j.priority = 1000;
+    return {};
+  }));
+  EXPECT_EQ(store->job(id)->priority, 9);
+}
+
+TEST(Store, OneAnswerIsTakenBackAndTheOtherStays) {
+  const TempDir dir;
+  const auto store = open_store(dir.path());
+  const JobId job = *store->submit(sample_job());
+  const Bytes right = sample_payload(1, 50), wrong = sample_payload(2, 50);
+  ASSERT_TRUE(commit_now(*store, sample_commit(job, 9, right), right));
+  ASSERT_TRUE(commit_now(*store, sample_commit(job, 9, wrong), wrong));
+  ASSERT_TRUE(wait_for([&](auto done) { store->revoke_answer(job, 9, sha256(wrong), done); }));
+  ASSERT_TRUE(wait_for([&](auto done) { store->revoke_answer(job, 9, sha256(wrong), done); }));
+  ASSERT_TRUE(wait_for([&](auto done) { store->settle(job, 9, sha256(right), true, "render3", done); }));
+  const auto rows = rows_of(*store, job);
+  ASSERT_EQ(rows.size(), 1u);
+  EXPECT_EQ(rows[0].digest, sha256(right));
+  EXPECT_EQ(rows[0].worker, "render3");
+  EXPECT_TRUE(rows[0].verified);
+}
+
+TEST(Store, AQuarantineTaintsWhatOnlyThatWorkerGave) {
+  const TempDir dir;
+  const auto store = open_store(dir.path());
+  const auto concluded = [&](const std::string& worker, bool verified) {
+    JobRecord record = sample_job();
+    record.tainted = false;
+    record.taint.clear();
+    const JobId job = *store->submit(record);
+    EXPECT_TRUE(commit_now(*store, job, 1));
+    const Digest digest = rows_of(*store, job).front().digest;
+    EXPECT_TRUE(wait_for([&](auto done) { store->settle(job, 1, digest, verified, worker, done); }));
+    EXPECT_TRUE(store->conclude(job, [](JobRecord& j) -> Status {
+      j.state = JobState::kDone;
+      return {};
+    }));
+    EXPECT_TRUE(rows_of(*store, job).empty());
+    return job;
+  };
+  const JobId alone = concluded("liar", false), confirmed = concluded("liar", true),
+              others = concluded("honest", false);
+  EXPECT_FALSE(store->job(alone)->tainted);
+  ASSERT_TRUE(wait_for([&](auto done) { store->quarantine("liar", "it lied", 5, done); }));
+  EXPECT_TRUE(store->job(alone)->tainted);
+  EXPECT_NE(store->job(alone)->taint.find("it lied"), std::string::npos);
+  EXPECT_FALSE(store->job(confirmed)->tainted);
+  EXPECT_FALSE(store->job(others)->tainted);
+  // Quarantined before the job ends.
+  EXPECT_TRUE(store->job(concluded("liar", false))->tainted);
+  ASSERT_TRUE(wait_for([&](auto done) { store->note_trust("honest", 12, 6, done); }));
+  EXPECT_EQ(store->worker("honest")->good_verifications, 12u);
 }
 
 TEST(Store, RefusesWhatCannotBe) {
@@ -101,9 +194,9 @@ TEST(Store, ResultsOfAUnit) {
     commit.verified = false;
     ASSERT_TRUE(commit_now(*store, commit, right));  // is not taken back
     EXPECT_FALSE(
-        wait_for([&](auto done) { store->settle(job, 9, sha256(bytes_of("nobody's")), false, done); }));
+        wait_for([&](auto done) { store->settle(job, 9, sha256(bytes_of("nobody's")), false, "", done); }));
     EXPECT_EQ(store->commits(job)->size(), 3u);
-    ASSERT_TRUE(wait_for([&](auto done) { store->settle(job, 9, commit.digest, false, done); }));
+    ASSERT_TRUE(wait_for([&](auto done) { store->settle(job, 9, commit.digest, false, "", done); }));
   }
   const auto store = open_store(dir.path());
   const auto rows = store->commits(job);
@@ -194,7 +287,7 @@ TEST(Store, CallbacksRunInTheOrderOfTheQueueAndSeeWhatCameBefore) {
       // In the group of the row that it finds on the disk, and that is gone when its turn comes.
       store->commit_result(commit, bytes, note(given++));
     }
-    store->settle(job, unit, commit.digest, false, note(given++));
+    store->settle(job, unit, commit.digest, false, "", note(given++));
     if (unit == 250) store->drop_results(job, note(given++));
   }
   ASSERT_TRUE(store->flush());
@@ -264,6 +357,7 @@ TEST(Store, ForgettingRemovesAllOfAJobAndNothingElse) {
   const TempDir dir;
   const auto store = open_store(dir.path());
   JobRecord done = sample_job();
+  done.submission.clear();
   done.state = JobState::kDone;
   done.ended_ms = 100;
   const JobId old_job = *store->submit(done);

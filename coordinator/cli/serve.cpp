@@ -1,0 +1,150 @@
+#include <pthread.h>
+#include <signal.h>
+
+#include <cstdio>
+#include <cstdlib>
+
+#include "common/base/files.h"
+#include "common/base/format.h"
+#include "common/base/log.h"
+#include "common/base/parallel.h"
+#include "common/wire/listener.h"
+#include "coordinator/cli/service_options.h"
+#include "coordinator/service/service.h"
+
+namespace kiln {
+namespace {
+
+constexpr auto kStopPatience = std::chrono::seconds(25);
+
+Expected<std::string> read_token(const std::string& file) {
+  KILN_TRY(const Bytes bytes, read_file(file, 4096));
+  std::string token(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  token.resize(std::min(token.find_first_of("\r\n"), token.size()));
+  if (token.size() < 16)
+    return fail(ErrorKind::kUsage, text("{} holds no token of at least 16 characters", file));
+  return token;
+}
+
+Expected<int64_t> number_of_option(const Arguments& a, const std::string& name, int64_t fallback,
+                                   int64_t least, int64_t most) {
+  if (!a.has(name)) return fallback;
+  return parse_whole("--" + name, a.get(name), least, most);
+}
+
+Expected<ServiceSettings> read_settings(const Arguments& a) {
+  ServiceSettings s;
+  s.data = a.get("data");
+  s.release = KILN_VERSION;
+  s.authority = a.get("authority");
+  std::string listen = a.get("listen", "127.0.0.1:7800");
+  const bool any_port =
+      listen.ends_with(":0");  // an address to connect to has a port, one to listen on need not
+  if (any_port) listen.back() = '1';
+  KILN_TRY(const auto address, parse_address(listen));
+  s.farm.listen_host = address.first;
+  s.farm.listen_port = any_port ? 0 : address.second;
+  KILN_TRY(const int64_t workers, number_of_option(a, "local-workers", 0, 0, 256));
+  s.farm.local_workers = static_cast<uint32_t>(workers);
+  const auto share = std::max<int64_t>(1, hardware_threads() / std::max<int64_t>(1, workers));
+  KILN_TRY(const int64_t threads, number_of_option(a, "threads", share, 1, 1024));
+  s.farm.local_threads = static_cast<uint32_t>(threads);
+  s.farm.worker_program = worker_program();
+  KILN_TRY(const int64_t active, number_of_option(a, "active-jobs", 4, 1, 64));
+  s.active_jobs = static_cast<uint32_t>(active);
+  KILN_TRY(const int64_t days, number_of_option(a, "keep-days", 30, 1, 36500));
+  s.keep_days = static_cast<uint32_t>(days);
+  KILN_TRY(const int64_t audit, number_of_option(a, "audit-first", 10, 0, 100000));
+  s.farm.rules.audit_first = static_cast<uint32_t>(audit);
+  s.farm.rules.audit_seed = std::strtoull(random_hex(8).c_str(), nullptr, 16);
+  s.farm.plain_is_fine = a.has("insecure-plain");
+  if (a.has("token-file")) {
+    KILN_TRY(s.farm.token, read_token(a.get("token-file")));
+  }
+  const int files = a.has("ca") + a.has("certificate") + a.has("key");
+  if (files != 0 && files != 3)
+    return fail(ErrorKind::kUsage, "--ca, --certificate and --key belong together: give all three or none");
+  if (files == 3) {
+    KILN_TRY(s.farm.tls, TlsContext::load({a.get("ca"), a.get("certificate"), a.get("key")}));
+    s.farm.admit_strangers = true;  // for `enrol`, and for nothing else
+    if (workers)
+      return fail(ErrorKind::kUsage,
+                  "--local-workers have no certificates: with TLS start kiln-worker with its own");
+  }
+  return s;
+}
+
+void say_where(const Service& service, const ServiceSettings& s) {
+  const std::string data = std::filesystem::absolute(s.data).string();
+  const std::string address = text("{}:{}", s.farm.listen_host, service.port());
+  std::printf("kiln serves %s at %s%s\n", data.c_str(), address.c_str(), s.farm.tls ? " with TLS" : "");
+  if (s.farm.tls) {
+    std::printf(
+        "workers:  kiln-worker --connect HOST:%u --ca ca.pem --certificate cert.pem --key key.pem\n"
+        "jobs:     kiln submit scene.glb --server HOST:%u --ca ca.pem --certificate cert.pem --key key.pem\n",
+        service.port(), service.port());
+  } else {
+    const std::string worker_token =
+        s.farm.token.empty() ? data + "/worker.token" : "the file of --token-file";
+    std::printf(
+        "workers:  kiln-worker --connect %s --token-file %s\n"
+        "jobs:     kiln submit scene.glb --server %s --token-file %s/submit.token --wait\n",
+        address.c_str(), worker_token.c_str(), address.c_str(), data.c_str());
+  }
+  std::fflush(stdout);
+}
+
+int run(const Arguments& a, const BakeSettings&) {
+  log_setup("kiln serve", a.has("verbose") ? LogLevel::kInfo : LogLevel::kWarning,
+            a.get("log") == "json" ? LogFormat::kJson : LogFormat::kText);
+  auto settings = read_settings(a);
+  if (!settings) return report_error(settings.error());
+  // Before any thread is made, so that all have it: the signals are waited for here alone.
+  sigset_t signals;
+  ::sigemptyset(&signals);
+  ::sigaddset(&signals, SIGTERM);
+  ::sigaddset(&signals, SIGINT);
+  ::pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  auto service = Service::start(*settings);
+  if (!service) return report_error(service.error());
+  say_where(**service, *settings);
+  int signal = 0;
+  ::sigwait(&signals, &signal);
+  std::fprintf(stderr, "kiln: ends; jobs that are not done go on at the next start\n");
+  if (!(*service)->stop(kStopPatience)) std::_Exit(0);  // a long stage of a job: what is durable is safe
+  return 0;
+}
+
+}  // namespace
+
+Command serve_command() {
+  return {
+      "serve",
+      "Run the coordinator as a service: a queue of jobs, many workers, results kept until they are fetched",
+      "kiln serve --data /srv/kiln --local-workers 1\n"
+      "  kiln serve --data /srv/kiln --listen 0.0.0.0:7800 --ca farm/ca.pem --certificate farm/cert.pem "
+      "--key "
+      "farm/key.pem",
+      {{"--data", "DIR", "folder of the queue, made if needed", true},
+       {"--listen", "HOST:PORT", "for workers and people [127.0.0.1:7800]"},
+       {"--token-file", "FILE", "token of workers, without TLS [DIR/worker.token, made if needed]"},
+       {"--ca", "FILE", "TLS: authority of the farm"},
+       {"--certificate", "FILE", "TLS: this coordinator's certificate"},
+       {"--key", "FILE", "TLS: its key"},
+       {"--authority", "FOLDER",
+        "TLS: made by `kiln cert ca`; signs machines that bring a join token [DIR/authority]"},
+       {"--insecure-plain", "", "listen off loopback without TLS: scenes and tokens pass in the clear"},
+       {"--local-workers", "N", "worker processes on this machine [0]"},
+       {"--threads", "T", "of each of them [all processors shared out]"},
+       {"--active-jobs", "N", "jobs that are baked at a time [4]"},
+       {"--audit-first", "N",
+        "answers of a new worker that another must confirm; then some at random; 0: workers are trusted "
+        "[10]"},
+       {"--keep-days", "D", "how long ended jobs and their results are kept [30]"},
+       {"--log", "FORMAT", "text or json [text]"},
+       {"--verbose", "", "log what happens, not only what goes wrong"}},
+      false,
+      run};
+}
+
+}  // namespace kiln

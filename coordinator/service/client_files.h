@@ -1,0 +1,39 @@
+// A client's uploads and what it may download. From any thread.
+#pragma once
+
+#include <map>
+#include <mutex>
+#include <optional>
+
+#include "common/wire/messages.h"
+#include "coordinator/queue/blobs.h"
+
+namespace kiln {
+
+class ClientFiles {
+ public:
+  explicit ClientFiles(BlobStore& blobs) : blobs_(blobs) {}
+  ~ClientFiles();  // what came of open uploads stays for another try
+
+  // Begins, or says how far a begun upload has come; the error of a piece, once.
+  Expected<uint64_t> begin_upload(const Digest& digest, uint64_t size);
+  void append(const ChunkPiece& piece);
+  void refuse_piece(const Digest& digest, const std::string& why);
+  Status finish_upload(const Digest& digest);
+
+  Status allow_download(const Digest& digest, uint64_t from);
+  std::optional<uint64_t> take_download(const Digest& digest);  // where to begin; nothing: not allowed
+
+ private:
+  static constexpr size_t kMostUploads = 16, kMostDownloads = 4096;
+  struct Upload {
+    uint64_t size = 0, have = 0;
+    std::optional<Error> error;
+  };
+  BlobStore& blobs_;
+  std::mutex mutex_;
+  std::map<Digest, Upload> uploads_;
+  std::map<Digest, uint64_t> downloads_;
+};
+
+}  // namespace kiln

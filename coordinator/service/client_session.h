@@ -1,0 +1,34 @@
+// One client's conversation. Lives on the farm's thread; requests and pieces are worked off in their order by
+// one thread of the pool at a time, files are read there and sent here.
+#pragma once
+
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <variant>
+
+#include "coordinator/dispatch/client_talk.h"
+#include "coordinator/service/client_files.h"
+#include "coordinator/service/people.h"
+
+namespace kiln {
+
+class ServiceImpl;
+
+class ClientSession final : public ClientTalk {
+ public:
+  ClientSession(ServiceImpl& service, const Caller& caller, ClientLink& link);
+  ~ClientSession() override;
+  std::string role() const override;
+  void on_request(Request request) override;
+  void on_piece(ChunkPiece piece) override;
+  Status on_chunk_request(ChunkRequest request) override;
+  void on_room() override;
+
+ private:
+  struct Shared;
+  void give(std::variant<Request, ChunkPiece> work, size_t bytes);
+  std::shared_ptr<Shared> shared_;
+};
+
+}  // namespace kiln

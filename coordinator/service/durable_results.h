@@ -1,0 +1,65 @@
+// Answers of workers into the store. One thread writes what the farm gives, in its order; while the disk
+// refuses, nothing is called stored, everything is kept and given again.
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <deque>
+#include <map>
+#include <mutex>
+#include <thread>
+
+#include "coordinator/dispatch/result_store.h"
+#include "coordinator/queue/store.h"
+
+namespace kiln {
+
+class DurableResultStore final : public ResultStore {
+ public:
+  // `on_hold(reason)`: from the writing thread; writing has failed, or works again (empty).
+  // `on_note`: from the farm's thread.
+  struct Hooks {
+    std::function<void(const std::string& reason)> on_hold;
+    std::function<void(JobId, const std::string&)> on_note;
+  };
+  DurableResultStore(Store& store, Hooks hooks);
+  ~DurableResultStore() override { stop(); }
+
+  void put(const StoreAnswer& answer, std::shared_ptr<const UnitResult> result,
+           std::function<void()> stored) override;
+  void settle(const Settle& settle) override;
+  void revoke(const Revoke& revoke) override;
+  void pin_class(JobId job, const std::string& numeric_class) override;
+  void trust(const Trust& trust) override;
+  void quarantine(const Quarantine& quarantine) override;
+  void note(JobId job, const std::string& text) override { hooks_.on_note(job, text); }
+  void end_job(JobId) override {}  // the results go when the outputs are safe: Store::conclude
+  Expected<std::shared_ptr<const UnitResult>> read(JobId job, uint64_t unit, const Digest& digest) override;
+
+  uint64_t stored(JobId job) const;  // answers since this process began
+  // Waits until all that was given is written. Not while the disk may refuse.
+  bool drain(std::chrono::milliseconds patience);
+  void stop();  // what is not written by then was never acknowledged
+
+ private:
+  struct Operation {
+    std::function<void(Store::Callback)> attempt;
+    std::function<void()> stored;  // of an answer; called once
+    JobId job = 0;
+  };
+  void give(Operation operation);
+  void run();
+  // Empty: all are written or were wrong in themselves; else the first that must be tried again, and why.
+  std::string write(std::deque<Operation>& batch);
+
+  Store& store_;
+  const Hooks hooks_;
+  mutable std::mutex mutex_;
+  std::condition_variable wake_, idle_;
+  std::deque<Operation> queue_;
+  std::map<JobId, uint64_t> stored_;
+  bool stopping_ = false, busy_ = false;
+  std::thread thread_;
+};
+
+}  // namespace kiln

@@ -1,0 +1,111 @@
+// Whose turn it is, and what is too old to be kept.
+#include <algorithm>
+
+#include "common/base/format.h"
+#include "common/base/log.h"
+#include "coordinator/service/service_impl.h"
+#include "coordinator/service/turn.h"
+#include "coordinator/service/unix_time.h"
+
+namespace kiln {
+namespace {
+
+constexpr auto kLook = std::chrono::seconds(1);
+constexpr int64_t kCollectMs = 3'600'000, kDayMs = 86'400'000;
+constexpr uint32_t kMostPreparations = 3;
+
+}  // namespace
+
+void ServiceImpl::keep() {
+  int64_t collected = unix_ms();
+  while (!stopping_) {
+    {
+      std::unique_lock lock(mutex_);
+      changed_.wait_for(lock, kLook, [this] { return look_ || stopping_; });
+      look_ = false;
+      for (auto it = active_.begin(); it != active_.end();) {
+        if (!it->second->ended) {
+          ++it;
+          continue;
+        }
+        it->second->thread.join();
+        it = active_.erase(it);
+      }
+    }
+    if (stopping_) return;
+    end_waits();
+    begin_jobs();
+    if (unix_ms() - collected > kCollectMs) {
+      collect();
+      collected = unix_ms();
+    }
+  }
+}
+
+void ServiceImpl::end_waits() {
+  for (const WaitEnd& end : ended_waits(store_->jobs())) {
+    const Status s = store_->change(end.job, [&](JobRecord& job) -> Status {
+      if (job.state != JobState::kWaiting) return fail(ErrorKind::kUsage, "it waits no more");
+      job.state = end.failure.empty() ? JobState::kQueued : JobState::kFailed;
+      job.reason = end.failure;
+      if (!end.failure.empty()) job.ended_ms = unix_ms();
+      return {};
+    });
+    if (s) note(end.job, end.failure.empty() ? "what it waited for is done" : end.failure);
+    if (s && !end.failure.empty()) wake();
+  }
+}
+
+void ServiceImpl::begin_jobs() {
+  for (;;) {
+    if (stopping_ || !held_for().empty()) return;
+    JobId id = 0;
+    {
+      const std::lock_guard lock(mutex_);
+      if (active_.size() >= settings_.active_jobs) return;
+      const int64_t now = unix_ms();
+      id = next_job(store_->jobs(), [&](JobId job) {
+        const auto it = not_before_.find(job);
+        return !active_.count(job) && (it == not_before_.end() || it->second <= now);
+      });
+    }
+    if (id == 0) return;
+    // Counted before it begins: a job that brings the coordinator down must not do so for ever.
+    bool given_up = false;
+    const Status s = store_->change(id, [&](JobRecord& job) -> Status {
+      given_up = job.preparations >= kMostPreparations;
+      if (job.state != JobState::kQueued || job.paused)
+        return fail(ErrorKind::kUsage, "it was changed meanwhile");
+      job.state = given_up ? JobState::kFailed : JobState::kPreparing;
+      job.reason = given_up ? "the coordinator died three times while preparing it" : "";
+      if (given_up) job.ended_ms = unix_ms();
+      if (given_up) return {};
+      ++job.preparations;
+      if (!job.started_ms) job.started_ms = unix_ms();
+      return {};
+    });
+    if (!s) return;
+    if (given_up) {
+      note(id, "failed: the coordinator died three times while preparing it");
+      wake();
+      continue;
+    }
+    const std::lock_guard lock(mutex_);
+    auto& active = active_[id];
+    active = std::make_unique<Active>();
+    active->progress.stage = "begin";
+    active->thread = std::thread([this, id, a = active.get()] { conduct(id, *a); });
+  }
+}
+
+void ServiceImpl::collect() {
+  const int64_t now = unix_ms();
+  const auto forgotten = store_->forget_ended(now - int64_t{settings_.keep_days} * kDayMs);
+  if (!forgotten) return log_warning(forgotten.error().message);
+  for (const JobId id : *forgotten)
+    note(0, text("job {} ended {} days ago and is forgotten", id, settings_.keep_days));
+  // Who uploads has a day to submit.
+  blobs_->collect(referenced_blobs(store_->jobs()), now, kDayMs);
+}
+
+}  // namespace kiln

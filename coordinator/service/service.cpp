@@ -1,0 +1,246 @@
+#include "common/base/format.h"
+#include "common/base/log.h"
+#include "coordinator/service/client_session.h"
+#include "coordinator/service/service_impl.h"
+#include "coordinator/service/turn.h"
+#include "coordinator/service/unix_time.h"
+
+namespace kiln {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr size_t kRequestThreads = 4;
+
+}  // namespace
+
+Status ServiceImpl::open() {
+  StoreOptions options = settings_.store;
+  options.release = settings_.release;
+  KILN_TRY(store_, Store::open(settings_.data, options));
+  KILN_TRY(blobs_, BlobStore::open(settings_.data / "blobs", {}));
+  KILN_TRY(tokens_, service_tokens(settings_.data));
+  if (settings_.authority.empty()) settings_.authority = settings_.data / "authority";
+  events_ = std::make_unique<EventLog>(store_->epoch());
+  pool_ = std::make_unique<TaskPool>(kRequestThreads);
+  KILN_TRY_STATUS(take_up_jobs());
+  KILN_TRY_STATUS(open_farm());
+  collect();
+  keeper_ = std::thread([this] { keep(); });
+  open_ = true;
+  return {};
+}
+
+// What was active when the last coordinator ended goes back to the queue; its results are kept.
+Status ServiceImpl::take_up_jobs() {
+  std::error_code ignored;
+  fs::remove_all(settings_.data / "work", ignored);
+  for (const JobRecord& job : store_->jobs()) {
+    if (!is_active(job.state)) continue;
+    KILN_TRY_STATUS(store_->change(job.id, [](JobRecord& j) -> Status {
+      j.state = JobState::kQueued;
+      j.reason = "the coordinator was started again";
+      return {};
+    }));
+    note(job.id, "the coordinator was started again: the job goes on with the results it has");
+  }
+  return {};
+}
+
+Status ServiceImpl::open_farm() {
+  results_ = std::make_shared<DurableResultStore>(
+      *store_, DurableResultStore::Hooks{[this](const std::string& reason) {
+                                           {
+                                             const std::lock_guard lock(mutex_);
+                                             held_for_ = reason;
+                                           }
+                                           if (open_) farm_->hold(!reason.empty(), reason);
+                                         },
+                                         [this](JobId job, const std::string& text) { note(job, text); }});
+  FarmSettings farm = settings_.farm;
+  if (farm.token.empty() && !farm.tls) farm.token = tokens_.worker;
+  farm.others_may_come = true;
+  farm.clients.admit = [this](const ClientHello& hello, const PeerIdentity& identity,
+                              ClientLink& link) -> Expected<std::unique_ptr<ClientTalk>> {
+    if (!open_ || stopping_)
+      return fail(ErrorKind::kUnavailable, "the coordinator is starting or stopping: try again");
+    KILN_TRY(const Caller caller, recognise(hello, identity, settings_.farm.tls != nullptr, tokens_));
+    return std::unique_ptr<ClientTalk>(std::make_unique<ClientSession>(*this, caller, link));
+  };
+  KILN_TRY(farm_, Farm::start(farm, results_));
+  for (const WorkerRecord& worker : store_->workers())
+    farm_->restore_trust(worker.identity, worker.good_verifications,
+                         worker.quarantined ? worker.quarantine_reason : "");
+  return {};
+}
+
+bool ServiceImpl::stop(std::chrono::milliseconds patience) {
+  if (stopped_) return true;
+  stopping_ = true;
+  wake();
+  if (keeper_.joinable()) keeper_.join();  // nobody begins a job any more
+  if (pool_) pool_->stop();
+  {
+    std::unique_lock lock(mutex_);
+    for (auto& [id, active] : active_) active->stop = true;
+    std::vector<JobId> ids;
+    for (auto& [id, active] : active_) ids.push_back(id);
+    lock.unlock();
+    for (const JobId id : ids)
+      farm_->stop_job(id, Error{ErrorKind::kUnavailable, "the coordinator was told to stop"});
+    lock.lock();
+    const bool all = changed_.wait_for(lock, patience, [this] {
+      return std::all_of(active_.begin(), active_.end(),
+                         [](const auto& a) { return a.second->ended.load(); });
+    });
+    if (!all) {
+      lock.unlock();
+      results_->drain(std::chrono::seconds(5));
+      store_->flush();
+      return false;
+    }
+  }
+  for (auto& [id, active] : active_)
+    if (active->thread.joinable()) active->thread.join();
+  active_.clear();
+  // The writer may be calling the farm: it ends first. The farm keeps the object until its own end.
+  if (results_) {
+    results_->drain(std::chrono::seconds(5));
+    results_->stop();
+  }
+  open_ = false;
+  farm_.reset();
+  if (store_) store_->close();
+  stopped_ = true;
+  return true;
+}
+
+bool ServiceImpl::healthy() {
+  return open_ && !stopping_ && held_for().empty();
+}
+
+std::string ServiceImpl::held_for() const {
+  const std::lock_guard lock(mutex_);
+  return held_for_;
+}
+
+void ServiceImpl::note(JobId job, const std::string& what) {
+  const int64_t now = unix_ms();
+  events_->add(now, job, what);
+  if (job) store_->event(job, now, what);
+}
+
+void ServiceImpl::wake() {
+  {
+    const std::lock_guard lock(mutex_);
+    look_ = true;
+  }
+  changed_.notify_all();
+}
+
+std::optional<BakeProgress> ServiceImpl::progress_of(JobId job) const {
+  const std::lock_guard lock(mutex_);
+  const auto it = active_.find(job);
+  if (it == active_.end() || it->second->ended) return std::nullopt;
+  return it->second->progress;
+}
+
+bool ServiceImpl::is_running(JobId job) const {
+  const std::lock_guard lock(mutex_);
+  const auto it = active_.find(job);
+  return it != active_.end() && !it->second->ended;
+}
+
+Status ServiceImpl::cancel(JobId id, const std::string& who) {
+  const std::string reason = text("cancelled by {}", who);
+  bool running = false;
+  {
+    const std::lock_guard lock(mutex_);
+    if (const auto it = active_.find(id); it != active_.end() && !it->second->ended) {
+      it->second->who = who;
+      it->second->cancelled = it->second->stop = true;
+      running = true;
+    }
+  }
+  if (running) {
+    farm_->stop_job(id, Error{ErrorKind::kUnavailable, reason});
+    return {};
+  }
+  KILN_TRY_STATUS(store_->change(id, [&](JobRecord& job) -> Status {
+    if (job_ended(job.state))
+      return fail(ErrorKind::kUsage,
+                  text("job {} is {}: nothing is left to cancel", id, job_state_name(job.state)));
+    if (is_active(job.state))
+      return fail(ErrorKind::kUnavailable, text("job {} is just beginning: ask again", id));
+    job.state = JobState::kCancelled;
+    job.reason = reason;
+    job.ended_ms = unix_ms();
+    return {};
+  }));
+  store_->drop_results(id, {});
+  note(id, reason);
+  wake();
+  return {};
+}
+
+Status ServiceImpl::set_paused(JobId id, bool paused) {
+  JobRecord changed;
+  KILN_TRY_STATUS(store_->change(id, [&](JobRecord& job) -> Status {
+    if (job_ended(job.state))
+      return fail(ErrorKind::kUsage, text("job {} is {} and cannot be {}", id, job_state_name(job.state),
+                                          paused ? "paused" : "resumed"));
+    job.paused = paused;
+    changed = job;
+    return {};
+  }));
+  farm_->change_job(id, changed.priority, paused);
+  note(id, paused ? "paused" : "resumed");
+  wake();
+  return {};
+}
+
+Status ServiceImpl::set_priority(JobId id, int32_t priority) {
+  JobRecord changed;
+  KILN_TRY_STATUS(store_->change(id, [&](JobRecord& job) -> Status {
+    if (job_ended(job.state))
+      return fail(ErrorKind::kUsage,
+                  text("job {} is {}: a priority would change nothing", id, job_state_name(job.state)));
+    job.priority = priority;
+    changed = job;
+    return {};
+  }));
+  farm_->change_job(id, priority, changed.paused);
+  note(id, text("priority {}", priority));
+  wake();
+  return {};
+}
+
+Status ServiceImpl::retry(JobId id) {
+  KILN_TRY_STATUS(store_->change(id, [&](JobRecord& job) -> Status {
+    if (job.state != JobState::kFailed && job.state != JobState::kCancelled)
+      return fail(ErrorKind::kUsage, text("job {} is {}: only failed and cancelled jobs are tried again", id,
+                                          job_state_name(job.state)));
+    job.state = job.after.empty() ? JobState::kQueued : JobState::kWaiting;
+    job.reason.clear();
+    job.preparations = 0;
+    job.ended_ms = 0;
+    return {};
+  }));
+  note(id, "tried again");
+  wake();
+  return {};
+}
+
+Status ServiceImpl::forgive(const std::string& identity) {
+  KILN_TRY_STATUS(store_->forgive(identity));
+  farm_->restore_trust(identity, 0, "");
+  note(0, text("worker {} is forgiven", identity));
+  return {};
+}
+
+Expected<std::unique_ptr<Service>> Service::start(const ServiceSettings& settings) {
+  auto service = std::make_unique<ServiceImpl>(settings);
+  KILN_TRY_STATUS(service->open());
+  return std::unique_ptr<Service>(std::move(service));
+}
+
+}  // namespace kiln

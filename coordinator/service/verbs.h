@@ -1,0 +1,58 @@
+// What a client may ask. One table: a verb, who may, what is done. Handlers run on a thread of the pool and
+// may wait for the disk.
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "common/base/json.h"
+#include "coordinator/service/people.h"
+
+namespace kiln {
+
+class ServiceImpl;
+class ClientFiles;
+
+struct Ask {
+  ServiceImpl& service;
+  const Caller& caller;
+  const JsonValue& document;
+  ClientFiles& files;  // uploads and downloads of this client
+};
+
+struct Verb {
+  const char* name;
+  Access access;
+  Expected<std::string> (*answer)(const Ask&);  // a JSON document
+};
+
+std::span<const Verb> verb_table();
+// Fails (kUsage) on a verb that does not exist or is not for the caller, (kInvalidInput) on a document that
+// is wrong.
+Expected<std::string> answer(ServiceImpl& service, const Caller& caller, const std::string& verb,
+                             const std::string& document, ClientFiles& files);
+
+// verbs_jobs.cpp
+Expected<std::string> verb_submit(const Ask& ask);
+Expected<std::string> verb_jobs(const Ask& ask);
+Expected<std::string> verb_job(const Ask& ask);
+// verbs_change.cpp
+Expected<std::string> verb_cancel(const Ask& ask);
+Expected<std::string> verb_pause(const Ask& ask);
+Expected<std::string> verb_resume(const Ask& ask);
+Expected<std::string> verb_priority(const Ask& ask);
+Expected<std::string> verb_retry(const Ask& ask);
+Expected<std::string> verb_forget(const Ask& ask);
+// verbs_files.cpp
+Expected<std::string> verb_upload(const Ask& ask);
+Expected<std::string> verb_uploaded(const Ask& ask);
+Expected<std::string> verb_fetch(const Ask& ask);
+// verbs_farm.cpp
+Expected<std::string> verb_why(const Ask& ask);
+Expected<std::string> verb_workers(const Ask& ask);
+Expected<std::string> verb_forgive(const Ask& ask);
+Expected<std::string> verb_status(const Ask& ask);
+Expected<std::string> verb_enrol(const Ask& ask);
+Expected<std::string> verb_events(const Ask& ask);
+
+}  // namespace kiln

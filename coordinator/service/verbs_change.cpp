@@ -1,0 +1,67 @@
+#include "common/base/format.h"
+#include "coordinator/service/fields.h"
+#include "coordinator/service/service_impl.h"
+#include "coordinator/service/verbs.h"
+
+namespace kiln {
+namespace {
+
+constexpr int64_t kMostId = int64_t{1} << 62;
+
+// The job that is meant, if it is the caller's to change.
+Expected<JobId> own_job(const Ask& ask) {
+  KILN_TRY(const int64_t number, number_field(ask.document, "id", 1, kMostId));
+  const auto id = static_cast<JobId>(number);
+  const auto job = ask.service.store().job(id);
+  if (!job) return fail(ErrorKind::kInvalidInput, text("there is no job {}", id));
+  if (ask.caller.access < Access::kAdmin && job->user != ask.caller.user)
+    return fail(ErrorKind::kUsage, text("job {} is {}'s: {} may change own jobs only, an admin all", id,
+                                        job->user, ask.caller.user));
+  return id;
+}
+
+Expected<std::string> done(JobId id, const Status& status) {
+  KILN_TRY_STATUS(status);
+  return JsonWriter().begin_object().pair("id", id).end_object().take();
+}
+
+}  // namespace
+
+Expected<std::string> verb_cancel(const Ask& ask) {
+  KILN_TRY_STATUS(only_fields(ask.document, {"id"}));
+  KILN_TRY(const JobId id, own_job(ask));
+  return done(id, ask.service.cancel(id, ask.caller.user));
+}
+
+Expected<std::string> verb_pause(const Ask& ask) {
+  KILN_TRY_STATUS(only_fields(ask.document, {"id"}));
+  KILN_TRY(const JobId id, own_job(ask));
+  return done(id, ask.service.set_paused(id, true));
+}
+
+Expected<std::string> verb_resume(const Ask& ask) {
+  KILN_TRY_STATUS(only_fields(ask.document, {"id"}));
+  KILN_TRY(const JobId id, own_job(ask));
+  return done(id, ask.service.set_paused(id, false));
+}
+
+Expected<std::string> verb_priority(const Ask& ask) {
+  KILN_TRY_STATUS(only_fields(ask.document, {"id", "priority"}));
+  KILN_TRY(const int64_t priority, number_field(ask.document, "priority", -100, 100));
+  KILN_TRY(const JobId id, own_job(ask));
+  return done(id, ask.service.set_priority(id, static_cast<int32_t>(priority)));
+}
+
+Expected<std::string> verb_retry(const Ask& ask) {
+  KILN_TRY_STATUS(only_fields(ask.document, {"id"}));
+  KILN_TRY(const JobId id, own_job(ask));
+  return done(id, ask.service.retry(id));
+}
+
+Expected<std::string> verb_forget(const Ask& ask) {
+  KILN_TRY_STATUS(only_fields(ask.document, {"id"}));
+  KILN_TRY(const JobId id, own_job(ask));
+  return done(id, ask.service.store().forget(id));
+}
+
+}  // namespace kiln

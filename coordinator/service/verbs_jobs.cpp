@@ -1,0 +1,115 @@
+#include <ctime>
+#include <limits>
+
+#include "common/base/format.h"
+#include "coordinator/service/documents.h"
+#include "coordinator/service/fields.h"
+#include "coordinator/service/job_settings.h"
+#include "coordinator/service/service_impl.h"
+#include "coordinator/service/unix_time.h"
+#include "coordinator/service/verbs.h"
+
+namespace kiln {
+namespace {
+
+constexpr int64_t kMostId = int64_t{1} << 62, kMostSize = int64_t{1} << 40;
+constexpr size_t kMostInputs = 20000;  // so that the manifest fits a request
+constexpr size_t kMaxText = 256, kMaxPath = 4096;
+
+Expected<std::vector<FileRecord>> read_inputs(const JsonValue& document) {
+  const JsonValue* list = document.find("inputs");
+  if (!list || list->kind != JsonValue::Kind::kList)
+    return fail(ErrorKind::kInvalidInput, "'inputs' must be a list of files");
+  if (list->items.empty() || list->items.size() > kMostInputs)
+    return fail(ErrorKind::kInvalidInput,
+                text("'inputs' has {} files: 1 to {} are allowed", list->items.size(), kMostInputs));
+  std::vector<FileRecord> files;
+  for (const JsonValue& item : list->items) {
+    if (const Status s = only_fields(item, {"path", "digest", "size"}); !s)
+      return fail(ErrorKind::kInvalidInput, "'inputs': " + s.error().message);
+    FileRecord file;
+    KILN_TRY(file.path, text_field(item, "path", kMaxPath));
+    KILN_TRY(file.digest, digest_field(item, "digest"));
+    KILN_TRY(const int64_t size, number_field(item, "size", 0, kMostSize));
+    file.size = static_cast<uint64_t>(size);
+    files.push_back(std::move(file));
+  }
+  return files;
+}
+
+// The settings as they were given, once they have been read.
+Expected<std::string> read_settings(const JsonValue& document, const std::vector<FileRecord>& inputs) {
+  KILN_TRY(std::string settings, text_field(document, "settings", size_t{1} << 20, "{}"));
+  KILN_TRY_STATUS(read_job_settings(settings, inputs).map([](const auto&) {}));
+  return settings;
+}
+
+Expected<JobRecord> read_submission(const Ask& ask) {
+  const JsonValue& d = ask.document;
+  KILN_TRY_STATUS(only_fields(
+      d, {"key", "name", "priority", "after", "quorum", "on_poison", "settings", "scene", "inputs"}));
+  JobRecord job;
+  job.user = ask.caller.user;
+  KILN_TRY(job.submission, text_field(d, "key", kMaxText));
+  if (job.submission.empty()) return fail(ErrorKind::kInvalidInput, "'key' is empty");
+  KILN_TRY(job.scene, text_field(d, "scene", kMaxPath));
+  KILN_TRY(job.name, text_field(d, "name", kMaxText, job.scene.substr(0, kMaxText)));
+  KILN_TRY(const int64_t priority, number_field(d, "priority", -100, 100, 0));
+  job.priority = static_cast<int32_t>(priority);
+  KILN_TRY(job.after, ids_field(d, "after", 1024));
+  KILN_TRY(const int64_t quorum, number_field(d, "quorum", 1, 16, 1));
+  job.quorum = static_cast<uint32_t>(quorum);
+  KILN_TRY(const std::string poison, text_field(d, "on_poison", 8, std::string("fail")));
+  const bool skip = poison.compare("skip") == 0;
+  if (!skip && poison.compare("fail") != 0)
+    return fail(ErrorKind::kInvalidInput, "'on_poison' must be \"fail\" or \"skip\"");
+  job.poison = skip ? PoisonPolicy::kSkip : PoisonPolicy::kFail;
+  KILN_TRY(job.inputs, read_inputs(d));
+  KILN_TRY(job.settings, read_settings(d, job.inputs));
+  job.state = job.after.empty() ? JobState::kQueued : JobState::kWaiting;
+  job.submitted_ms = unix_ms();
+  KILN_TRY_STATUS(check_job(job));
+  return job;
+}
+
+}  // namespace
+
+// {"missing": [digest...]}: send these, then ask again with the same key; or {"id": N}: the job is durable.
+Expected<std::string> verb_submit(const Ask& ask) {
+  KILN_TRY(const JobRecord job, read_submission(ask));
+  JsonWriter w;
+  w.begin_object().key("missing").begin_array();
+  std::set<Digest> missing;
+  for (const FileRecord& file : job.inputs) {
+    const bool there = ask.service.blobs().use(file.digest, unix_ms());
+    if (!there && missing.insert(file.digest).second) w.value(file.digest.hex());
+    if (!there) continue;
+    const auto size = ask.service.blobs().size(file.digest);
+    if (size && *size != file.size)
+      return fail(ErrorKind::kInvalidInput,
+                  text("'inputs': {} has {} bytes, not {}", file.path, *size, file.size));
+  }
+  w.end_array();
+  if (!missing.empty()) return w.end_object().take();
+  KILN_TRY(const JobId id, ask.service.store().submit(job));
+  const auto stored = ask.service.store().job(id);
+  if (stored && stored->submitted_ms == job.submitted_ms)
+    ask.service.note(id, text("submitted by {}", job.user));
+  ask.service.wake();
+  return w.pair("id", id).end_object().take();
+}
+
+Expected<std::string> verb_jobs(const Ask& ask) {
+  KILN_TRY_STATUS(only_fields(ask.document, {"before", "most"}));
+  KILN_TRY(const int64_t before, number_field(ask.document, "before", 0, kMostId, 0));
+  KILN_TRY(const int64_t most, number_field(ask.document, "most", 1, 1000, 200));
+  return jobs_document(ask.service, {static_cast<JobId>(before), static_cast<size_t>(most)});
+}
+
+Expected<std::string> verb_job(const Ask& ask) {
+  KILN_TRY_STATUS(only_fields(ask.document, {"id"}));
+  KILN_TRY(const int64_t id, number_field(ask.document, "id", 1, kMostId));
+  return job_document(ask.service, static_cast<JobId>(id));
+}
+
+}  // namespace kiln
