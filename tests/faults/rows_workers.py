@@ -216,6 +216,16 @@ def liar_quorum(lab):
     return f"{event}; {outcome['verified']} verified"
 
 
+@row("liar-trusted", "the same where machines are trusted: this page must be able to see a wrong lightmap", quick=True)
+def liar_trusted(lab):
+    farm = FaultFarm(lab)
+    lab.worker(lab.host(), farm, stub="slow=10;wrong=%5")
+    outcome = farm.outcome()
+    if outcome["error"] or outcome["digest"] == farm.truth():
+        raise Failed("a wrong lightmap has the right digest")
+    return f"nobody asks twice, {outcome['unverified']} units are unverified, and the digest differs"
+
+
 @row("liar-late", "wrong radiance from the 150th unit on, after its first 10 audits agreed")
 def liar_late(lab):
     outcome, event = misbehaving(lab, "slow=20;wrong=%151", ["liar", "quarantine"], quorum=2, units=400)
