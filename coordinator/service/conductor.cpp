@@ -28,6 +28,7 @@ Status ServiceImpl::persist(JobId job, const Store::Edit& edit, const Active& ac
     const Status s = store_->change(job, edit);
     if (s || s.error().kind == ErrorKind::kInvalidInput || s.error().kind == ErrorKind::kUsage || active.stop)
       return s;
+    results_->suspect();
     std::this_thread::sleep_for(kDiskPause);
   }
 }
@@ -124,6 +125,7 @@ Expected<uint32_t> ServiceImpl::cut(JobId job, uint32_t pass, uint32_t chosen) {
     if (s) return chosen;
     const bool own = s.error().kind == ErrorKind::kInvalidInput || s.error().kind == ErrorKind::kUsage;
     if (own || stopping_) return tl::unexpected<Error>(s.error());
+    results_->suspect();
     std::this_thread::sleep_for(kDiskPause);
   }
 }
@@ -170,6 +172,7 @@ void ServiceImpl::finish(JobId id, Active& active, const Expected<std::vector<Fi
       if (s) return note(id, "done");
       if (s.error().kind == ErrorKind::kInvalidInput || s.error().kind == ErrorKind::kUsage || stopping_)
         return log_warning(text("job {}: {}", id, s.error().message));
+      results_->suspect();
       std::this_thread::sleep_for(kDiskPause);
     }
   }

@@ -132,7 +132,7 @@ std::string status_document(ServiceImpl& service) {
   for (const JobRecord& job : service.store().jobs()) ++states[job.state];
   JsonWriter w;
   w.begin_object().pair("release", service.settings().release).pair("epoch", service.store().epoch());
-  w.pair("healthy", service.healthy()).pair("held_for", service.held_for());
+  w.pair("held_for", service.held_for());
   w.key("jobs").begin_object();
   for (uint8_t s = 0; s <= static_cast<uint8_t>(JobState::kCancelled); ++s)
     w.pair(job_state_name(static_cast<JobState>(s)), states[static_cast<JobState>(s)]);
@@ -153,53 +153,6 @@ std::string events_document(ServiceImpl& service, uint64_t cursor, JobId job) {
   for (const ServiceEvent& e : events)
     w.begin_object().pair("at_ms", e.at_ms).pair("job", e.job).pair("text", e.text).end_object();
   return w.end_array().pair("next", cursor).end_object().take();
-}
-
-std::string ServiceImpl::metrics() {
-  const FarmStatus status = farm_->status();
-  std::map<JobState, uint64_t> states;
-  for (const JobRecord& job : store_->jobs()) ++states[job.state];
-  std::string out;
-  const auto head = [&](const char* name, const char* type, const char* help) {
-    out += text("# HELP {} {}\n# TYPE {} {}\n", name, help, name, type);
-  };
-  const auto one = [&](const char* name, const char* type, const char* help, double value) {
-    head(name, type, help);
-    out += text("{} {}\n", name, value);
-  };
-  head("kiln_jobs", "gauge", "Jobs in the queue's records, by state.");
-  for (uint8_t s = 0; s <= static_cast<uint8_t>(JobState::kCancelled); ++s)
-    out += text("kiln_jobs{{state=\"{}\"}} {}\n", job_state_name(static_cast<JobState>(s)),
-                states[static_cast<JobState>(s)]);
-  double rate = 0, threads = 0;
-  for (const WorkerStatus& worker : status.workers) {
-    rate += worker.rays_per_second;
-    threads += worker.threads;
-  }
-  one("kiln_workers", "gauge", "Workers that are connected.", static_cast<double>(status.workers.size()));
-  one("kiln_worker_threads", "gauge", "Threads of the workers that are connected.", threads);
-  one("kiln_rays_per_second", "gauge", "Rays of the results of the last minute, per second.", rate);
-  one("kiln_clients", "gauge", "Programs of people that are connected.", static_cast<double>(status.clients));
-  one("kiln_results_total", "counter", "Results of units that came in.", static_cast<double>(status.results));
-  one("kiln_expelled_total", "counter", "Workers sent away.", static_cast<double>(status.expelled));
-  one("kiln_refused_connections_total", "counter", "Connections refused.",
-      static_cast<double>(status.refused_connections));
-  one("kiln_store_held", "gauge", "1 while the disk cannot be written and nothing is handed out.",
-      held_for().empty() ? 0 : 1);
-  one("kiln_store_log_bytes", "gauge", "Bytes of the database's log.",
-      static_cast<double>(store_->wal_size()));
-  return out;
-}
-
-Expected<std::string> ServiceImpl::json(const std::string& path) {
-  if (path == "status") return status_document(*this);
-  if (path == "jobs") return jobs_document(*this, {});
-  if (path == "workers") return workers_document(*this);
-  if (path == "events") return events_document(*this, 0, 0);
-  if (path.starts_with("jobs/") && path.size() < 25 && path.size() > 5 &&
-      path.find_first_not_of("0123456789", 5) == std::string::npos)
-    return job_document(*this, std::strtoull(path.c_str() + 5, nullptr, 10));
-  return fail(ErrorKind::kInvalidInput, "there is no such path");
 }
 
 }  // namespace kiln

@@ -91,6 +91,10 @@ Expected<std::shared_ptr<const UnitResult>> DurableResultStore::read(JobId job, 
   return std::make_shared<const UnitResult>(std::move(result));
 }
 
+void DurableResultStore::suspect() {
+  give({[this](Store::Callback done) { done(store_.probe()); }, {}});
+}
+
 uint64_t DurableResultStore::stored(JobId job) const {
   const std::lock_guard lock(mutex_);
   const auto it = stored_.find(job);

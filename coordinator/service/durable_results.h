@@ -36,6 +36,8 @@ class DurableResultStore final : public ResultStore {
   void end_job(JobId) override {}  // the results go when the outputs are safe: Store::conclude
   Expected<std::shared_ptr<const UnitResult>> read(JobId job, uint64_t unit, const Digest& digest) override;
 
+  // Somebody else's write failed: unless the disk takes a probe, everything is held until it does.
+  void suspect();
   uint64_t stored(JobId job) const;  // answers since this process began
   // Waits until all that was given is written. Not while the disk may refuse.
   bool drain(std::chrono::milliseconds patience);

@@ -114,10 +114,6 @@ bool ServiceImpl::stop(std::chrono::milliseconds patience) {
   return true;
 }
 
-bool ServiceImpl::healthy() {
-  return open_ && !stopping_ && held_for().empty();
-}
-
 std::string ServiceImpl::held_for() const {
   const std::lock_guard lock(mutex_);
   return held_for_;

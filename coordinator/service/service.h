@@ -33,11 +33,13 @@ class Service {
   // a job still runs after `patience`: everything durable is safe, the process may end.
   virtual bool stop(std::chrono::milliseconds patience) = 0;
 
-  // Read-only, for HTTP; from any thread.
-  virtual bool healthy() = 0;         // the disk takes writes
-  virtual std::string metrics() = 0;  // Prometheus' text format
-  // "status", "jobs", "jobs/ID", "workers", "events". kInvalidInput: no such path or job.
-  virtual Expected<std::string> json(const std::string& path) = 0;
+  // Read-only, for HTTP (coordinator/web); from any thread.
+  virtual FarmStatus farm_status() = 0;
+  virtual std::vector<JobRecord> jobs() = 0;  // by id
+  virtual std::optional<JobRecord> job(JobId id) = 0;
+  virtual std::vector<JobEvent> events_of(JobId id) = 0;  // oldest first
+  virtual std::string held_for() const = 0;               // why the disk takes no writes; empty: it does
+  virtual uint64_t log_bytes() = 0;                       // of the database's log
 };
 
 // Tokens of a coordinator without TLS. Made, readable for the owner alone, if the files are not there.

@@ -28,9 +28,14 @@ class ServiceImpl final : public Service {
 
   uint16_t port() const override { return farm_->port(); }
   bool stop(std::chrono::milliseconds patience) override;
-  bool healthy() override;
-  std::string metrics() override;
-  Expected<std::string> json(const std::string& path) override;
+  FarmStatus farm_status() override { return farm_->status(); }
+  std::vector<JobRecord> jobs() override { return store_->jobs(); }
+  std::optional<JobRecord> job(JobId id) override { return store_->job(id); }
+  std::vector<JobEvent> events_of(JobId id) override {
+    return store_->events(id).value_or(std::vector<JobEvent>{});
+  }
+  std::string held_for() const override;
+  uint64_t log_bytes() override { return store_->wal_size(); }
 
   // For the handlers of requests.
   Store& store() { return *store_; }
@@ -40,7 +45,6 @@ class ServiceImpl final : public Service {
   const EventLog& events() const { return *events_; }
   const ServiceSettings& settings() const { return settings_; }
   bool stopping() const { return stopping_; }
-  std::string held_for() const;
   void note(JobId job, const std::string& text);
   void wake();  // the keeper looks at the queue
   std::optional<BakeProgress> progress_of(JobId job) const;

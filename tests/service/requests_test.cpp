@@ -1,0 +1,139 @@
+// What is refused, and in which words.
+#include <sys/stat.h>
+
+#include "common/base/format.h"
+#include "coordinator/service/verbs.h"
+#include "tests/bake/scene_gltf.h"
+#include "tests/service/service_host.h"
+
+namespace kiln::test {
+namespace {
+namespace fs = std::filesystem;
+
+class Requests : public testing::Test {
+ protected:
+  Requests() : host_(dir_.path() / "data", 0) {
+    write_scene_glb(small_room(), dir_.path() / "room.glb");
+    snapshot_ = *take_snapshot(dir_.path() / "room.glb", quick_settings());
+  }
+  TempDir dir_;
+  ServiceHost host_;
+  Snapshot snapshot_;
+};
+
+TEST_F(Requests, TokensAndRoles) {
+  const auto refusal = [&](const std::string& token) {
+    ClientOptions options;
+    options.server = host_.server();
+    options.user = "eve";
+    options.token = token;
+    const auto client = ServiceClient::connect(options);
+    EXPECT_FALSE(client);
+    return client ? "" : client.error().message;
+  };
+  EXPECT_NE(refusal("").find("no token was given"), std::string::npos);
+  EXPECT_NE(refusal("0123456789abcdef0123456789abcdef").find("not one of this coordinator's"),
+            std::string::npos);
+  const auto tokens = service_tokens(host_.settings.data);
+  ASSERT_TRUE(tokens);
+  EXPECT_NE(refusal(tokens->worker).find("token of workers"), std::string::npos);
+  for (const char* name : {"admin.token", "submit.token", "read.token", "worker.token"}) {
+    struct stat about {};
+    ASSERT_EQ(::stat((host_.settings.data / name).c_str(), &about), 0) << name;
+    EXPECT_EQ(about.st_mode & 0777, 0600u) << name;
+  }
+
+  const auto reader = host_.client("read.token"), ada = host_.client("submit.token", "ada"),
+             eve = host_.client("submit.token", "eve"), admin = host_.client("admin.token", "root");
+  EXPECT_NE(ask_error(*reader, "submit", submission(snapshot_, "k")).find("needs the role submit"),
+            std::string::npos);
+  const uint64_t id = submit(*ada, snapshot_, "k");
+  ASSERT_NE(id, 0u);
+  const std::string document = text("{{\"id\":{}}}", id);
+  EXPECT_NE(ask_error(*eve, "cancel", document).find("may change own jobs only"), std::string::npos);
+  EXPECT_NE(ask_error(*eve, "priority", text("{{\"id\":{},\"priority\":100}}", id)).find("own jobs only"),
+            std::string::npos);
+  EXPECT_NE(ask_error(*ada, "forgive", R"({"worker":"x"})").find("needs the role admin"), std::string::npos);
+  EXPECT_EQ(ask(*reader, "job", document).find("user")->text, "ada");
+  ask(*admin, "cancel", document);
+  EXPECT_EQ(wait_for_state(*reader, id, "cancelled"), "cancelled");
+}
+
+TEST_F(Requests, EachVerbRefusesDocumentsThatAreNotItsOwn) {
+  const auto client = host_.client();
+  for (const Verb& verb : verb_table())
+    for (const char* document : {"", "{", "[]", "7", "null", R"({"surprise":1})", R"({"id":"x","id":1})"}) {
+      const std::string error = ask_error(*client, verb.name, document);
+      EXPECT_EQ(error.find(verb.name), 0u) << verb.name << " " << document << ": " << error;
+    }
+  EXPECT_NE(ask_error(*client, "dance", "{}").find("knows no 'dance'"), std::string::npos);
+  const std::pair<const char*, const char*> cases[] = {{"{}", "'id' is missing"},
+                                                       {R"({"id":0})", "'id' must be"},
+                                                       {R"({"id":-1})", "'id' must be"},
+                                                       {R"({"id":1.5})", "'id' must be"},
+                                                       {R"({"id":"1"})", "'id' must be"},
+                                                       {R"({"id":1e300})", "'id' must be"},
+                                                       {R"({"id":18446744073709551615})", "'id' must be"},
+                                                       {R"({"id":9})", "there is no job 9"}};
+  for (const auto& [document, words] : cases)
+    EXPECT_NE(ask_error(*client, "cancel", document).find(words), std::string::npos) << document;
+  EXPECT_NE(ask_error(*client, "jobs", std::string(100, '[')).find("nested too deeply"), std::string::npos);
+}
+
+TEST_F(Requests, ASubmissionIsHeldAgainstEveryRule) {
+  const auto client = host_.client();
+  const auto refused = [&](const std::string& more, const std::string& words) {
+    const std::string error = ask_error(*client, "submit", submission(snapshot_, "k", more));
+    EXPECT_NE(error.find(words), std::string::npos) << more << ": " << error;
+  };
+  refused(",\"priority\":101", "'priority'");
+  refused(",\"quorum\":0", "'quorum'");
+  refused(",\"on_poison\":\"eat\"", "'on_poison'");
+  refused(",\"after\":[0]", "'after'");
+  refused(",\"after\":7", "'after'");
+  refused(",\"name\":\"a\\u0007b\"", "control character");
+  const auto with_settings = [&](const std::string& settings) {
+    Snapshot s = snapshot_;
+    std::string question = submission(s, "k");
+    const size_t at = question.find("\"settings\":") + 11, end = question.find(",\"inputs\"");
+    return question.replace(at, end - at, json_quote(settings));
+  };
+  const std::pair<const char*, const char*> settings[] = {
+      {R"({"environment":"/etc/passwd"})", "not among the job's files"},
+      {R"({"keep-layout":"../../x.json"})", "not among the job's files"},
+      {R"({"unwrap-cache":"/root"})", "coordinator's own"},
+      {R"({"workers":"9"})", "coordinator's own"},
+      {R"({"max-samples":"-1"})", "max-samples"},
+      {R"({"min-samples":7})", "min-samples"},
+      {R"({"dance":"1"})", "no setting 'dance'"},
+      {"[", "'settings'"}};
+  for (const auto& [document, words] : settings) {
+    const std::string error = ask_error(*client, "submit", with_settings(document));
+    EXPECT_NE(error.find(words), std::string::npos) << document << ": " << error;
+  }
+  Snapshot outside = snapshot_;
+  outside.files[0].path = outside.scene = "../room.glb";
+  EXPECT_NE(ask_error(*client, "submit", submission(outside, "k")).find("relative path"), std::string::npos);
+  EXPECT_TRUE(host_.service->jobs().empty());
+}
+
+TEST_F(Requests, AnUploadThatIsNotWhatItSaidIsNotTaken) {
+  const auto client = host_.client();
+  const Digest other = sha256(bytes_of("another file"));
+  const Status s = client->upload(dir_.path() / "room.glb", other, snapshot_.files[0].size, {});
+  ASSERT_FALSE(s);
+  EXPECT_NE(s.error().message.find("changed on its way"), std::string::npos) << s.error().message;
+  const auto answer = ask(*client, "submit", submission(snapshot_, "k"));
+  EXPECT_EQ(answer.find("missing")->items.size(), snapshot_.files.size());
+  EXPECT_EQ(answer.find("id"), nullptr);
+}
+
+TEST_F(Requests, OneServiceForAFolder) {
+  const auto second = host_.start();
+  ASSERT_FALSE(second);
+  EXPECT_NE(second.error().message.find(host_.settings.data.string()), std::string::npos)
+      << second.error().message;
+}
+
+}  // namespace
+}  // namespace kiln::test
