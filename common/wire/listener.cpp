@@ -1,7 +1,9 @@
 #include "common/wire/listener.h"
 
 #include <fcntl.h>
+#include <sys/resource.h>
 
+#include <algorithm>
 #include <list>
 
 #include "common/base/format.h"
@@ -29,6 +31,19 @@ void set_up_socket(tcp::socket& socket) {
   ::setsockopt(socket.native_handle(), IPPROTO_TCP, TCP_KEEPCNT, &times, sizeof times);
 }
 
+namespace {
+
+// Callers may not take the last file descriptors: results, the store and clients' files need some too. A new
+// descriptor is the lowest free number, so its height says how many are in use.
+bool takes_a_reserved_descriptor(int fd) {
+  constexpr rlim_t kReserve = 64;
+  rlimit limit{};
+  if (::getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return false;
+  return static_cast<rlim_t>(fd) >= limit.rlim_cur - std::min(kReserve, limit.rlim_cur / 4);
+}
+
+}  // namespace
+
 struct Listener::Impl : std::enable_shared_from_this<Listener::Impl> {
   explicit Impl(asio::io_context& context) : acceptor(context), retry(context) {}
   void accept() {
@@ -39,8 +54,12 @@ struct Listener::Impl : std::enable_shared_from_this<Listener::Impl> {
       if (!self->acceptor.is_open()) return;
       if (code)
         return self->accept_after(std::chrono::milliseconds(100));  // out of file descriptors, most likely
-      set_up_socket(socket);
-      self->take(std::make_shared<Connection::Impl>(std::move(socket)));
+      if (takes_a_reserved_descriptor(socket.native_handle())) {
+        self->turn_away(std::move(socket));
+      } else {
+        set_up_socket(socket);
+        self->take(std::make_shared<Connection::Impl>(std::move(socket)));
+      }
       if (!self->accepting) self->accept();
     });
   }
@@ -51,6 +70,19 @@ struct Listener::Impl : std::enable_shared_from_this<Listener::Impl> {
       self->accepting = false;
       if (!stopped && self->acceptor.is_open()) self->accept();
     });
+  }
+  // Closed without a word, so that the caller tries again later. Said once a minute: all of them try again.
+  void turn_away(tcp::socket socket) {
+    const auto now = std::chrono::steady_clock::now();
+    ++turned_away;
+    asio::error_code ignored;
+    socket.close(ignored);
+    if (now < complain_from) return;
+    complain_from = now + std::chrono::minutes(1);
+    log_warning(
+        text("too many connections for the limit of file descriptors: {} callers were turned away; "
+             "raise it: ulimit -n, or LimitNOFILE= of systemd",
+             turned_away));
   }
   void make_room() {
     const auto left = half_open.front()->begun() + options.half_open_grace - std::chrono::steady_clock::now();
@@ -86,6 +118,8 @@ struct Listener::Impl : std::enable_shared_from_this<Listener::Impl> {
   tcp::acceptor acceptor;
   asio::steady_timer retry;
   bool accepting = false;  // or about to, after a pause
+  uint64_t turned_away = 0;
+  std::chrono::steady_clock::time_point complain_from{};
   ListenOptions options;
   std::list<std::shared_ptr<Handshake>> half_open;  // the oldest first
   std::function<void(std::unique_ptr<Connection>)> on_accept;

@@ -42,6 +42,7 @@ Command bake_command();
 Command plan_command();
 Command compare_command();
 Command cert_command();
+Command doctor_command();
 Command serve_command();
 Command submit_command();
 Command jobs_command();

@@ -50,7 +50,7 @@ void ProgressPrinter::operator()(const BakeProgress& p) {
   line(text("bake  pass {} of up to {}  {}{:3.0f} %  {:.2f} M rays/s  {:.1f} % of texels converged  {}",
             p.pass, p.passes, bar.empty() ? "" : bar + " ", 100 * p.done, p.rays_per_second / 1e6,
             100 * p.converged_share,
-            p.seconds_left >= 0 ? "pass ends in " + duration_text(p.seconds_left) : ""));
+            p.seconds_left >= 0 ? "about " + duration_text(p.seconds_left) + " left" : ""));
 }
 
 }  // namespace kiln

@@ -127,7 +127,7 @@ void FarmImpl::run(const std::function<void(Server&)>& work) {
 Expected<std::unique_ptr<FarmJob>> FarmImpl::open_job(const FarmJobSpec& job) {
   if (!job.chunks || !job.chunks->find(job.spec.scene) || !job.chunks->find(job.spec.atlas))
     return fail(ErrorKind::kInternal, "the job names a scene or atlas chunk that is not in the store");
-  auto port = std::make_shared<JobPort>();
+  auto port = std::make_shared<JobPort>(store_->durable());
   Status opened;
   run([&](Server& server) { opened = server.open_job(job, port); });
   if (!opened) return tl::unexpected<Error>(opened.error());

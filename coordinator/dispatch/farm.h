@@ -37,7 +37,7 @@ struct FarmSettings {
 struct FarmProgress {
   uint64_t units_done = 0, units_total = 0;
   uint64_t rays = 0;
-  uint32_t workers = 0;
+  uint32_t workers = 0, threads = 0;   // that serve the job now
   double weight_done = 0, weight = 0;  // work of the pass: texels x samples
 };
 

@@ -3,6 +3,8 @@
 namespace kiln {
 namespace {
 
+constexpr uint64_t kMostQueued = uint64_t{256} << 20;  // bytes of results that wait for their conductor
+
 uint64_t bytes_of_event(const PassEvent& event) {
   const auto* delivered = std::get_if<DeliveredUnit>(&event);
   return delivered && delivered->result ? delivered->result->moments.size() * sizeof(double) : 0;
@@ -22,6 +24,10 @@ const WorkUnit* PassUnits::find(uint64_t id) const {
 void JobPort::push(PassEvent event) {
   {
     const std::lock_guard lock(mutex_);
+    // A conductor that falls behind reads results from the store, instead of all of them waiting in memory.
+    if (auto* delivered = std::get_if<DeliveredUnit>(&event);
+        delivered && durable_ && result_bytes_ > kMostQueued)
+      delivered->result.reset();
     result_bytes_ += bytes_of_event(event);
     events_.push_back(std::move(event));
   }
@@ -39,11 +45,6 @@ void JobPort::fail_with(const Error& error) {
 void JobPort::set_progress(const FarmProgress& progress) {
   const std::lock_guard lock(mutex_);
   progress_ = progress;
-}
-
-void JobPort::set_statistics(FarmStatistics statistics) {
-  const std::lock_guard lock(mutex_);
-  statistics_ = std::move(statistics);
 }
 
 void JobPort::clear() {
@@ -70,11 +71,6 @@ std::optional<Error> JobPort::error() const {
 FarmProgress JobPort::progress() const {
   const std::lock_guard lock(mutex_);
   return progress_;
-}
-
-FarmStatistics JobPort::statistics() const {
-  const std::lock_guard lock(mutex_);
-  return statistics_;
 }
 
 }  // namespace kiln

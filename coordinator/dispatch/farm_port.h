@@ -29,27 +29,28 @@ using PassEvent = std::variant<DeliveredUnit, SkippedUnit, PassEnded>;
 
 class JobPort {
  public:
+  // `durable`: results can be read from the store as long as the job is open.
+  explicit JobPort(bool durable) : durable_(durable) {}
+
   // The farm's thread.
   void push(PassEvent event);
   void fail_with(const Error& error);  // sticky
   void set_progress(const FarmProgress& progress);
-  void set_statistics(FarmStatistics statistics);
   void clear();
 
   // The conductor's thread. Waits at most `ms` for an event; nothing: none came, or there is an error.
   std::optional<PassEvent> pop(int64_t ms);
   std::optional<Error> error() const;
   FarmProgress progress() const;
-  FarmStatistics statistics() const;
 
  private:
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<PassEvent> events_;
-  uint64_t result_bytes_ = 0;  // in the queue: above a bound results are left in the store
+  const bool durable_;
+  uint64_t result_bytes_ = 0;  // in the queue
   std::optional<Error> error_;
   FarmProgress progress_;
-  FarmStatistics statistics_;
 };
 
 // The units of a pass, shared: the farm's thread sends them, the conductor merges their results.

@@ -34,7 +34,7 @@ struct FarmStatus {
   std::vector<WorkerStatus> workers;
   std::vector<FarmJobStatus> jobs;
   uint64_t connections = 0, clients = 0;
-  uint64_t results = 0, duplicates = 0, refused_connections = 0, expelled = 0;  // since the start
+  uint64_t results = 0, rays = 0, duplicates = 0, refused_connections = 0, expelled = 0;  // since the start
   std::string held_for;  // why nothing is handed out; empty: it is
 };
 

@@ -15,6 +15,7 @@ namespace kiln {
 class ResultStore {
  public:
   virtual ~ResultStore() = default;
+  virtual bool durable() const { return true; }
   // `stored` is called from any thread once the answer would survive a power cut; never, while it would not.
   virtual void put(const StoreAnswer& answer, std::shared_ptr<const UnitResult> result,
                    std::function<void()> stored) = 0;
@@ -43,6 +44,7 @@ class MemoryResultStore final : public ResultStore {
   void note(JobId, const std::string&) override {}
   void end_job(JobId job) override;
   Expected<std::shared_ptr<const UnitResult>> read(JobId job, uint64_t unit, const Digest& digest) override;
+  bool durable() const override { return false; }
   // Results are dropped when they are settled, because nothing can revoke them: machines are trusted.
   explicit MemoryResultStore(bool revocable) : revocable_(revocable) {}
 

@@ -48,6 +48,12 @@ void Server::tick() {
   Actions actions;
   ledger_.tick(clock_.now_ms(), actions);
   perform(std::move(actions));
+  for (auto& [id, job] : jobs_) {
+    const PassCounts pass = ledger_.pass(id);
+    const JobCounts counts = ledger_.counts(id);
+    job.port->set_progress({pass.done + pass.failed, pass.units, 0, counts.workers, counts.threads,
+                            pass.weight_done, pass.weight});
+  }
   if (settings_.others_may_come || members_.size() < settings_.local_workers) return;
   for (auto& [id, job] : jobs_) {
     if (job.port->error() || ledger_.stuck_ms(id, clock_.now_ms()) <= settings_.rules.lease_ms) continue;
@@ -222,6 +228,7 @@ void Server::take_result(WorkerId worker, OpenJob& job, Result&& result) {
   Member& m = member->second;
   ++m.units;
   m.rays += result.result.rays;
+  rays_ += result.result.rays;
   m.recent.emplace_back(now, result.result.rays);
   while (now - m.recent.front().first > kRateWindowMs) m.recent.pop_front();
   job.rays += result.result.rays;

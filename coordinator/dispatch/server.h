@@ -112,7 +112,7 @@ class Server final : public SessionHost {
   std::map<AnswerKey, std::shared_ptr<const UnitResult>> arrived_;  // and not on disk yet
   uint64_t parked_bytes_ = 0;
   std::string held_for_;
-  uint64_t results_ = 0, refused_ = 0, expelled_count_ = 0;
+  uint64_t results_ = 0, rays_ = 0, ended_duplicates_ = 0, refused_ = 0, expelled_count_ = 0;
   std::shared_ptr<Alive> alive_;
   const std::thread::id thread_ = std::this_thread::get_id();
 };

@@ -43,6 +43,7 @@ Status Server::open_job(const FarmJobSpec& spec, std::shared_ptr<JobPort> port) 
 
 void Server::close_job(JobId id) {
   if (!find_job(id)) return;
+  ended_duplicates_ += ledger_.counts(id).duplicates;
   Actions actions;
   ledger_.end_job(id, "the job has ended", clock_.now_ms(), actions);
   perform(std::move(actions));
@@ -185,6 +186,8 @@ FarmStatus Server::status() const {
   status.clients = static_cast<uint64_t>(
       std::count_if(sessions_.begin(), sessions_.end(), [](const auto& s) { return s.second->is_client(); }));
   status.results = results_;
+  status.rays = rays_;
+  status.duplicates += ended_duplicates_;
   status.refused_connections = refused_;
   status.expelled = expelled_count_;
   status.held_for = held_for_;

@@ -160,7 +160,8 @@ void FarmLedger::conclude(JobId id, Job& job, uint64_t unit_id, Unit& unit, int6
   }
   if (unit.queue != Queue::kSecond) dequeue(job, unit_id, unit);
   enqueue(job, unit_id, unit);
-  if (unit.queue == Queue::kSecond) serve_all(id, now, out);
+  // While units wait that nobody has, no worker of the job has room: the next result brings one that has.
+  if (unit.queue == Queue::kSecond && job.pending.empty()) serve_all(id, now, out);
 }
 
 void FarmLedger::settle(JobId id, Job& job, uint64_t unit_id, Unit& unit, size_t winner, int64_t now,

@@ -10,6 +10,9 @@ namespace kiln {
 namespace {
 
 constexpr int64_t kSpeedMs = 20;
+constexpr size_t kManyWorkers = 256;  // from here on all are looked at at most so often
+constexpr int64_t kPauseMs = 10;
+constexpr uint32_t kSearches = 64;  // in vain, of a job in that time: more than have answered any one unit
 
 }  // namespace
 
@@ -151,6 +154,8 @@ bool FarmLedger::grant_one(WorkerId id, Worker& worker, Job& job, int64_t now, A
     return grant(id, worker, job, unit, now, out), true;
   }
   if (worker.held.size() >= worker.traits.threads) return false;
+  if (now - job.searched_at >= kPauseMs) job.searched_at = now, job.searches = 0;
+  if (workers_.size() > kManyWorkers && job.searches >= kSearches) return false;
   WorkerId from = 0;
   if (const uint64_t unit = choose_steal(id, worker, job, from)) {
     if (would_end_late(worker, job, job.units.at(unit).weight, now)) return false;
@@ -168,6 +173,7 @@ bool FarmLedger::grant_one(WorkerId id, Worker& worker, Job& job, int64_t now, A
     out.push_back(Note{worker.job, text("unit {} is late: {} gets a copy", unit, worker.traits.name)});
     return grant(id, worker, job, unit, now, out), true;
   }
+  ++job.searches;
   return false;
 }
 
@@ -186,9 +192,12 @@ void FarmLedger::serve(WorkerId id, int64_t now, Actions& out) {
     worker->leaving = false;
 }
 
-// One unit at a time to whoever has most room for it, so that the last units spread over all workers.
+// One unit at a time to whoever has most room for it, so that the last units spread over all workers. In a
+// large farm, where many leave or answer within the same milliseconds, the next tick does it for all of them.
 void FarmLedger::serve_all(JobId job_id, int64_t now, Actions& out) {
   if (held_) return;
+  if (workers_.size() > kManyWorkers && now != last_tick_ && now - served_all_at_ < kPauseMs) return;
+  served_all_at_ = now;
   std::vector<WorkerId> able;
   for (auto& [id, worker] : workers_)
     if ((job_id == 0 || worker.job == job_id || worker.job == 0) && worker.presence == Presence::kActive)

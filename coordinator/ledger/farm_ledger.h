@@ -167,6 +167,8 @@ class FarmLedger {
     uint32_t disputes = 0;
     double copied_weight = 0, turnaround_ms = 0, turnaround_weight = 0;
     mutable Speed speed;
+    int64_t searched_at = 0;   // for units to steal or copy
+    uint32_t searches = 0;     // since then, in vain
     int64_t alone_since = -1;  // no second identity could answer
     bool alone = false;
     bool spare = false;        // at the last tick: somebody holds units that it has not begun, or is late
@@ -285,7 +287,7 @@ class FarmLedger {
   std::map<std::string, IdentityId> identity_by_name_;
   FairShare share_;
   uint64_t next_lease_ = 1, next_ticket_ = 1;
-  int64_t last_tick_ = 0;
+  int64_t last_tick_ = 0, served_all_at_ = 0;
   bool held_ = false;
   std::vector<Loss> losses_;
 };

@@ -25,6 +25,9 @@ namespace {
 
 using Progress = std::function<void(const BakeProgress&)>;
 
+constexpr double kUnitSeconds = 1;     // of a thread: long beside a message, short beside a lost machine
+constexpr double kUnitsPerThread = 8;  // at least, of a pass: so that its end is not one thread's
+
 FarmSettings farm_settings(const BakeRequest& request) {
   const BakeSettings& s = request.settings;
   FarmSettings f;
@@ -132,18 +135,21 @@ class Baking {
         return end;
       }
       drop_converged();
+      later_work_ = p + 2 < passes.size() ? work_after(passes, p + 1) : 0;
     }
     return PassEnd::kComplete;
   }
 
   Expected<PassEnd> run_pass(SampleRange pass, uint32_t index, uint32_t count, int64_t deadline) {
-    uint32_t texels = settings_.tile_texels;
+    uint32_t texels = unit_texels(pass);
     if (request_.cut) {
       KILN_TRY(texels, request_.cut(index, texels));
     }
     std::vector<WorkUnit> units = cut_pass(active_, pass, texels, next_unit_);
     order_by_gain(units);
+    unit_texels_ = texels;
     const double before = watch_.seconds();
+    const FarmStatistics earlier = farm_.statistics();
     PassHandlers handlers;
     handlers.on_result = [&](const WorkUnit& unit, const UnitResult& result) {
       nonfinite_.add(unit, result);
@@ -159,16 +165,49 @@ class Baking {
       b.stage = "bake";
       b.pass = index + 1;
       b.passes = count;
-      b.done = f.units_total ? static_cast<double>(f.units_done) / static_cast<double>(f.units_total) : 0;
+      b.done = f.weight > 0 ? f.weight_done / f.weight : 0;
       b.rays = f.rays;
       const double seconds = watch_.seconds();
       b.rays_per_second = seconds > 0 ? static_cast<double>(f.rays) / seconds : 0;
       b.workers = f.workers;
+      threads_ = std::max(threads_, f.threads);
       b.converged_share = report_.passes.empty() ? 0 : report_.passes.back().converged_share;
-      if (b.done > 0.02) b.seconds_left = (seconds - before) * (1 / b.done - 1);
+      // At the speed of this pass; later passes are foretold from the variance that is known.
+      if (b.done > 0.02)
+        b.seconds_left = (seconds - before) * (f.weight - f.weight_done + later_work_) / f.weight_done;
       progress_(b);
     };
-    return farm_.run_pass(std::move(units), deadline, handlers);
+    KILN_TRY(const PassEnd end, farm_.run_pass(std::move(units), deadline, handlers));
+    const FarmStatistics later = farm_.statistics();
+    if (later.units > earlier.units)
+      unit_seconds_ =
+          (later.worker_seconds - earlier.worker_seconds) / static_cast<double>(later.units - earlier.units);
+    return end;
+  }
+
+  // Samples that the active texels will need after pass `next`: the error of n samples falls as 1 / sqrt(n),
+  // and a texel leaves at the end of a pass.
+  double work_after(const std::vector<SampleRange>& passes, size_t next) const {
+    double work = 0;
+    for (const uint32_t site : active_) {
+      const Accumulator::Estimate e = sums_.estimate(site);
+      if (!(e.mean > 0) || !std::isfinite(e.standard_error)) continue;
+      const double ratio = z_ * e.standard_error / (settings_.error * e.mean);
+      const double needed = sums_.samples(site) * ratio * ratio;
+      for (size_t p = next + 1; p < passes.size() && needed > passes[p].first; ++p) work += passes[p].count;
+    }
+    return work;
+  }
+
+  // How large units of the pass should be: by the speed that the last pass showed about a second of a
+  // thread's time, less where that would leave threads without work at the end. The cut changes no byte.
+  uint32_t unit_texels(SampleRange pass) const {
+    if (unit_seconds_ <= 0) return settings_.tile_texels;
+    const double texel_seconds = unit_seconds_ / unit_texels_;  // a unit is texels x 256 samples
+    const double work = texel_seconds * static_cast<double>(active_.size()) * pass.count / 256;
+    const double seconds = std::clamp(work / (kUnitsPerThread * std::max(1u, threads_)), 0.02, kUnitSeconds);
+    const double texels = std::clamp(seconds / texel_seconds, unit_texels_ / 4.0, unit_texels_ * 4.0);
+    return static_cast<uint32_t>(std::clamp(texels, 16.0, 8192.0));
   }
 
   // Units whose texels are farthest from what is asked for go first: a bake that is stopped by time has spent
@@ -224,6 +263,10 @@ class Baking {
   std::set<uint32_t> skipped_;  // sites of units that failed for good: no more samples
   uint64_t skipped_units_ = 0;
   std::string skip_reason_;
+  uint32_t unit_texels_ = 0;  // of the last pass
+  double unit_seconds_ = 0;
+  uint32_t threads_ = 0;
+  double later_work_ = 0;  // texels x samples of the passes after this one
   uint64_t next_unit_ = 1;
   SteadyClock clock_;
   Stopwatch watch_;

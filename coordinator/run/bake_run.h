@@ -19,7 +19,7 @@ struct BakeProgress {
   uint32_t pass = 0, passes = 0;
   uint64_t rays = 0;
   double rays_per_second = 0;
-  double seconds_left = -1;    // of baking, at most; -1: not known yet
+  double seconds_left = -1;    // of baking, as foretold; -1: not known yet
   double converged_share = 0;  // of the texels, after the last pass
   uint32_t workers = 0;
 };

@@ -46,7 +46,9 @@ std::string status_json(const WebSources& sources) {
   JsonWriter w;
   w.begin_object().pair("release", sources.release);
   w.pair("held_for", store.held_for.empty() ? farm.held_for : store.held_for);
-  w.pair("store_wal_bytes", store.wal_bytes).pair("connections", farm.connections).pair("clients", farm.clients);
+  w.pair("store_wal_bytes", store.wal_bytes)
+      .pair("connections", farm.connections)
+      .pair("clients", farm.clients);
   w.pair("results", farm.results).pair("rays", farm.rays).pair("duplicates", farm.duplicates);
   w.pair("refused_connections", farm.refused_connections).pair("expelled", farm.expelled);
   w.key("workers").begin_array();

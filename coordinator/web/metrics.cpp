@@ -135,7 +135,8 @@ std::string write_metrics(const WebSources& sources) {
   const StoreHealth store = sources.store();
   const bool held = !farm.held_for.empty() || !store.held_for.empty();
   Exposition e;
-  e.metric("kiln_build_info", "gauge", "1; the release is a label.").sample(1, label("release", sources.release));
+  e.metric("kiln_build_info", "gauge", "1; the release is a label.")
+      .sample(1, label("release", sources.release));
   write_queue(e, sources.jobs());
   write_workers(e, farm);
   write_totals(e, farm);

@@ -24,8 +24,8 @@ bool is_path(std::string_view path) {
 // RFC 9110, section 5.6.2.
 bool is_token(std::string_view name) {
   const auto good = [](unsigned char c) {
-    return c > 32 && c < 127 && std::string_view("\"(),/:;<=>?@[\\]{}").find(static_cast<char>(c)) ==
-                                    std::string_view::npos;
+    return c > 32 && c < 127 &&
+           std::string_view("\"(),/:;<=>?@[\\]{}").find(static_cast<char>(c)) == std::string_view::npos;
   };
   return !name.empty() && std::all_of(name.begin(), name.end(), good);
 }
@@ -69,7 +69,8 @@ tl::expected<RequestHead, HeadRefused> parse_request_head(std::string_view text)
   const std::string_view first = text.substr(0, std::min(at, text.size()));
   const size_t method = first.find(' ');
   const size_t target = method == first.npos ? first.npos : first.find(' ', method + 1);
-  if (at == text.npos || target == first.npos) return refuse(400, "the first line is not METHOD PATH VERSION");
+  if (at == text.npos || target == first.npos)
+    return refuse(400, "the first line is not METHOD PATH VERSION");
   const std::string_view version = first.substr(target + 1);
   if (version != "HTTP/1.1" && version != "HTTP/1.0") return refuse(505, "HTTP/1.1 is spoken here");
   if (first.substr(0, method) != "GET") return refuse(405, "this can be read only: GET");
@@ -92,8 +93,8 @@ tl::expected<RequestHead, HeadRefused> read_request_head(int socket, std::chrono
   std::string head;
   char buffer[2048];
   for (;;) {
-    const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(
-        limit - std::chrono::steady_clock::now());
+    const auto left =
+        std::chrono::duration_cast<std::chrono::milliseconds>(limit - std::chrono::steady_clock::now());
     pollfd ready{socket, POLLIN, 0};
     if (left.count() <= 0 || ::poll(&ready, 1, static_cast<int>(left.count())) == 0)
       return refuse(408, "the request took too long");

@@ -163,6 +163,7 @@ TEST(IncludeRules, ThirdPartyHeadersEnterThroughNamedFiles) {
         "coordinator/encode/gltf_buffer.h", "coordinator/encode/gltf_output.h",
         "coordinator/snapshot/inputs.cpp"}},
       {"sqlite3.h", {"coordinator/queue/sqlite.cpp"}},
+      {"httplib.h", {"coordinator/web/web_server.cpp"}},
       {"Eigen/", {"common/unwrap/lscm.cpp", "coordinator/seams/solve.cpp"}},
       {"embree", {"worker/accel/embree_api.h"}},
       {"OpenImageIO/", {"coordinator/imageio/imageio.cpp"}},

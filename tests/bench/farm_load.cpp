@@ -72,7 +72,9 @@ struct Outcome {
 // `folder` empty: results are kept in memory.
 Outcome run(const PeerPlan& plan, size_t units, const std::filesystem::path& folder, FarmRules rules = {}) {
   Outcome outcome;
-  StubPeers peers(plan);
+  PeerPlan while_there_are_units = plan;
+  while_there_are_units.measured = units - std::min(units / 2, size_t{4} * plan.peers * plan.credits);
+  StubPeers peers(while_there_are_units);
   FarmSettings settings;
   settings.local_workers = 0;
   settings.token = "load";

@@ -218,7 +218,7 @@ class Herd {
     const double now = steady_seconds();
     if (figures_.units++ == 0) figures_.first_unit_at_s = now;
     if (!peer.sent.empty()) {
-      latencies_.push_back(now - peer.sent.front());
+      if (figures_.units <= plan_.measured) latencies_.push_back(now - peer.sent.front());
       peer.sent.pop_front();
     }
     peer.waiting.push_back(std::move(unit));

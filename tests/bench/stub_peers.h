@@ -12,9 +12,10 @@ namespace kiln::bench {
 struct PeerPlan {
   uint32_t peers = 64, threads = 1, credits = 3;
   uint32_t planes = 1;
-  double unit_ms = 0;      // a unit takes so long on one of these workers; 0: no time at all
-  bool reconnect = false;  // once all are welcome, all drop their connections at once and come back
-  double seconds = 0;      // 0: until the coordinator says goodbye
+  uint64_t measured = ~uint64_t{0};  // units; at the end of a pass a worker waits because there is none
+  double unit_ms = 0;                // a unit takes so long on one of these workers; 0: no time at all
+  bool reconnect = false;            // once all are welcome, all drop their connections at once and come back
+  double seconds = 0;                // 0: until the coordinator says goodbye
 };
 
 struct PeerFigures {  // sent as it is through a pipe

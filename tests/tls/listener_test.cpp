@@ -1,6 +1,7 @@
 // Connections over TLS behave as plain ones do, and the listener outlives a shortage.
 #include <fcntl.h>
 #include <sys/resource.h>
+#include <sys/socket.h>
 #include <unistd.h>
 
 #include "common/wire/limits.h"
@@ -137,6 +138,38 @@ TEST(Listener, OutlivesAShortageOfFileDescriptors) {
     }
     ::close(caller);
   }
+}
+
+// Files can be opened however many callers there are, and the callers that were in stay in.
+TEST(Listener, CallersDoNotTakeTheLastFileDescriptors) {
+  EventLoop loop;
+  std::vector<std::unique_ptr<Connection>> in;
+  auto listener = Listener::open(loop, "127.0.0.1", 0, [&](auto c) { in.push_back(std::move(c)); });
+  ASSERT_TRUE(listener);
+  rlimit before{};
+  ::getrlimit(RLIMIT_NOFILE, &before);
+  const rlimit few{128, before.rlim_max};
+  ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &few), 0);
+  std::vector<int> callers;
+  bool waited = false;
+  Timer wait(loop);
+  for (int i = 0; i < 60; ++i) {
+    callers.push_back(test::raw_connect((*listener)->port()));
+    ASSERT_GE(callers.back(), 0);
+    waited = false;
+    wait.after(std::chrono::milliseconds(1), [&] { waited = true; });
+    loop.run_until([&] { return waited; });
+  }
+  EXPECT_GE(in.size(), 30u);
+  EXPECT_LT(in.size(), 60u);
+  char byte;
+  EXPECT_EQ(::recv(callers.back(), &byte, 1, 0), 0);  // closed: it may try again
+  EXPECT_EQ(::recv(callers.front(), &byte, 1, MSG_DONTWAIT), -1);
+  const int file = ::open("/dev/null", O_RDONLY | O_CLOEXEC);
+  EXPECT_GE(file, 0);
+  ::close(file);
+  for (const int caller : callers) ::close(caller);
+  ::setrlimit(RLIMIT_NOFILE, &before);
 }
 
 }  // namespace

@@ -18,6 +18,7 @@ constexpr const char* kHelp = R"(kiln-worker: bakes units of a lightmap for a Ki
 
 usage: kiln-worker --connect HOST:PORT [options]
        kiln-worker --replay FILE
+       kiln-worker --canary ISA
 
 the coordinator
   --connect HOST:PORT   its address                                             KILN_CONNECT
@@ -49,6 +50,8 @@ this machine
   --replay FILE         bakes the one unit of FILE (named when a unit fails)
                         from the chunks in the cache that it lies in, or in
                         --cache; prints digest, rays and seconds, or the error
+  --canary ISA          prints this machine's numeric class for the kernels sse2,
+                        sse4.2, avx, avx2 or avx512, and the engine
   --version             release and protocol
   --help                this text
 
@@ -80,7 +83,7 @@ class Table {
   const std::string& operator[](std::string_view name) const;
 
  private:
-  Option options_[17] = {
+  Option options_[18] = {
       {"--connect", "KILN_CONNECT", false},
       {"--token", "KILN_TOKEN", false},  // on a command line everybody on the machine could read it
       {"--token-file", "", true},
@@ -98,6 +101,7 @@ class Table {
       {"--log", "KILN_LOG", false},
       {"--alive-file", "KILN_ALIVE_FILE", true},
       {"--replay", "", true},
+      {"--canary", "", true},
   };
 };
 
@@ -230,6 +234,8 @@ Expected<WorkerOptions> read_worker_options(const std::vector<std::string>& argu
     options.log = LogFormat::kJson;
   else if (!form.empty() && form != "text")
     return usage(text("--log is \"{}\": give text or json", form));
+  options.canary = table["--canary"];
+  if (!options.canary.empty()) return options;
   options.replay = table["--replay"];
   if (!options.replay
            .empty()) {  // needs no coordinator, and the file lies in the cache that it is baked from

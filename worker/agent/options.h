@@ -13,6 +13,7 @@ namespace kiln {
 struct WorkerOptions {
   AgentSettings agent;  // without the factories
   LogFormat log = LogFormat::kText;
+  std::string canary;  // kernels whose numeric class is to be printed
   std::string replay;  // bake the unit of this file and end
   std::string print;   // text that was asked for (--help, --version): print it and leave with 0
   int parent = 0;      // process id of a coordinator that started us; 0: none

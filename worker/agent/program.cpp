@@ -49,6 +49,11 @@ int worker_main(const std::vector<std::string>& arguments, const std::string& en
   agent.engine = engine;
   agent.make_baker = make_baker;
   agent.numeric_class = numeric_class;
+  if (!options->canary.empty()) {
+    const auto its_class = numeric_class(options->canary);
+    return its_class ? print(text("{} {} {}\n", options->canary, *its_class, engine))
+                     : say_error(its_class.error());
+  }
   if (!options->replay.empty()) {
     const auto words = run_replay(options->replay, agent);
     return words ? print(*words) : say_error(words.error());

@@ -1,0 +1,326 @@
+"""Faults of the coordinator and its data folder, and faults of workers as a person sees them: `kiln serve`."""
+import os
+import re
+import signal
+import subprocess
+import time
+
+from farm import Failed, false_clock, wait_until
+from net import command
+from rows_certificates import authority, issue, kiln
+from service import BAKE, Service, digest_of
+
+LEASE_S = 15
+ROWS = []
+
+
+def row(name, what, quick=False):
+    def add(function):
+        ROWS.append((name, what, quick, function))
+        return function
+
+    return add
+
+
+@row("serve", "nothing: submit, wait, fetch", quick=True)
+def undisturbed(lab):
+    service = Service(lab)
+    service.worker(lab.host(), stub="slow=5")
+    job = service.submit()
+    service.finish(job)
+    return "the digest that the other rows must reach, by one worker instead of two"
+
+
+def kill_at_random(lab, service, job):
+    """One of three moments: any, while results come in, while the job is published."""
+    rng, folder = lab.rng, service.data / "work" / str(job) / "out"
+    moment = rng.choice(("any", "results", "results", "publish"))
+    if moment == "any":
+        time.sleep(rng.uniform(0, 1.5))
+    elif moment == "results":
+        before = service.units_done(job)
+        wait_until("results", lambda: service.units_done(job) > before or folder.exists(), 60)
+        time.sleep(rng.uniform(0, 0.5))
+    else:
+        wait_until("the publishing", lambda: folder.exists() or (service.job(job) or {})["state"] == "done", 120)
+        time.sleep(rng.uniform(0, 0.15))
+    service.process.kill()
+    return moment
+
+
+@row("coordinator-kill", "the coordinator killed (SIGKILL) at random moments, also while it commits and publishes",
+     quick=True)
+def coordinator_kill(lab):
+    service = Service(lab)
+    for _ in range(3):
+        service.worker(lab.host(), stub="slow=60", threads=2)
+    truth = service.truth()
+    moments, jobs, job = {}, 0, None
+    for _ in range(lab.kills):
+        if job is None:
+            job = service.submit()
+            jobs += 1
+        moment = kill_at_random(lab, service, job)
+        moments[moment] = moments.get(moment, 0) + 1
+        service.start()
+        record = service.job(job)
+        if record["state"] == "failed":
+            if "died" not in record["reason"]:
+                raise Failed(f"job {job} failed: {record['reason']}")
+            moments["retried after three deaths in a row"] = 1 + moments.get("retried after three deaths in a row", 0)
+            service.kiln("retry", job)
+        if record["state"] == "done":
+            if service.fetch(job) != truth:
+                raise Failed(f"job {job}: another digest")
+            job = None
+    if job is not None:
+        service.wait_state(job, "done")
+    else:
+        job = service.submit()
+        jobs += 1
+    record = service.finish(job, truth)
+    read_back = [e["text"] for e in record["events"] if "are there already" in e["text"]]
+    counts = ", ".join(f"{count} {moment}" for moment, count in sorted(moments.items()))
+    return f"{lab.kills} deaths ({counts}) over {jobs} jobs, every digest equal; {'; '.join(read_back[-1:])}"
+
+
+def fill(file):
+    """To the last page of its file system."""
+    with open(file, "wb", buffering=0) as filler:
+        for piece in (1 << 20, 4096):
+            try:
+                while filler.write(b"\0" * piece) == piece:
+                    pass
+            except OSError:
+                pass
+
+
+def with_full_disk(lab, stub, reached):
+    data = lab.folder / "data"
+    data.mkdir()
+    command("mount", "-t", "tmpfs", "-o", "size=1200m", "none", data)
+    service = Service(lab, data=data)
+    for _ in range(2):
+        service.worker(lab.host(), stub=stub)
+    job = service.submit()
+    reached(service, job)
+    fill(data / "filler")
+
+    def reason():
+        record = service.job(job)
+        if record["state"] in ("done", "failed", "cancelled"):
+            raise Failed(f"the job did not wait: {record['state']}, {record['reason']}")
+        return record if "disk" in record["reason"] or "space" in record["reason"] else None
+
+    held = wait_until("the reason", reason, 60)
+    time.sleep(3)
+    waiting = service.job(job)
+    if waiting["state"] in ("done", "failed", "cancelled"):
+        raise Failed(f"the job did not wait: {waiting['state']}, {waiting['reason']}")
+    os.remove(data / "filler")
+    service.finish(job)
+    return f"the job, {held['state']}, says: {held['reason']}; with space again it goes on by itself"
+
+
+@row("disk-full", "the data folder's file system (tmpfs) full while results come in", quick=True)
+def disk_full(lab):
+    return with_full_disk(lab, "slow=150", lambda service, job: service.wait_units(job, 10))
+
+
+@row("disk-full-publish", "the same, full from when the results are merged and written")
+def disk_full_publish(lab):
+    def nearly(service, job):
+        work = service.data / "work" / str(job)
+        wait_until("the last units", lambda: service.units_done(job) > 380 or (work / "out").exists(), 60)
+
+    return with_full_disk(lab, "slow=20", nearly)
+
+
+@row("two-coordinators", "a second kiln serve on one data folder", quick=True)
+def two_coordinators(lab):
+    service = Service(lab)
+    service.worker(lab.host(), stub="slow=10")
+    job = service.submit()
+    done = subprocess.run([lab.programs / "kiln", "serve", "--data", service.data, "--listen", "127.0.0.1:0"],
+                          capture_output=True, text=True, timeout=30)
+    if done.returncode == 0:
+        raise Failed("the second one serves as well")
+    service.finish(job)
+    return f"it ends with status {done.returncode}: {done.stderr.strip()}"
+
+
+def with_real_workers(lab, disturb):
+    service = Service(lab)
+    workers = [service.worker(lab.host(), program="kiln-worker", stub="", threads=1) for _ in range(2)]
+    job = service.submit("--min-samples", 4096, "--max-samples", 4096)
+    service.wait_units(job, 5)
+    disturb(service, workers)
+    kiln(lab, "bake", service.scene(), *BAKE, "--min-samples", 4096, "--max-samples", 4096, "--quiet", "-o",
+         lab.folder / "local")
+    service.finish(job, digest_of(lab.folder / "local"))
+    return "the files of a local `kiln bake`"
+
+
+@row("real-worker-kill", "one of two kiln-worker with Embree killed; against a local bake")
+def real_worker_kill(lab):
+    return with_real_workers(lab, lambda service, workers: workers[0].signal(signal.SIGKILL))
+
+
+@row("real-coordinator-kill", "the coordinator of two kiln-worker with Embree killed; against a local bake")
+def real_coordinator_kill(lab):
+    def disturb(service, workers):
+        service.process.kill()
+        service.start()
+
+    return with_real_workers(lab, disturb)
+
+
+@row("serve-worker-kill", "worker killed; kiln serve")
+def serve_worker_kill(lab):
+    service = Service(lab)
+    workers = [service.worker(lab.host(), stub="slow=150") for _ in range(2)]
+    job = service.submit()
+    service.wait_units(job, 10)
+    workers[0].signal(signal.SIGKILL)
+    return service.said(service.finish(job), "worker-1", "lost")
+
+
+@row("serve-worker-stop", "worker stopped for 20 s, 5 s beyond its lease, then continued; kiln serve")
+def serve_worker_stop(lab):
+    service = Service(lab)
+    workers = [service.worker(lab.host(), stub="slow=300") for _ in range(2)]
+    job = service.submit()
+    service.wait_units(job, 10)
+    workers[0].signal(signal.SIGSTOP)
+    time.sleep(LEASE_S + 5)
+    why = service.kiln("why", "worker", "worker-1", check=False)[1].strip().replace("\n", "; ")
+    workers[0].signal(signal.SIGCONT)
+    record = service.finish(job)
+    return f"{service.said(record, 'worker-1', 'silent')}; meanwhile `kiln why worker worker-1`: {why}"
+
+
+@row("serve-partition", "partition of a worker for its lease and 4 s; kiln serve")
+def serve_partition(lab):
+    service = Service(lab)
+    hosts = [lab.host(), lab.host()]
+    for host in hosts:
+        service.worker(host, stub="slow=300")
+    job = service.submit()
+    service.wait_units(job, 10)
+    lab.network.cut(hosts[0])
+    time.sleep(LEASE_S + 4)
+    lab.network.heal()
+    return service.said(service.finish(job), "worker-1", "silent")
+
+
+@row("serve-liar", "wrong radiance for every 7th unit; kiln serve --audit-first 10")
+def serve_liar(lab):
+    service = Service(lab, audit_first=10)
+    liar = service.worker(lab.host(), stub="slow=40;wrong=%7", name="liar")
+    wait_until("the liar", lambda: "connected" in liar.log(), 30)
+    for _ in range(3):
+        service.worker(lab.host(), stub="slow=40")
+    job = service.submit()
+    service.wait_state(job, "done")
+    workers = service.kiln("workers")[1]
+    quarantined = next((line for line in workers.splitlines() if "quarantined" in line), None)
+    if not quarantined:
+        raise Failed(f"nobody is quarantined: {workers}")
+    service.finish(job)
+    return quarantined
+
+
+@row("serve-poison", "a unit that kills every worker; kiln submit --on-poison skip")
+def serve_poison(lab):
+    service = Service(lab)
+    hosts = [lab.host() for _ in range(4)]
+    workers = {host: service.worker(host, stub="slow=20;crash=5") for host in hosts}
+    job = service.submit("--on-poison", "skip")
+    deaths, ended = 0, None
+    while not ended:
+        for host, worker in list(workers.items()):
+            if worker.ended():
+                deaths += 1
+                if deaths > 20:
+                    raise Failed("the poisonous unit goes on killing")
+                workers[host] = service.worker(host, stub="slow=20;crash=5")
+        record = service.job(job)
+        ended = record if record and record["state"] in ("done", "failed") else None
+        time.sleep(0.2)
+    if ended["state"] != "done":
+        raise Failed(f"{ended['state']}: {ended['reason']}")
+    return f"{deaths} deaths; {service.said(ended, 'unit 5')}"
+
+
+@row("serve-clock", "the clock of kiln serve moved an hour ahead and back")
+def serve_clock(lab):
+    environment, clock = false_clock(lab.folder, "serve")
+    service = Service(lab, environment=environment)
+    for _ in range(2):
+        service.worker(lab.host(), stub="slow=40")
+    job = service.submit()
+    service.wait_units(job, 10)
+    clock.write_text("+1h\n")
+    time.sleep(2)
+    clock.write_text("-1h\n")
+    record = service.finish(job)
+    lost = [e["text"] for e in record["events"] if "silent" in e["text"] or "lost" in e["text"]]
+    if lost:
+        raise Failed(f"a lease ended: {lost[0]}")
+    return "no lease ended, no worker was lost"
+
+
+@row("serve-descriptors", "256 file descriptors for kiln serve, 300 workers")
+def serve_descriptors(lab):
+    service = Service(lab, descriptors=256)
+    host = lab.host()
+    first = [service.worker(host, threads=1, stub="slow=400") for _ in range(20)]
+    job = service.submit()
+    service.wait_units(job, 20)
+    for _ in range(280):
+        service.worker(host, threads=1, stub="slow=400")
+    record = service.finish(job)
+    lost = [e["text"] for e in record["events"] if "lost" in e["text"]]
+    if lost or any(w.ended() and w.process.returncode for w in first):
+        raise Failed(f"lost: {lost[:3]}")
+    words = [line for line in service.process.log().splitlines() if "file descriptors" in line]
+    if not words:
+        raise Failed("the coordinator says nothing of its descriptors")
+    return words[0].split("warning: ")[-1]
+
+
+@row("serve-token", "a person with a wrong token, a person with a worker's token, a worker with a person's",
+     quick=True)
+def serve_token(lab):
+    service = Service(lab)
+    (service.data / "guessed").write_text("a-token-that-was-guessed\n")
+    answers = []
+    for token in ("guessed", "worker.token"):
+        status, _, words = service.kiln("jobs", token=token, check=False)
+        if status == 0:
+            raise Failed(f"{token} lets a person in")
+        answers.append(words.strip())
+    worker = service.lab.worker(lab.host(), service, token=(service.data / "submit.token").read_text().strip(),
+                                name="refused", patience=5)
+    if worker.status(30) == 0:
+        raise Failed("a person's token lets a worker in")
+    service.worker(lab.host(), stub="slow=5")
+    service.finish(service.submit())
+    return f"{answers[0]} | {answers[1]} | {worker.log().strip().splitlines()[-1]}"
+
+
+@row("serve-tls", "kiln serve with certificates; a worker's certificate in a person's place", quick=True)
+def serve_tls(lab):
+    authority(lab)
+    own = issue(lab, "coordinator", "certified", host=lab.network.center.address)
+    worker, person = issue(lab, "worker", "render1"), issue(lab, "submit,read", "ada")
+    service = Service(lab, tls=own, person=person)
+    service.worker(lab.host(), stub="slow=5", tls=worker)
+    job = service.submit()
+    service.person = worker
+    status, _, words = service.kiln("jobs", check=False)
+    if status == 0:
+        raise Failed("a worker's certificate may list jobs")
+    service.person = person
+    service.finish(job)
+    return f"the bake ends; with the worker's certificate: {words.strip()}"
