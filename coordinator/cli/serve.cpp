@@ -11,6 +11,7 @@
 #include "common/wire/listener.h"
 #include "coordinator/cli/service_options.h"
 #include "coordinator/service/service.h"
+#include "coordinator/web/web_server.h"
 
 namespace kiln {
 namespace {
@@ -32,18 +33,44 @@ Expected<int64_t> number_of_option(const Arguments& a, const std::string& name, 
   return parse_whole("--" + name, a.get(name), least, most);
 }
 
+// "host:0" too: an address to connect to has a port, one to listen on need not.
+Expected<std::pair<std::string, uint16_t>> parse_listen_address(std::string address) {
+  const bool any_port = address.ends_with(":0");
+  if (any_port) address.back() = '1';
+  KILN_TRY(auto parsed, parse_address(address));
+  if (any_port) parsed.second = 0;
+  return parsed;
+}
+
+Expected<std::unique_ptr<WebServer>> start_web(const Arguments& a, Service& service,
+                                               const ServiceSettings& s) {
+  if (!a.has("http")) return std::unique_ptr<WebServer>();
+  WebSettings web;
+  KILN_TRY(const auto address, parse_listen_address(a.get("http")));
+  web.host = address.first;
+  web.port = address.second;
+  web.beyond_loopback = a.has("insecure-plain");
+  if (a.has("http-token-file")) {
+    KILN_TRY(web.token, read_token(a.get("http-token-file")));
+  }
+  WebSources sources;
+  sources.farm = [&service] { return service.farm_status(); };
+  sources.jobs = [&service] { return service.jobs(); };
+  sources.job = [&service](JobId id) { return service.job(id); };
+  sources.events = [&service](JobId id) { return service.events_of(id); };
+  sources.store = [&service] { return StoreHealth{service.log_bytes(), service.held_for()}; };
+  sources.release = s.release;
+  return WebServer::start(web, std::move(sources));
+}
+
 Expected<ServiceSettings> read_settings(const Arguments& a) {
   ServiceSettings s;
   s.data = a.get("data");
   s.release = KILN_VERSION;
   s.authority = a.get("authority");
-  std::string listen = a.get("listen", "127.0.0.1:7800");
-  const bool any_port =
-      listen.ends_with(":0");  // an address to connect to has a port, one to listen on need not
-  if (any_port) listen.back() = '1';
-  KILN_TRY(const auto address, parse_address(listen));
+  KILN_TRY(const auto address, parse_listen_address(a.get("listen", "127.0.0.1:7800")));
   s.farm.listen_host = address.first;
-  s.farm.listen_port = any_port ? 0 : address.second;
+  s.farm.listen_port = address.second;
   KILN_TRY(const int64_t workers, number_of_option(a, "local-workers", 0, 0, 256));
   s.farm.local_workers = static_cast<uint32_t>(workers);
   const auto share = std::max<int64_t>(1, hardware_threads() / std::max<int64_t>(1, workers));
@@ -107,7 +134,14 @@ int run(const Arguments& a, const BakeSettings&) {
   ::pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   auto service = Service::start(*settings);
   if (!service) return report_error(service.error());
+  const auto web = start_web(a, **service, *settings);
+  if (!web) return report_error(web.error());
   say_where(**service, *settings);
+  if (*web) {
+    std::printf("look at:  http://%s:%u/   (metrics: /metrics)\n",
+                parse_listen_address(a.get("http"))->first.c_str(), (*web)->port());
+    std::fflush(stdout);
+  }
   int signal = 0;
   ::sigwait(&signals, &signal);
   std::fprintf(stderr, "kiln: ends; jobs that are not done go on at the next start\n");
@@ -122,11 +156,16 @@ Command serve_command() {
       "serve",
       "Run the coordinator as a service: a queue of jobs, many workers, results kept until they are fetched",
       "kiln serve --data /srv/kiln --local-workers 1\n"
+      "  kiln serve --data /srv/kiln --http 127.0.0.1:7801\n"
       "  kiln serve --data /srv/kiln --listen 0.0.0.0:7800 --ca farm/ca.pem --certificate farm/cert.pem "
       "--key "
       "farm/key.pem",
       {{"--data", "DIR", "folder of the queue, made if needed", true},
        {"--listen", "HOST:PORT", "for workers and people [127.0.0.1:7800]"},
+       {"--http", "HOST:PORT",
+        "a page to look at, /metrics, /healthz and JSON; read-only; off loopback with --http-token-file "
+        "and --insecure-plain"},
+       {"--http-token-file", "FILE", "token that readers of --http must show"},
        {"--token-file", "FILE", "token of workers, without TLS [DIR/worker.token, made if needed]"},
        {"--ca", "FILE", "TLS: authority of the farm"},
        {"--certificate", "FILE", "TLS: this coordinator's certificate"},
