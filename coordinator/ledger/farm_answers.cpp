@@ -218,6 +218,7 @@ void FarmLedger::blame(JobId id, Job& job, uint64_t unit_id, Unit& unit, Identit
   if (std::find(unit.blamed.begin(), unit.blamed.end(), who) == unit.blamed.end()) unit.blamed.push_back(who);
   dequeue(job, unit_id, unit);
   ++unit.attempts;
+  job.suspected = true;
   if (certain && ++unit.failures >= rules_.max_attempts)
     give_up(id, job, unit_id, unit,
             text("unit {} failed {} times, the last time because {}", unit_id, unit.failures, reason), out);

@@ -65,10 +65,7 @@ void FarmLedger::unassign(Worker& worker, int64_t now) {
 }
 
 void FarmLedger::find_spare(int64_t now) {
-  std::set<JobId> waiting;
-  for (const auto& [id, worker] : workers_)
-    if (worker.held.size() > worker.traits.threads) waiting.insert(worker.job);
-  for (auto& [id, job] : jobs_) job.spare = job.open && (waiting.count(id) || choose_copy(0, job, now));
+  for (auto& [id, job] : jobs_) job.spare = job.open && (!job.backlogs.empty() || choose_copy(0, job, now));
 }
 
 void FarmLedger::wake_users() {

@@ -23,6 +23,7 @@ bool FarmLedger::voted(const Unit& unit, IdentityId who) {
 }
 
 bool FarmLedger::holds_suspect(const Worker& worker) const {
+  if (const Job* job = find_job(worker.job); !job || !job->suspected) return false;
   return std::any_of(worker.held.begin(), worker.held.end(), [&](uint64_t number) {
     const Lease& lease = leases_.at(number);
     const Unit& unit = jobs_.at(lease.job).units.at(lease.unit);
@@ -62,21 +63,15 @@ uint64_t FarmLedger::choose_second(const Worker& worker, const Job& job) const {
 
 // The newest unit of the worker with the longest queue, which has not begun it.
 uint64_t FarmLedger::choose_steal(WorkerId id, const Worker& worker, Job& job, WorkerId& from) {
-  const auto waiting = [](const Worker& w) {
-    return std::ssize(w.held) - static_cast<ptrdiff_t>(w.traits.threads);
-  };
-  ptrdiff_t longest = 0;
-  uint64_t unit_id = 0;
-  for (const auto& [other_id, other] : workers_) {
-    if (other_id == id || other.job != worker.job || waiting(other) <= longest) continue;
-    const Lease& newest = leases_.at(*other.held.rbegin());
+  for (auto it = job.backlogs.rbegin(); it != job.backlogs.rend(); ++it) {
+    if (it->second == id) continue;
+    const Lease& newest = leases_.at(*workers_.at(it->second).held.rbegin());
     const Unit& unit = job.units.at(newest.unit);
     if (unit.leases.size() > 1 || unit.attempts > 0 || voted(unit, worker.identity)) continue;
-    longest = waiting(other);
-    unit_id = newest.unit;
-    from = other_id;
+    from = it->second;
+    return newest.unit;
   }
-  return unit_id;
+  return 0;
 }
 
 // Oldest lease that has taken twice the usual time for its work, of a unit that nobody else has; once per
@@ -132,6 +127,7 @@ void FarmLedger::grant(WorkerId id, Worker& worker, Job& job, uint64_t unit_id, 
   const uint64_t lease = next_lease_++;
   leases_.emplace(lease, Lease{id, worker.job, unit_id, now});
   worker.held.insert(lease);
+  note_backlog(job, id, worker, worker.held.size() - 1);
   worker.held_weight += unit.weight;
   unit.leases.push_back(lease);
   job.leases.insert(lease);

@@ -161,6 +161,9 @@ class FarmLedger {
     std::vector<uint64_t> order;                      // units of the pass
     std::set<std::pair<uint32_t, uint64_t>> pending;  // (order, unit)
     std::set<uint64_t> suspects, seconds;
+    bool suspected = false;  // some unit has cost a worker
+    std::set<std::pair<size_t, WorkerId>>
+        backlogs;               // (units not begun, worker): whom an idle one may relieve
     std::set<uint64_t> leases;  // oldest first
     PassCounts counts;
     JobCounts totals;
@@ -215,6 +218,7 @@ class FarmLedger {
   // farm_workers.cpp
   Worker* find_worker(WorkerId worker);
   void release(uint64_t lease);
+  static void note_backlog(Job& job, WorkerId id, const Worker& worker, size_t held_before);
   void revoke_all(Worker& worker);
   void charge(Worker& worker, int64_t now);
   void find_silent(int64_t now, bool was_away, Actions& out);

@@ -150,11 +150,19 @@ void FarmLedger::release(uint64_t lease) {
   Job& job = jobs_.at(it->second.job);
   Unit& unit = job.units.at(it->second.unit);
   Worker& worker = workers_.at(it->second.worker);
+  const size_t before = worker.held.size();
   worker.held.erase(lease);
+  note_backlog(job, it->second.worker, worker, before);
   worker.held_weight = worker.held.empty() ? 0 : worker.held_weight - unit.weight;
   std::erase(unit.leases, lease);
   job.leases.erase(lease);
   leases_.erase(it);
+}
+
+void FarmLedger::note_backlog(Job& job, WorkerId id, const Worker& worker, size_t held_before) {
+  const size_t threads = worker.traits.threads, now = worker.held.size();
+  if (held_before > threads) job.backlogs.erase({held_before - threads, id});
+  if (now > threads) job.backlogs.insert({now - threads, id});
 }
 
 void FarmLedger::revoke_all(Worker& worker) {

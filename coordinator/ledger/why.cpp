@@ -192,6 +192,11 @@ std::string FarmLedger::audit() const {
         verified != job.totals.verified)
       return text("job {} counts {} verified and {} not, the table {} and {}", id, job.totals.verified,
                   job.totals.unverified, verified, unverified);
+    std::set<std::pair<size_t, WorkerId>> backlogs;
+    for (const auto& [worker_id, worker] : workers_)
+      if (worker.job == id && worker.held.size() > worker.traits.threads)
+        backlogs.insert({worker.held.size() - worker.traits.threads, worker_id});
+    if (backlogs != job.backlogs) return text("the backlogs of job {} differ from what its workers hold", id);
     leases += job_leases;
   }
   if (leases != leases_.size()) return text("{} leases are counted, {} exist", leases, leases_.size());

@@ -89,10 +89,11 @@ TEST(FairShare, WhoComesLaterDoesNotCatchUpOnTimeItDidNotAskFor) {
   LedgerBench c;
   c.job(1, many_units(9000), "early");
   FairShare share;
-  share.wake("early");
-  share.charge("early", 20000, 1);
-  share.wake("late");
-  EXPECT_EQ(share.virtual_time("late"), share.virtual_time("early"));
+  const UserId early = share.intern("early"), late = share.intern("late");
+  share.wake(early);
+  share.charge(early, 20000, 1);
+  share.wake(late);
+  EXPECT_EQ(share.virtual_time(late), share.virtual_time(early));
 }
 
 TEST(FairShare, AUsersUrgentJobGoesFirst) {
