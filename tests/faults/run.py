@@ -64,7 +64,7 @@ def run_row(number, row, options, folder):
         if lab:
             lab.end()
     print(f"{outcome:8} {name:18} {time.monotonic() - begun:6.1f} s  {said}", flush=True)
-    return outcome, said
+    return outcome, said.replace(f"{folder}/", "")  # the page holds no place of this run
 
 
 def cell(text):
