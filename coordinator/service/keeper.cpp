@@ -12,7 +12,10 @@ namespace {
 
 constexpr auto kLook = std::chrono::seconds(1);
 constexpr int64_t kCollectMs = 3'600'000, kDayMs = 86'400'000;
-constexpr uint32_t kMostPreparations = 3;
+// So often that power cuts in a row do not end a job, so seldom that a scene that brings the coordinator down
+// does not keep the others from their turn for long.
+constexpr uint32_t kMostPreparations = 10;
+constexpr const char* kGivenUp = "the coordinator died ten times in a row while preparing or publishing it";
 
 }  // namespace
 
@@ -77,7 +80,7 @@ void ServiceImpl::begin_jobs() {
       if (job.state != JobState::kQueued || job.paused)
         return fail(ErrorKind::kUsage, "it was changed meanwhile");
       job.state = given_up ? JobState::kFailed : JobState::kPreparing;
-      job.reason = given_up ? "the coordinator died three times while preparing it" : "";
+      job.reason = given_up ? kGivenUp : "";
       if (given_up) job.ended_ms = unix_ms();
       if (given_up) return {};
       ++job.preparations;
@@ -86,7 +89,7 @@ void ServiceImpl::begin_jobs() {
     });
     if (!s) return;
     if (given_up) {
-      note(id, "failed: the coordinator died three times while preparing it");
+      note(id, std::string("failed: ") + kGivenUp);
       wake();
       continue;
     }

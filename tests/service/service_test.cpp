@@ -154,14 +154,15 @@ TEST_F(ServiceJobs, AreGivenUpWhenTheyBringTheCoordinatorDown) {
     ASSERT_TRUE(store);
     ASSERT_TRUE((*store)->change(id, [](JobRecord& job) -> Status {
       job.state = JobState::kPreparing;
-      job.preparations = 3;
+      job.preparations = 10;
       return {};
     }));
   }
   host.restart();
   const auto again = host.client();
   ASSERT_EQ(wait_for_state(*again, id, "failed"), "failed");
-  EXPECT_EQ(host.service->job(id)->reason, "the coordinator died three times while preparing it");
+  EXPECT_EQ(host.service->job(id)->reason,
+            "the coordinator died ten times in a row while preparing or publishing it");
   ask(*again, "retry", text("{{\"id\":{}}}", id));
   EXPECT_EQ(wait_for_state(*again, id, "baking"), "baking");
 }
