@@ -14,10 +14,12 @@
 #include "coordinator/chart_table/chart_table.h"
 #include "coordinator/encode/exr.h"
 #include "coordinator/imageio/imageio.h"
+#include "coordinator/queue/spool_record.h"
 #include "tests/fuzz/atlas_scene.h"
 #include "tests/fuzz/target.h"
 #include "tests/import/gltf_builder.h"
 #include "tests/wire/samples.h"
+#include "worker/agent/replay.h"
 
 namespace kiln::fuzz {
 namespace {
@@ -50,6 +52,26 @@ void wire_seeds() {
   input.insert(input.end(), packed.begin(), packed.end());
   seed("decompress", "run", input);
   seed("job", "plain", write_job({7, {}, {}, {}}));
+  UnitResult result;
+  result.unit = 9, result.site_count = 2, result.plane_count = 2, result.moments = {1, 2, 3, 4};
+  const Bytes payload = write_result(result);
+  seed("result", "plain", payload);
+  const auto text_seed = [](const char* target, const char* name, std::string_view words) {
+    const auto bytes = bytes_of(words);
+    seed(target, name, Bytes(bytes.begin(), bytes.end()));
+  };
+  text_seed("json", "document", R"({"id":7,"after":[1,2],"name":"a\u00e9","deep":{"x":[true,null,-1.5e3]}})");
+  text_seed("head", "get",
+            "GET /api/jobs/7.json?x=1 HTTP/1.1\r\nHost: localhost:7801\r\nAuthorization: Bearer abc\r\n\r\n");
+  text_seed("replay", "unit", write_replay({{7, {}, {}, {}}, {9, 64, 32, {1, 2, 3}}}, {}));
+  const auto head = write_spool_head({1, 9, 77, result_digest(result), "w", false}, payload);
+  ByteWriter spool;
+  spool.put(static_cast<uint32_t>(payload.size()));
+  spool.put(uint16_t{0});
+  Bytes record = spool.take();
+  record.insert(record.end(), head.begin(), head.end());
+  record.insert(record.end(), payload.begin(), payload.end());
+  seed("spool", "record", record);
 }
 
 void scene_seeds() {
