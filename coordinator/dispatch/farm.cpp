@@ -83,13 +83,13 @@ Status FarmImpl::open_on_loop() {
 
 void FarmImpl::close_on_loop() {
   timer_->cancel();
-  // A worker that is told goodbye ends. Those of a farm are to wait for the next coordinator: their
+  // A worker that is told goodbye ends. Those of a queue are to wait for the next coordinator: their
   // connections just end, and they keep what was not acknowledged.
-  if (!settings_.others_may_come) server_->dismiss_all("the coordinator ends");
+  if (!settings_.comes_back) server_->dismiss_all("the coordinator ends");
   // Their goodbyes get half a second; whoever is stopped or far away must not hold us.
   bool late = false;
   timer_->after(std::chrono::milliseconds(500), [&] { late = true; });
-  if (!settings_.others_may_come) loop_.run_until([&] { return late || server_->connections() == 0; });
+  if (!settings_.comes_back) loop_.run_until([&] { return late || server_->connections() == 0; });
   if (local_) local_->stop();
   server_.reset();
   timer_.reset();

@@ -30,6 +30,7 @@ struct FarmSettings {
   uint32_t local_threads = 1;             // threads of each
   std::string worker_program;             // path of kiln-worker
   FarmRules rules;
+  bool comes_back = false;       // at its end workers are not told to go: they wait for the next coordinator
   bool others_may_come = false;  // a job that all present workers refuse waits for others instead of failing
   ClientPort clients;            // people's programs; empty: refused
 };

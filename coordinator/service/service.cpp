@@ -58,7 +58,7 @@ Status ServiceImpl::open_farm() {
                                          [this](JobId job, const std::string& text) { note(job, text); }});
   FarmSettings farm = settings_.farm;
   if (farm.token.empty() && !farm.tls) farm.token = tokens_.worker;
-  farm.others_may_come = true;
+  farm.others_may_come = farm.comes_back = true;
   farm.clients.admit = [this](const ClientHello& hello, const PeerIdentity& identity,
                               ClientLink& link) -> Expected<std::unique_ptr<ClientTalk>> {
     if (!open_ || stopping_)

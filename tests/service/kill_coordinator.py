@@ -70,8 +70,8 @@ try:
             if state["state"] == "done":
                 break
             if state["state"] == "failed":
-                # Three deaths without a new result: the rule against crash loops. A person would try again.
-                if "died three times" not in state["reason"]:
+                # Ten deaths without a new result: the rule against crash loops. A person would try again.
+                if "died ten times" not in state["reason"]:
                     raise SystemExit(f"seed {seed}: job {job} failed: {state['reason']}")
                 run("retry", job)
                 retries += 1
