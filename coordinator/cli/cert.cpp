@@ -1,3 +1,5 @@
+#include <unistd.h>
+
 #include <charconv>
 #include <cstdio>
 #include <ctime>
@@ -8,6 +10,7 @@
 #include "coordinator/authority/authority.h"
 #include "coordinator/authority/tokens.h"
 #include "coordinator/cli/command.h"
+#include "coordinator/client/service_client.h"
 
 namespace kiln {
 namespace {
@@ -17,6 +20,11 @@ constexpr uint64_t kMaxCertificateBytes = 64 << 10;
 
 int64_t now() {
   return static_cast<int64_t>(std::time(nullptr));
+}
+
+std::string host_name() {
+  char name[256] = {};
+  return ::gethostname(name, sizeof name - 1) == 0 ? name : "machine";
 }
 
 std::string folder_of(const Arguments& a) {
@@ -153,20 +161,55 @@ Status print_token(const Arguments& a) {
   return {};
 }
 
+// A machine without a certificate asks the coordinator for one; the key never leaves the machine.
+Status join_farm(const Arguments& a) {
+  if (a.get("token-file").empty() || a.get("server").empty())
+    return fail(ErrorKind::kUsage,
+                "say where and by what: kiln cert join --server HOST:PORT --token-file FILE, with the line "
+                "that `kiln cert "
+                "token` printed");
+  KILN_TRY(const Bytes bytes, read_file(a.get("token-file"), 4096));
+  std::string words(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  words.erase(words.find_last_not_of(" \r\n") + 1);
+  KILN_TRY(const JoinToken token, parse_join_token(words));
+  const std::string name = a.get("name", host_name());
+  const std::filesystem::path folder = a.get("output", name);
+  std::error_code code;
+  if (std::filesystem::exists(folder / "key.pem", code))
+    return fail(ErrorKind::kUsage,
+                text("{} holds a key already: give another folder with -o", folder.string()));
+  KILN_TRY(const KeyAndRequest made, make_key_and_request(name));
+  ClientOptions options;
+  options.server = a.get("server");
+  options.join = token.authority;
+  KILN_TRY(const auto client, ServiceClient::connect(options));
+  const std::string ask =
+      JsonWriter().begin_object().pair("token", words).pair("request", made.request).end_object().take();
+  KILN_TRY(const std::string reply, client->call("enrol", ask));
+  KILN_TRY(const JsonValue root, parse_json(reply));
+  const JsonValue* certificate = root.find("certificate");
+  const JsonValue* authority = root.find("authority");
+  if (!certificate || !authority) return fail(ErrorKind::kProtocol, "the coordinator sent no certificate");
+  std::filesystem::create_directories(folder, code);
+  if (code) return fail(ErrorKind::kIo, text("{}: {}", folder.string(), code.message()));
+  KILN_TRY_STATUS(write_private_file(folder / "key.pem", made.key));
+  KILN_TRY_STATUS(write_file_atomic(folder / "cert.pem", std::string_view(certificate->text)));
+  KILN_TRY_STATUS(write_file_atomic(folder / "ca.pem", std::string_view(authority->text)));
+  std::printf("joined as %s: %s holds cert.pem, key.pem and ca.pem\n", name.c_str(), folder.c_str());
+  return {};
+}
+
 int run(const Arguments& a, const BakeSettings&) {
   static const std::pair<const char*, Status (*)(const Arguments&)> kActions[] = {
-      {"ca", make_ca},
-      {"issue", issue_certificate},
-      {"show", show},
-      {"revoke", revoke_certificate},
-      {"token", print_token}};
+      {"ca", make_ca},        {"issue", issue_certificate}, {"show", show}, {"revoke", revoke_certificate},
+      {"token", print_token}, {"join", join_farm}};
   for (const auto& [name, action] : kActions)
     if (a.get("action") == name) {
       const Status done = action(a);
       return done ? 0 : report_error(done.error());
     }
   return report_error(
-      {ErrorKind::kUsage, text("cert {}: one of ca, issue, show, revoke, token", a.get("action"))});
+      {ErrorKind::kUsage, text("cert {}: one of ca, issue, show, revoke, token, join", a.get("action"))});
 }
 
 }  // namespace
@@ -178,8 +221,9 @@ Command cert_command() {
       "kiln cert ca\n  kiln cert issue --role coordinator --name farm --host farm.studio.lan,10.0.0.7\n"
       "  kiln cert issue --role worker --name render7\n  kiln cert issue --role read,submit --name ada\n"
       "  kiln cert show render7/cert.pem\n  kiln cert revoke render7\n"
-      "  kiln cert token --role worker --uses 20 --hours 48",
-      {{"action", "ACTION", "ca, issue, show, revoke or token", true},
+      "  kiln cert token --role worker --uses 20 --hours 48 > join.token\n"
+      "  kiln cert join --server farm.studio.lan:7800 --token-file join.token",
+      {{"action", "ACTION", "ca, issue, show, revoke, token or join", true},
        {"what", "WHAT", "show: the file; revoke: a serial number, or a name: all its certificates"},
        {"--dir", "DIR", "folder of the authority [kiln-ca]"},
        {"--role", "ROLES", "issue: of worker, coordinator, read, submit, admin, with commas; token: one"},
@@ -188,7 +232,9 @@ Command cert_command() {
        {"--days", "N", "ca, issue: valid so long [3650; 365]"},
        {"--uses", "N", "token: so many machines [1]"},
        {"--hours", "H", "token: good so long [24]"},
-       {"-o,--output", "FOLDER", "issue: for cert.pem, key.pem and ca.pem [the name]"},
+       {"--server", "HOST:PORT", "join: the coordinator"},
+       {"--token-file", "FILE", "join: holds the line that `token` printed"},
+       {"-o,--output", "FOLDER", "issue, join: for cert.pem, key.pem and ca.pem [the name]"},
        {"--json", "", "print JSON"}},
       false,
       run};

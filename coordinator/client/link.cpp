@@ -21,7 +21,9 @@ std::string host_name() {
 Expected<std::unique_ptr<ClientConnection>> ClientConnection::open(const ClientOptions& options) {
   KILN_TRY(const auto address, parse_address(options.server));
   std::shared_ptr<const TlsContext> tls;
-  if (!options.ca.empty()) {
+  if (options.join) {
+    KILN_TRY(tls, TlsContext::for_enrolment(*options.join));
+  } else if (!options.ca.empty()) {
     KILN_TRY(tls, TlsContext::load({options.ca, options.certificate, options.key}));
   }
   std::unique_ptr<ClientConnection> link(new ClientConnection());

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "common/base/hash.h"
@@ -15,7 +16,9 @@ struct ClientOptions {
   std::string server = "127.0.0.1:7800";  // host:port
   std::string token;
   std::filesystem::path ca, certificate, key;  // all or none
-  std::string user;                            // stated; a certificate's name counts before it
+  std::optional<Digest>
+      join;          // SHA-256 of the authority, of a join token: for `enrol`, before there is a certificate
+  std::string user;  // stated; a certificate's name counts before it
 };
 
 // What was given, else the environment: KILN_SERVER, KILN_TOKEN or KILN_TOKEN_FILE, KILN_CA,

@@ -5,6 +5,7 @@
 
 #include "common/base/format.h"
 #include "coordinator/service/service_impl.h"
+#include "coordinator/service/unix_time.h"
 
 namespace kiln {
 namespace {
@@ -132,6 +133,7 @@ std::string status_document(ServiceImpl& service) {
   for (const JobRecord& job : service.store().jobs()) ++states[job.state];
   JsonWriter w;
   w.begin_object().pair("release", service.settings().release).pair("epoch", service.store().epoch());
+  w.pair("now_ms", unix_ms());
   w.pair("held_for", service.held_for());
   w.key("jobs").begin_object();
   for (uint8_t s = 0; s <= static_cast<uint8_t>(JobState::kCancelled); ++s)

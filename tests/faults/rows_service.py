@@ -7,7 +7,7 @@ import time
 
 from farm import Failed, false_clock, wait_until
 from net import command
-from rows_certificates import authority, issue, kiln
+from rows_certificates import authority, issue, kiln, kiln
 from service import BAKE, Service, digest_of
 
 LEASE_S = 15
@@ -308,6 +308,31 @@ def serve_token(lab):
     service.worker(lab.host(), stub="slow=5")
     service.finish(service.submit())
     return f"{answers[0]} | {answers[1]} | {worker.log().strip().splitlines()[-1]}"
+
+
+@row("serve-join", "a machine and a person join a farm by token; the worker's token a second time", quick=True)
+def serve_join(lab):
+    authority(lab)
+    own = issue(lab, "coordinator", "certified", host=lab.network.center.address)
+    service = Service(lab, tls=own, person=issue(lab, "admin", "root"), authority=lab.folder / "ca")
+
+    def join(file, name):
+        return service.kiln("cert", "join", "--server", service.address, "--token-file", file, "--name", name, "-o",
+                            lab.folder / name, check=False)
+
+    for role, name in (("worker", "render1"), ("submit", "ada")):
+        file = lab.folder / f"{name}.token"
+        file.write_text(kiln(lab, "cert", "token", "--dir", lab.folder / "ca", "--role", role))
+        status, _, words = join(file, name)
+        if status:
+            raise Failed(f"{name} cannot join: {words}")
+    status, _, words = join(lab.folder / "render1.token", "render2")
+    if status == 0:
+        raise Failed("a token of one use was good twice")
+    service.person = lab.folder / "ada"
+    service.worker(lab.host(), stub="slow=5", tls=lab.folder / "render1")
+    service.finish(service.submit())
+    return f"the bake ends; the second time: {words.strip()}"
 
 
 @row("serve-tls", "kiln serve with certificates; a worker's certificate in a person's place", quick=True)
