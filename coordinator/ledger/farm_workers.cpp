@@ -294,7 +294,8 @@ void FarmLedger::find_hung(int64_t now, Actions& out) {
           text("its scene was not ready after {} s", (now - worker.assigned_at) / 1000);
       out.push_back(Note{worker.job, text("{} is not used: {}", worker.traits.name, reason)});
       out.push_back(Release{id, worker.job, reason});
-      worker.banned[worker.job] = reason;
+      // Not for ever: the link or the disk that was slow may be well again.
+      worker.benched_until = now + (rules_.hang_ms << std::min(worker.benched++, 6u));
       unassign(worker, now);
     }
     if (worker.held.empty()) continue;
