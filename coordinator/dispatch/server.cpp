@@ -199,10 +199,11 @@ void Server::on_result(Session& session, Result&& result) {
   if (!ledger_.knows(result.job, result.result.unit)) {
     // A coordinator that was started again has not cut its units yet: the result waits for them.
     const uint64_t bytes = result.result.moments.size() * sizeof(double) + sizeof(Result);
-    if (job->units || parked_bytes_ + bytes > kMaxParkedBytes) {
-      if (!job->units) return;  // the worker keeps it, and delivers it when it connects anew
+    // A resumed job replays its passes: the result may be of one that comes later.
+    if (job->units && !job->resumed)
       return expel(worker, text("it answers unit {}, which nobody asked for", result.result.unit));
-    }
+    if (parked_bytes_ + bytes > kMaxParkedBytes)
+      return;  // the worker keeps it, and delivers it when it connects anew
     parked_bytes_ += bytes;
     job->parked.emplace_back(worker, std::move(result));
     return;

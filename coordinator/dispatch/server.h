@@ -53,6 +53,7 @@ class Server final : public SessionHost {
     uint32_t planes = 0;
     uint64_t rays = 0;
     std::deque<std::string> events;
+    bool resumed = false;                             // an earlier coordinator worked on it
     std::vector<std::pair<WorkerId, Result>> parked;  // of units that are not cut yet, after a restart
   };
   struct Member {  // a connected worker

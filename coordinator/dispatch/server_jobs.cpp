@@ -38,6 +38,7 @@ Status Server::open_job(const FarmJobSpec& spec, std::shared_ptr<JobPort> port) 
   job.planes = static_cast<uint32_t>(moment_plane_names(spec.spec.transport.basis).size());
   ledger_.add_job(spec.spec.id, spec.traits);
   ledger_.restore(spec.spec.id, spec.known);
+  job.resumed = !spec.known.empty();
   return {};
 }
 
@@ -75,8 +76,12 @@ void Server::begin_pass(JobId id, std::shared_ptr<const PassUnits> units) {
   std::vector<std::pair<WorkerId, Result>> parked = std::move(job->parked);
   job->parked.clear();
   for (auto& [worker, result] : parked) {
+    if (!ledger_.knows(id, result.result.unit)) {  // of a later pass
+      job->parked.emplace_back(worker, std::move(result));
+      continue;
+    }
     parked_bytes_ -= result.result.moments.size() * sizeof(double) + sizeof(Result);
-    if (ledger_.knows(id, result.result.unit)) take_result(worker, *job, std::move(result));
+    take_result(worker, *job, std::move(result));
   }
 }
 

@@ -379,6 +379,15 @@ void FarmLedger::change_class(int64_t now, Actions& out) {
       if (const auto worker = workers_.find(worker_id); worker != workers_.end())
         worker->second.banned.erase(id);
     job.other_class.clear();
+    for (auto& [worker_id, worker] : workers_) {
+      const auto its_class = worker.classes.find(id);
+      if (its_class == worker.classes.end() || its_class->second == better) continue;
+      worker.banned[id] = reason;
+      job.other_class[worker_id] = its_class->second;
+      if (worker.job != id) continue;
+      unassign(worker, now);
+      out.push_back(Release{worker_id, id, reason});
+    }
     std::vector<uint64_t> units;
     for (const auto& [unit_id, unit] : job.units) units.push_back(unit_id);
     std::sort(units.begin(), units.end());

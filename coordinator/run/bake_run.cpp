@@ -107,6 +107,7 @@ class Baking {
       if (end != PassEnd::kRewound) break;
       sums_.clear();
       report_.passes.clear();
+      nonfinite_.clear();
       next_unit_ = 1;
     }
     report_.nonfinite = nonfinite_.places();
@@ -141,10 +142,15 @@ class Baking {
   }
 
   Expected<PassEnd> run_pass(SampleRange pass, uint32_t index, uint32_t count, int64_t deadline) {
-    uint32_t texels = unit_texels(pass);
-    if (request_.cut) {
-      KILN_TRY(texels, request_.cut(index, texels));
+    // A pass that is run again after a rewind is cut as before: its units are known by their numbers.
+    if (index == cuts_.size()) {
+      uint32_t chosen = unit_texels(pass);
+      if (request_.cut) {
+        KILN_TRY(chosen, request_.cut(index, chosen));
+      }
+      cuts_.push_back(chosen);
     }
+    const uint32_t texels = cuts_[index];
     std::vector<WorkUnit> units = cut_pass(active_, pass, texels, next_unit_);
     order_by_gain(units);
     unit_texels_ = texels;
@@ -263,7 +269,8 @@ class Baking {
   std::set<uint32_t> skipped_;  // sites of units that failed for good: no more samples
   uint64_t skipped_units_ = 0;
   std::string skip_reason_;
-  uint32_t unit_texels_ = 0;  // of the last pass
+  std::vector<uint32_t> cuts_;  // texels of a unit, by pass
+  uint32_t unit_texels_ = 0;    // of the last pass
   double unit_seconds_ = 0;
   uint32_t threads_ = 0;
   double later_work_ = 0;  // texels x samples of the passes after this one

@@ -12,6 +12,7 @@ class NonfiniteLog {
   // Both outlive the log.
   NonfiniteLog(const Atlas& atlas, const Scene& scene) : atlas_(atlas), scene_(scene) {}
   void add(const WorkUnit& unit, const UnitResult& result);
+  void clear() { count_ = 0, places_.clear(); }
   // By texel, then sample, whatever the order of arrival; the first kMost of them.
   const std::vector<NonfinitePlace>& places() const { return places_; }
   // One sentence for the user; empty if all was finite.

@@ -1,5 +1,6 @@
 // The coordinator against peers that break the protocol. A pass runs in a thread; a real worker ends it.
 #include <atomic>
+#include <set>
 #include <thread>
 
 #include "common/basis/basis.h"
@@ -242,6 +243,46 @@ TEST(Coordinator, AProcessThatReconnectsIsTheSameWorkerAndDeliversWhatItKept) {
   last.send(WaitingFarm::answer(*unit));
   EXPECT_TRUE(last.next<CommitAck>());
   farm.join();
+}
+
+// A coordinator that was started again replays its passes: a worker may bring a result of one that it has not
+// reached.
+TEST(Coordinator, AResumedJobKeepsResultsOfPassesToCome) {
+  const TestJob job;
+  FarmSettings settings;
+  settings.local_workers = 0;
+  settings.token = "right token";
+  settings.others_may_come = true;
+  const auto farm = Farm::start(settings);
+  ASSERT_TRUE(farm);
+  const std::vector<WorkUnit> first = make_units(1, 1), second = make_units(2, 1);
+  const KnownAnswer known{9, 9, {}, "somebody", true, false};
+  const auto running = (*farm)->open_job({job.spec, &job.chunks, {}, {known}});
+  ASSERT_TRUE(running);
+  Expected<PassEnd> one = PassEnd::kTimeUp, two = PassEnd::kTimeUp;
+  std::thread conductor([&] {
+    one = (*running)->run_pass(first, 0, {});
+    two = (*running)->run_pass(second, 0, {});
+  });
+  RawPeer peer = RawPeer::connect((*farm)->port());
+  peer.send(good_hello());
+  ASSERT_TRUE(peer.next<Job>());
+  peer.send(JobClass{job.spec.id, "class"});
+  peer.send(WaitingFarm::answer({job.spec.id, 0, second[0]}));  // before its pass
+  peer.send(Credits{job.spec.id, 1});
+  const auto unit = peer.next<Unit>();
+  ASSERT_TRUE(unit);
+  EXPECT_EQ(unit->unit.id, 1u);
+  peer.send(WaitingFarm::answer(*unit));
+  std::set<uint64_t> acknowledged;
+  while (acknowledged.size() < 2) {
+    const auto ack = peer.next<CommitAck>();
+    ASSERT_TRUE(ack) << "the result of the pass to come was lost";
+    acknowledged.insert(ack->unit);
+  }
+  conductor.join();
+  EXPECT_TRUE(one && *one == PassEnd::kComplete);
+  EXPECT_TRUE(two && *two == PassEnd::kComplete);
 }
 
 TEST(Coordinator, ListeningBeyondThisMachineNeedsAToken) {

@@ -118,6 +118,19 @@ TEST(Trust, TheFirstClassIsTheJobsUntilItsMachinesAreGone) {
   EXPECT_EQ(all<Grant>(b.pass(1, {1, 2})).size(), 2u);
 }
 
+TEST(Trust, AfterAChangeOfClassTheOldOnesWorkersGetNothing) {
+  LedgerBench b;
+  b.job(1, {1, 2}, "ada", 2);  // one machine of a class cannot decide alone
+  for (const Grant& g : all<Grant>(b.join(1, 2, 2, "odd"))) b.result(g);
+  b.join(2, 1, 1, "common");
+  b.join(3, 1, 1, "common");
+  const Actions later = b.wait(6000, {1, 2, 3});
+  ASSERT_EQ(all<PinClass>(later).size(), 1u);
+  for (const Grant& g : all<Grant>(b.pass(1, {1, 2}))) EXPECT_NE(g.worker, 1u);
+  EXPECT_TRUE(b.ledger.is_banned(1, 1));
+  EXPECT_EQ(b.ledger.held(2), 1u);
+}
+
 TEST(Trust, DamageOnDiskIsBakedAgain) {
   LedgerBench b;
   b.job(1, {1, 2});
