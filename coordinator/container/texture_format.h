@@ -1,0 +1,40 @@
+// Texel formats of the files that engines load, by the names of Vulkan, with their numbers elsewhere.
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+namespace kiln {
+
+enum class TextureFormat : uint8_t {
+  kRgba8Unorm,
+  kRgba16Float,
+  kRgba32Float,
+  kRgb9e5,  // E5B9G9R9_UFLOAT_PACK32
+  kBc1Unorm,
+  kBc6hUfloat,
+  kBc6hSfloat,
+  kBc7Unorm,
+  kAstc4x4Unorm,
+  kAstc6x6Unorm,
+  kAstc8x8Unorm,
+  kAstc4x4Sfloat,
+  kAstc6x6Sfloat,
+  kAstc8x8Sfloat,
+};
+constexpr int kTextureFormats = 14;
+
+struct TextureFormatInfo {
+  TextureFormat format;
+  std::string_view name;      // "BC6H_UFLOAT_BLOCK"
+  uint32_t vulkan;            // VkFormat
+  uint32_t dxgi;              // DXGI_FORMAT; 0: there is none
+  uint32_t block_x, block_y;  // texels; 1 of formats without blocks
+  uint32_t bytes;             // of a block
+};
+
+const TextureFormatInfo& texture_format(TextureFormat format);
+// Bytes of one image: whole blocks, rows without padding.
+uint64_t image_bytes(TextureFormat format, uint32_t width, uint32_t height);
+
+}  // namespace kiln
