@@ -10,7 +10,7 @@ constexpr int kOneRegion[] = {13, 12, 11, 10};
 constexpr int kTwoRegions[] = {2, 3, 4, 0, 5, 6, 7, 8, 1, 9};
 
 // The worst texel counts as so many texels with its error more.
-constexpr float kWorst = 1.0f;
+constexpr float kWorst = 4.0f;
 
 void sum_up(const Cost (&regions)[2], Candidate& candidate) {
   candidate.cost = {regions[0].error + regions[1].error, std::max(regions[0].worst, regions[1].worst)};
