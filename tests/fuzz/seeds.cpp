@@ -12,7 +12,7 @@
 #include "common/wire/compress.h"
 #include "coordinator/authority/tokens.h"
 #include "coordinator/chart_table/chart_table.h"
-#include "coordinator/encode/exr.h"
+#include "coordinator/imageio/exr.h"
 #include "coordinator/imageio/imageio.h"
 #include "coordinator/queue/spool_record.h"
 #include "tests/fuzz/atlas_scene.h"
