@@ -27,36 +27,38 @@ class Shortlist {
   size_t count_ = 0;
 };
 
-constexpr uint32_t kAll = 0xFFFF;
-
 // What is better by the score but not worse by the error alone: more effort never costs error.
 void improve(Candidate& candidate, const Candidate& other) {
   if (other.score < candidate.score && other.cost.error <= candidate.cost.error) candidate = other;
 }
 
 Candidate fast(const Target& target) {
-  Candidate best = one_region(target, box_diagonal(target, kAll));
-  Candidate along = one_region(target, principal_line(target, kAll));
+  const Mask& all = mask_of(Block{kFirstOneRegion}, 0);
+  Candidate best = one_region(target, box_diagonal(target, all));
+  Candidate along = one_region(target, principal_line(target, all));
   solve(target, 1, along);
   improve(best, along);
   return best;
 }
 
 template <size_t kDescents>
-void search(const Target& target, int partitions, int solves, int rounds, Candidate& best) {
+void search(const Target& target, int partitions, int solves, int reach, int rounds, Candidate& best) {
   Shortlist<kDescents> open;
   Candidate one = best;
   solve(target, solves, one);
   open.add(one);
   const std::array<uint8_t, 32> ranked = ranked_partitions(target);
   for (int p = 0; p < partitions; ++p) {
-    const uint32_t second = kPartitionTable[ranked[p]];
-    Candidate two = two_region(target, ranked[p],
-                               {principal_line(target, ~second & kAll), principal_line(target, second)});
+    const Block regions{0, ranked[p]};
+    Candidate two = two_region(
+        target, ranked[p],
+        {principal_line(target, mask_of(regions, 0)), principal_line(target, mask_of(regions, 1))});
     solve(target, solves, two);
     open.add(two);
   }
   for (Candidate& candidate : open) {
+    improve(best, candidate);
+    stretch(target, reach, solves, candidate);
     improve(best, candidate);
     descend(target, rounds, candidate);
     improve(best, candidate);
@@ -67,8 +69,8 @@ void encode(const BlockTexels& texels, const BlockChoice& choice, bool is_signed
   Target target;
   make_target(texels, choice.metric, is_signed, target);
   Candidate best = fast(target);
-  if (choice.effort != BlockEffort::kFast) search<1>(target, 2, 2, 1, best);
-  if (choice.effort == BlockEffort::kBest) search<6>(target, 32, 3, 16, best);
+  if (choice.effort != BlockEffort::kFast) search<1>(target, 2, 2, 0, 1, best);
+  if (choice.effort == BlockEffort::kBest) search<3>(target, 32, 3, 2, 16, best);
   settle_anchors(best.block);
   pack(best.block, block);
 }

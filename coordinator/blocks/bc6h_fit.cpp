@@ -59,15 +59,56 @@ struct Mean {
   float weight, at[3];
 };
 
-Mean mean_of(const Target& target, uint32_t texels) {
-  Mean mean{};
-  for (int i = 0; i < 16; ++i) {
-    const float w = texels >> i & 1 ? target.texel_fit[i] : 0.0f;
-    mean.weight += w;
-    for (int c = 0; c < 3; ++c) mean.at[c] += w * target.ends[c][i];
+// 16 numbers in a fixed order, which registers of any width can take.
+KILN_INLINE float sum_of(const float (&v)[16]) {
+  float s[8];
+  for (int i = 0; i < 8; ++i) s[i] = v[i] + v[i + 8];
+  for (int i = 0; i < 4; ++i) s[i] += s[i + 4];
+  return (s[0] + s[2]) + (s[1] + s[3]);
+}
+
+KILN_WIDE Mean mean_of(const Target& target, const Mask& mask) {
+  alignas(32) float weight[16], terms[16];
+  for (int i = 0; i < 16; ++i) weight[i] = mask[i] * target.texel_fit[i];
+  Mean mean;
+  mean.weight = sum_of(weight);
+  const float by = mean.weight > 0 ? 1 / mean.weight : 0.0f;
+  for (int c = 0; c < 3; ++c) {
+    for (int i = 0; i < 16; ++i) terms[i] = weight[i] * target.ends[c][i];
+    mean.at[c] = sum_of(terms) * by;
   }
-  for (float& v : mean.at) v = mean.weight > 0 ? v / mean.weight : 0.0f;
   return mean;
+}
+
+// About the mean: xx, yy, zz, xy, xz, yz.
+KILN_WIDE void scatter_of(const Target& target, const Mask& mask, const Mean& mean, float (&scatter)[6]) {
+  constexpr int kPairs[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}};
+  alignas(32) float off[3][16], weighted[3][16], terms[16];
+  for (int c = 0; c < 3; ++c)
+    for (int i = 0; i < 16; ++i) {
+      off[c][i] = target.ends[c][i] - mean.at[c];
+      weighted[c][i] = mask[i] * target.texel_fit[i] * off[c][i];
+    }
+  for (int k = 0; k < 6; ++k) {
+    for (int i = 0; i < 16; ++i) terms[i] = weighted[kPairs[k][0]][i] * off[kPairs[k][1]][i];
+    scatter[k] = sum_of(terms);
+  }
+}
+
+// The least and the largest coordinate on the axis, from the mean.
+KILN_WIDE void extent_of(const Target& target, const Mask& mask, const Mean& mean, const float (&axis)[3],
+                         float& low, float& high) {
+  alignas(32) float at[16];
+  for (int i = 0; i < 16; ++i) {
+    const float on = axis[0] * (target.ends[0][i] - mean.at[0]) + axis[1] * (target.ends[1][i] - mean.at[1]) +
+                     axis[2] * (target.ends[2][i] - mean.at[2]);
+    at[i] = mask[i] * target.weight[i] > 0 ? on : 0.0f;
+  }
+  low = high = 0;
+  for (int i = 0; i < 16; ++i) {
+    low = std::min(low, at[i]);
+    high = std::max(high, at[i]);
+  }
 }
 
 // By rounds of the power method from the longest column.
@@ -91,47 +132,27 @@ void principal_axis(const float (&c)[6], float (&axis)[3]) {  // xx, yy, zz, xy,
 
 }  // namespace
 
-Line box_diagonal(const Target& target, uint32_t texels) {
-  Line line{};
+KILN_WIDE Line box_diagonal(const Target& target, const Mask& mask) {
+  Line line;
   for (int c = 0; c < 3; ++c) {
-    float low = 0, high = 0;
-    bool any = false;
+    float low = 3e38f, high = -3e38f;
     for (int i = 0; i < 16; ++i) {
-      if (!(texels >> i & 1) || !(target.weight[i] > 0)) continue;
-      low = any ? std::min(low, target.ends[c][i]) : target.ends[c][i];
-      high = any ? std::max(high, target.ends[c][i]) : target.ends[c][i];
-      any = true;
+      const bool counts = mask[i] * target.weight[i] > 0;
+      low = std::min(low, counts ? target.ends[c][i] : 3e38f);
+      high = std::max(high, counts ? target.ends[c][i] : -3e38f);
     }
-    line.a[c] = low;
-    line.b[c] = high;
+    line.a[c] = low <= high ? low : 0.0f;
+    line.b[c] = low <= high ? high : 0.0f;
   }
   return line;
 }
 
-Line principal_line(const Target& target, uint32_t texels) {
-  const Mean mean = mean_of(target, texels);
-  float scatter[6] = {};
-  for (int i = 0; i < 16; ++i) {
-    const float w = texels >> i & 1 ? target.texel_fit[i] : 0.0f;
-    const float x = target.ends[0][i] - mean.at[0], y = target.ends[1][i] - mean.at[1],
-                z = target.ends[2][i] - mean.at[2];
-    scatter[0] += w * x * x;
-    scatter[1] += w * y * y;
-    scatter[2] += w * z * z;
-    scatter[3] += w * x * y;
-    scatter[4] += w * x * z;
-    scatter[5] += w * y * z;
-  }
-  float axis[3];
+Line principal_line(const Target& target, const Mask& mask) {
+  const Mean mean = mean_of(target, mask);
+  float scatter[6], axis[3], low, high;
+  scatter_of(target, mask, mean, scatter);
   principal_axis(scatter, axis);
-  float low = 0, high = 0;
-  for (int i = 0; i < 16; ++i) {
-    if (!(texels >> i & 1) || !(target.weight[i] > 0)) continue;
-    float at = 0;
-    for (int c = 0; c < 3; ++c) at += axis[c] * (target.ends[c][i] - mean.at[c]);
-    low = std::min(low, at);
-    high = std::max(high, at);
-  }
+  extent_of(target, mask, mean, axis, low, high);
   Line line;
   for (int c = 0; c < 3; ++c) {
     line.a[c] = mean.at[c] + low * axis[c];
@@ -140,27 +161,34 @@ Line principal_line(const Target& target, uint32_t texels) {
   return line;
 }
 
-bool least_squares(const Target& target, uint32_t texels, const uint8_t (&index)[16], int count, Line& line) {
-  bool solved = false;
+KILN_WIDE void least_squares(const Target& target, const Mask& mask, const uint8_t (&index)[16], int count,
+                             Line& line) {
+  alignas(32) float s[16], t[16], ws[16], wt[16], terms[16];
+  for (int i = 0; i < 16; ++i) {
+    t[i] = (count == 16 ? kWeights16[index[i]] : kWeights8[index[i]]) * (1.0f / 64);
+    s[i] = 1 - t[i];
+  }
   for (int c = 0; c < 3; ++c) {
-    float aa = 0, ab = 0, bb = 0, ax = 0, bx = 0;
     for (int i = 0; i < 16; ++i) {
-      const float w = texels >> i & 1 ? target.fit[c][i] : 0.0f;
-      const float t = (count == 16 ? kWeights16[index[i]] : kWeights8[index[i]]) * (1.0f / 64);
-      const float s = 1 - t, x = target.ends[c][i];
-      aa += w * s * s;
-      ab += w * s * t;
-      bb += w * t * t;
-      ax += w * s * x;
-      bx += w * t * x;
+      const float w = mask[i] * target.fit[c][i];
+      ws[i] = w * s[i];
+      wt[i] = w * t[i];
     }
+    for (int i = 0; i < 16; ++i) terms[i] = ws[i] * s[i];
+    const float aa = sum_of(terms);
+    for (int i = 0; i < 16; ++i) terms[i] = ws[i] * t[i];
+    const float ab = sum_of(terms);
+    for (int i = 0; i < 16; ++i) terms[i] = wt[i] * t[i];
+    const float bb = sum_of(terms);
+    for (int i = 0; i < 16; ++i) terms[i] = ws[i] * target.ends[c][i];
+    const float ax = sum_of(terms);
+    for (int i = 0; i < 16; ++i) terms[i] = wt[i] * target.ends[c][i];
+    const float bx = sum_of(terms);
     const float det = aa * bb - ab * ab;
     if (!(det > 1e-6f * (aa + bb) * (aa + bb))) continue;
     line.a[c] = (ax * bb - bx * ab) / det;
     line.b[c] = (bx * aa - ax * ab) / det;
-    solved = true;
   }
-  return solved;
 }
 
 int quantised(float value, int bits, bool is_signed) {
@@ -181,7 +209,7 @@ int quantised(float value, int bits, bool is_signed) {
 }
 
 std::array<uint8_t, 32> ranked_partitions(const Target& target) {
-  const Mean mean = mean_of(target, 0xFFFF);
+  const Mean mean = mean_of(target, mask_of(Block{kFirstOneRegion}, 0));
   alignas(32) float moments[16][kMoments];
   float total[kMoments] = {};
   for (int i = 0; i < 16; ++i) {

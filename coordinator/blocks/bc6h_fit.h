@@ -4,7 +4,7 @@
 
 #include <array>
 
-#include "coordinator/blocks/bc6h_target.h"
+#include "coordinator/blocks/bc6h_levels.h"
 
 namespace kiln::bc6h {
 
@@ -12,13 +12,13 @@ struct Line {
   float a[3], b[3];
 };
 
-// `texels`: bit i stands for texel i. Texels without weight do not count; without any the line is 0.
-Line box_diagonal(const Target& target, uint32_t texels);
-Line principal_line(const Target& target, uint32_t texels);
+// Texels outside the mask or without weight do not count; without any that does the line is 0.
+Line box_diagonal(const Target& target, const Mask& mask);
+Line principal_line(const Target& target, const Mask& mask);
 
-// The line for which levels `index` (of `count`: 8 or 16) have the least squared error. False: the texels are
-// all on one level, or without weight.
-bool least_squares(const Target& target, uint32_t texels, const uint8_t (&index)[16], int count, Line& line);
+// The line for which levels `index` (of `count`: 8 or 16) have the least squared error. Channels without an
+// answer (the texels are all on one level, or without weight) stay as they are.
+void least_squares(const Target& target, const Mask& mask, const uint8_t (&index)[16], int count, Line& line);
 
 // `value`, of a channel's end point, to the nearest that `bits` can say.
 int quantised(float value, int bits, bool is_signed);

@@ -6,19 +6,16 @@
 
 namespace kiln::bc6h {
 
-// For 16 texels: the nearest level of one pair of end points and its squared distance in the metric's space.
-struct Nearest {
-  alignas(32) int32_t index[16];
-  alignas(32) float distance[16];
-};
-
-// `a`, `b`: end points by channel, in the mode's bits.
-void find_nearest(const Target& target, int mode, const int (&a)[3], const int (&b)[3], Nearest& nearest);
-
-// The weighted sum and the largest of the distances, over the texels whose bits are set.
 struct Cost {
-  float error = 0, worst = 0;
+  float error = 0;  // weighted sum of squared distances in the metric's space
+  float worst = 0;  // the largest of them, without the texel's own weight
 };
-Cost cost_of(const Target& target, const Nearest& nearest, uint32_t texels);
+
+// A region's texels: 1, others 0. One region: all.
+using Mask = float[16];
+const Mask& mask_of(const Block& block, int region);
+
+// Gives the texels of the region their nearest levels. Returns what that costs.
+Cost find_indices(const Target& target, int region, Block& block);
 
 }  // namespace kiln::bc6h

@@ -1,6 +1,7 @@
 #include "coordinator/blocks/bc6h_search.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace kiln::bc6h {
 namespace {
@@ -17,22 +18,25 @@ void sum_up(const Cost (&regions)[2], Candidate& candidate) {
   candidate.score = candidate.cost.error + kWorst * candidate.cost.worst;
 }
 
-void take_indices(const Nearest& nearest, uint32_t texels, Block& block) {
-  for (int i = 0; i < 16; ++i)
-    if (texels >> i & 1) block.index[i] = static_cast<uint8_t>(nearest.index[i]);
-}
-
 bool fits_settled(Block block, bool is_signed) {
   settle_anchors(block);
   return fits(block, is_signed);
 }
 
-Cost judge_region(const Target& target, int region, Block& block) {
-  const uint32_t texels = texels_of(block, region);
-  Nearest nearest;
-  find_nearest(target, block.mode, block.ends[2 * region], block.ends[2 * region + 1], nearest);
-  take_indices(nearest, texels, block);
-  return cost_of(target, nearest, texels);
+// How far a channel's end points are from the first.
+float span_of(const Line (&lines)[2], int c, bool two) {
+  const float base = lines[0].a[c];
+  const float first = std::fabs(lines[0].b[c] - base);
+  return two ? std::max({first, std::fabs(lines[1].a[c] - base), std::fabs(lines[1].b[c] - base)}) : first;
+}
+
+// Before anything is quantised, which may take a cell off a span. (That differences wrap is left to fits().)
+bool may_fit(const Mode& mode, const float (&span)[3]) {
+  if (!mode.transformed) return true;
+  const auto cell = static_cast<float>(1 << (16 - mode.bits));
+  for (int c = 0; c < 3; ++c)
+    if (span[c] > cell * static_cast<float>((1 << (mode.delta[c] - 1)) + 1)) return false;
+  return true;
 }
 
 template <size_t kCount>
@@ -40,7 +44,10 @@ Candidate finest(const Target& target, const int (&modes)[kCount], int partition
   Candidate candidate;
   Block& block = candidate.block;
   block.partition = partition;
+  float span[3];
+  for (int c = 0; c < 3; ++c) span[c] = span_of(lines, c, two_regions(modes[0]));
   for (const int mode : modes) {
+    if (!may_fit(kModeTable[mode], span)) continue;
     block.mode = mode;
     const int bits = kModeTable[mode].bits;
     for (int region = 0; region < (two_regions(mode) ? 2 : 1); ++region)
@@ -58,11 +65,20 @@ struct Move {
   int region, channel, first, second;  // steps of the two ends
 };
 
+void lines_of(const Block& block, bool is_signed, Line (&lines)[2]) {
+  const int bits = kModeTable[block.mode].bits;
+  for (int region = 0; region < 2; ++region)
+    for (int c = 0; c < 3; ++c) {
+      lines[region].a[c] = static_cast<float>(spread(block.ends[2 * region][c], bits, is_signed));
+      lines[region].b[c] = static_cast<float>(spread(block.ends[2 * region + 1][c], bits, is_signed));
+    }
+}
+
 class Descent {
  public:
   Descent(const Target& target, Candidate& candidate) : target_(target), at_(candidate) {
     for (int region = 0; region < regions(); ++region)
-      costs_[region] = judge_region(target, region, at_.block);
+      costs_[region] = find_indices(target, region, at_.block);
     sum_up(costs_, at_);
   }
 
@@ -76,7 +92,7 @@ class Descent {
     *second += move.second;
     if (!in_range(*first) || !in_range(*second)) return false;
     Cost costs[2] = {costs_[0], costs_[1]};
-    costs[move.region] = judge_region(target_, move.region, to.block);
+    costs[move.region] = find_indices(target_, move.region, to.block);
     sum_up(costs, to);
     if (!(to.score < at_.score) || !fits_settled(to.block, target_.is_signed)) return false;
     at_ = to;
@@ -98,16 +114,10 @@ class Descent {
 
 }  // namespace
 
-uint32_t texels_of(const Block& block, int region) {
-  if (!two_regions(block.mode)) return region == 0 ? 0xFFFF : 0;
-  const uint32_t second = kPartitionTable[block.partition];
-  return region == 0 ? ~second & 0xFFFF : second;
-}
-
 bool judge(const Target& target, Candidate& candidate) {
   Cost costs[2];
   for (int region = 0; region < (two_regions(candidate.block.mode) ? 2 : 1); ++region)
-    costs[region] = judge_region(target, region, candidate.block);
+    costs[region] = find_indices(target, region, candidate.block);
   sum_up(costs, candidate);
   return fits_settled(candidate.block, target.is_signed);
 }
@@ -122,21 +132,39 @@ Candidate two_region(const Target& target, int partition, const Line (&lines)[2]
 
 void solve(const Target& target, int rounds, Candidate& candidate) {
   for (int round = 0; round < rounds; ++round) {
-    const Block& block = candidate.block;
-    const bool two = two_regions(block.mode);
     Line lines[2];
-    for (int region = 0; region < (two ? 2 : 1); ++region) {
-      for (int c = 0; c < 3; ++c) {
-        const int bits = kModeTable[block.mode].bits;
-        lines[region].a[c] = static_cast<float>(spread(block.ends[2 * region][c], bits, target.is_signed));
-        lines[region].b[c] =
-            static_cast<float>(spread(block.ends[2 * region + 1][c], bits, target.is_signed));
-      }
-      least_squares(target, texels_of(block, region), block.index, two ? 8 : 16, lines[region]);
-    }
-    const Candidate next = two ? two_region(target, block.partition, lines) : one_region(target, lines[0]);
+    lines_of(candidate.block, target.is_signed, lines);
+    const bool two = two_regions(candidate.block.mode);
+    for (int region = 0; region < (two ? 2 : 1); ++region)
+      least_squares(target, mask_of(candidate.block, region), candidate.block.index, two ? 8 : 16,
+                    lines[region]);
+    const Candidate next =
+        two ? two_region(target, candidate.block.partition, lines) : one_region(target, lines[0]);
     if (!(next.score < candidate.score)) return;
     candidate = next;
+  }
+}
+
+void stretch(const Target& target, int reach, int solves, Candidate& candidate) {
+  const bool two = two_regions(candidate.block.mode);
+  const float half_level = 0.5f / (two ? 7 : 15);
+  for (int region = 0; region < (two ? 2 : 1); ++region) {
+    Line from[2];
+    lines_of(candidate.block, target.is_signed, from);
+    for (int first = -reach; first <= reach; ++first)
+      for (int second = -reach; second <= reach; ++second) {
+        if (first == 0 && second == 0) continue;
+        Line lines[2] = {from[0], from[1]};
+        for (int c = 0; c < 3; ++c) {
+          const float step = half_level * (from[region].b[c] - from[region].a[c]);
+          lines[region].a[c] -= static_cast<float>(first) * step;
+          lines[region].b[c] += static_cast<float>(second) * step;
+        }
+        Candidate other =
+            two ? two_region(target, candidate.block.partition, lines) : one_region(target, lines[0]);
+        solve(target, solves, other);
+        if (other.score < candidate.score) candidate = other;
+      }
   }
 }
 

@@ -14,9 +14,6 @@ struct Candidate {
   float score = 3e38f;  // error and worst texel together; less is better
 };
 
-// Which texels (as bits) a region of the block has.
-uint32_t texels_of(const Block& block, int region);
-
 // Finds indices and cost. False: the differences between end points find no room with these anchors.
 bool judge(const Target& target, Candidate& candidate);
 
@@ -26,6 +23,10 @@ Candidate two_region(const Target& target, int partition, const Line (&lines)[2]
 
 // Solves for the end points while that gains, `rounds` times at most.
 void solve(const Target& target, int rounds, Candidate& candidate);
+
+// Solves again from end points shifted along their line, each by up to `reach` half levels out- and inwards:
+// texels then fall to other levels, which no solving by itself leads to.
+void stretch(const Target& target, int reach, int solves, Candidate& candidate);
 
 // Moves end points by single steps, channel by channel and both ends of a channel together, while that gains,
 // `rounds` times at most.

@@ -5,55 +5,18 @@
 #include <cmath>
 
 #include "common/base/wide.h"
+#include "coordinator/blocks/bc6h_metric.h"
 
 namespace kiln::bc6h {
 namespace {
 
-// Rec. 709. A difference of colour counts a quarter of one of luminance, squared.
-constexpr float kLuminance[3] = {0.2126f, 0.7152f, 0.0722f};
-constexpr float kChroma = 0.5f;
 // Luminances below this part of the block's largest are as visible as this part.
 constexpr float kDarkest = 1e-3f;
-
-// The bits of a half float as a real number, between two halfs too: a logarithm of base 2^(1/1024), within
-// 6 %, down to 2^-14; linear below.
-KILN_INLINE float step_of(float value) {
-  const float size = std::fabs(value);
-  const auto bits = static_cast<int32_t>(std::bit_cast<uint32_t>(size));
-  const float normal = static_cast<float>(bits - (112 << 23)) * 0x1p-13f;
-  const float step = size < 0x1p-14f ? size * 0x1p24f : normal;
-  return value < 0 ? -step : step;
-}
-
-// The inverse; `step` is whole.
-KILN_INLINE float value_of(float step) {
-  const auto size = static_cast<int32_t>(std::fabs(step));
-  const float value = std::bit_cast<float>(size << 13) * 0x1p112f;
-  return step < 0 ? -value : value;
-}
 
 // Value per step at a value: 2^-10 of its power of two.
 KILN_INLINE float slope_at(float value) {
   const uint32_t power = std::bit_cast<uint32_t>(std::max(std::fabs(value), 0x1p-14f)) & 0x7F800000;
   return std::bit_cast<float>(power) * 0x1p-10f;
-}
-
-KILN_INLINE float luminance(float r, float g, float b) {
-  return kLuminance[0] * r + kLuminance[1] * g + kLuminance[2] * b;
-}
-
-// Luminance and two differences.
-KILN_INLINE void to_opponents(float& r, float& g, float& b) {
-  const float y = luminance(r, g, b);
-  const float red = kChroma * (r - y), blue = kChroma * (b - y);
-  r = y;
-  g = red;
-  b = blue;
-}
-
-KILN_WIDE void steps_to_values(float (&levels)[3][16], float unit) {
-  for (auto& channel : levels)
-    for (int l = 0; l < 16; ++l) channel[l] = value_of(channel[l]) * unit;
 }
 
 // End points whose levels at that place decode as `step`: half_step() rounds down, thus the half step more.
@@ -90,13 +53,6 @@ void weigh_by_luminance(Target& target, const float (&values)[3][16]) {
 }
 
 }  // namespace
-
-void to_metric(const Target& target, int count, float (&levels)[3][16]) {
-  if (target.metric == BlockMetric::kLog) return;
-  steps_to_values(levels, target.unit);
-  if (target.metric == BlockMetric::kPerceptual)
-    for (int l = 0; l < count; ++l) to_opponents(levels[0][l], levels[1][l], levels[2][l]);
-}
 
 void make_target(const BlockTexels& texels, BlockMetric metric, bool is_signed, Target& target) {
   target.metric = metric;

@@ -11,7 +11,7 @@ namespace kiln::bc6h {
 // Per channel and texel, so that 16 texels fill whole registers.
 struct Target {
   alignas(32) float ends[3][16];    // spread over 16 bits, as end points are before interpolation
-  alignas(32) float want[3][16];    // in the metric's space, see to_metric()
+  alignas(32) float want[3][16];    // in the metric's space: bc6h_metric.h
   alignas(32) float fit[3][16];     // weight of squared differences of `ends`: what `weight` is there, nearly
   alignas(32) float texel_fit[16];  // the same, mean of the channels
   alignas(32) float weight[16];     // of squared distances of `want`; 0: nobody's texel
@@ -24,9 +24,5 @@ struct Target {
 
 // Weights are taken relative to the block's largest. Without any weight: weight_sum is 0.
 void make_target(const BlockTexels& texels, BlockMetric metric, bool is_signed, Target& target);
-
-// Levels, as signed steps of half floats, to the space in which distances are errors: the steps themselves
-// (logarithm), values, or luminance and two differences of colour.
-void to_metric(const Target& target, int count, float (&levels)[3][16]);
 
 }  // namespace kiln::bc6h
