@@ -198,7 +198,7 @@ KILN_WIDE void least_squares(const Target& target, const Mask& mask, const uint8
   line = made;
 }
 
-std::array<uint8_t, 32> ranked_partitions(const Target& target) {
+std::array<uint8_t, kPartitions> ranked_partitions(const Target& target) {
   const Mean mean = mean_of(target, mask_of(Block{kFirstOneRegion}, 0));
   alignas(32) float moments[16][kMoments];
   float total[kMoments] = {};
@@ -214,7 +214,7 @@ std::array<uint8_t, 32> ranked_partitions(const Target& target) {
   }
   PartitionCosts costs;
   partition_costs(moments, total, costs);
-  std::array<uint8_t, 32> ranked;
+  std::array<uint8_t, kPartitions> ranked;
   for (int p = 0; p < kPartitions; ++p) ranked[p] = static_cast<uint8_t>(p);
   std::sort(ranked.begin(), ranked.end(), [&](uint8_t a, uint8_t b) {
     return costs.of[a] != costs.of[b] ? costs.of[a] < costs.of[b] : a < b;

@@ -22,6 +22,6 @@ void least_squares(const Target& target, const Mask& mask, const uint8_t (&index
 
 // All partitions, the most promising first: by what is off the regions' principal axes and by what 8 levels
 // leave along them.
-std::array<uint8_t, 32> ranked_partitions(const Target& target);
+std::array<uint8_t, kPartitions> ranked_partitions(const Target& target);
 
 }  // namespace kiln::bc6h
