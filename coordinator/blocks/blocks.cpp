@@ -6,6 +6,7 @@
 
 #include "common/base/format.h"
 #include "common/base/parallel.h"
+#include "coordinator/blocks/bc6h.h"
 
 namespace kiln {
 namespace {
@@ -30,7 +31,10 @@ constexpr uint64_t kNone = ~uint64_t{0};
 }  // namespace
 
 std::span<const BlockFormat> block_formats() {
-  static const std::vector<BlockFormat> kFormats = {};
+  static const std::vector<BlockFormat> kFormats = {
+      {"bc6h_ufloat", 16, encode_bc6h_ufloat, decode_bc6h_ufloat, 0, kLargestHalf},
+      {"bc6h_sfloat", 16, encode_bc6h_sfloat, decode_bc6h_sfloat, -kLargestHalf, kLargestHalf},
+  };
   return kFormats;
 }
 
