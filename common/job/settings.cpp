@@ -454,6 +454,9 @@ std::optional<std::vector<double>> parse_radiance(const std::string& value) {
 Status check_settings(const BakeSettings& b) {
   if (b.min_samples > b.max_samples)
     return refuse(text("--min-samples {} is above --max-samples {}", b.min_samples, b.max_samples));
+  const bool astc = std::any_of(b.encodings.begin(), b.encodings.end(),
+                                [](const std::string& name) { return name.starts_with("astc"); });
+  if (astc && !b.ktx2) return refuse("DDS files do not hold ASTC: --encode astc-... takes --container ktx2");
   return {};
 }
 
