@@ -45,11 +45,12 @@ Candidate fast(const Target& target) {
 struct Effort {
   int partitions;  // the most promising, with two regions
   int solves;      // rounds of least squares, of each candidate
-  int reach;       // of stretch(), of those on the shortlist
+  bool fold;       // those on the shortlist
+  int reach;       // of stretch(), of the same
   int rounds;      // of descend(), of the same
 };
-constexpr Effort kNormal = {2, 1, 0, 1};
-constexpr Effort kBest = {16, 1, 2, 4};
+constexpr Effort kNormal = {2, 1, false, 0, 1};
+constexpr Effort kBest = {16, 1, true, 2, 4};
 
 template <size_t kShortlist>
 void search(const Target& target, const Effort& effort, Candidate& best) {
@@ -68,6 +69,7 @@ void search(const Target& target, const Effort& effort, Candidate& best) {
   }
   for (Candidate& candidate : open) {
     improve(best, candidate);
+    if (effort.fold) fold(target, candidate);
     stretch(target, effort.reach, effort.solves, candidate);
     improve(best, candidate);
     descend(target, effort.rounds, candidate);

@@ -17,6 +17,9 @@ constexpr float kWorst = 4.0f;
 // Solving does not make up for a start so many times worse.
 constexpr float kHopeless = 2.0f;
 
+// Levels over which fold() lays a block's whole range.
+constexpr int kFolded = 6;
+
 void sum_up(const Cost (&regions)[2], Candidate& candidate) {
   candidate.cost = {regions[0].error + regions[1].error, std::max(regions[0].worst, regions[1].worst)};
   candidate.score = candidate.cost.error + kWorst * candidate.cost.worst;
@@ -189,6 +192,27 @@ void stretch(const Target& target, int reach, int solves, Candidate& candidate) 
         if (other.score < candidate.score) candidate = other;
       }
   }
+}
+
+void fold(const Target& target, Candidate& candidate) {
+  if (two_regions(candidate.block.mode)) return;
+  Line from[2];
+  lines_of(candidate.block, target.is_signed, from);
+  for (int levels = 1; levels <= kFolded; ++levels)
+    for (int first = 0; first + levels < 16; ++first) {
+      const float start = kWeights16[first] * (1.0f / 64);
+      const float over = 64.0f / static_cast<float>(kWeights16[first + levels] - kWeights16[first]);
+      Line line;
+      for (int c = 0; c < 3; ++c) {
+        const float whole = over * (from[0].b[c] - from[0].a[c]);
+        line.a[c] = from[0].a[c] - start * whole;
+        line.b[c] = line.a[c] + whole;
+      }
+      Candidate other = one_region(target, line);
+      if (other.score > kHopeless * candidate.score) continue;
+      solve(target, 1, other);
+      if (other.score < candidate.score) candidate = other;
+    }
 }
 
 void descend(const Target& target, int rounds, Candidate& candidate) {
