@@ -6,6 +6,8 @@
 
 #include "common/base/format.h"
 #include "common/base/parallel.h"
+#include "coordinator/blocks/bc1.h"
+#include "coordinator/blocks/bc7.h"
 
 namespace kiln {
 namespace {
@@ -30,7 +32,10 @@ constexpr uint64_t kNone = ~uint64_t{0};
 }  // namespace
 
 std::span<const BlockFormat> block_formats() {
-  static const std::vector<BlockFormat> kFormats = {};
+  static const std::vector<BlockFormat> kFormats = {
+      {"bc1", 8, encode_bc1, decode_bc1, 0, 1},
+      {"bc7", 16, encode_bc7, decode_bc7, 0, 1},
+  };
   return kFormats;
 }
 
