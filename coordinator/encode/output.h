@@ -14,6 +14,7 @@
 #include "coordinator/display/display.h"
 #include "coordinator/document/gltf_document.h"
 #include "coordinator/lightmap/lightmap.h"
+#include "coordinator/lightmap/texture_list.h"
 
 namespace kiln {
 
@@ -24,8 +25,10 @@ struct OutputContext {
   const GltfDocument& document;
   const Lightmap& lightmap;
   std::filesystem::path folder;
-  const Display* display = nullptr;        // null: what is drawn is the scene
-  const Projection* projection = nullptr;  // of `display`
+  const Display* display = nullptr;                         // null: what is drawn is the scene
+  const Projection* projection = nullptr;                   // of `display`
+  const TextureList* textures = nullptr;                    // published beside; null: none
+  const std::vector<std::string>* texture_files = nullptr;  // their files, and others of the same stage
 };
 
 struct OutputFile {
@@ -56,6 +59,7 @@ Expected<std::vector<std::string>> write_basis(const OutputContext& context);
 Expected<std::vector<std::string>> write_error(const OutputContext& context);
 Expected<std::vector<std::string>> write_samples(const OutputContext& context);
 Expected<std::vector<std::string>> write_validity(const OutputContext& context);
+Expected<std::vector<std::string>> list_textures(const OutputContext& context);
 Expected<std::vector<std::string>> write_gltf(const OutputContext& context);
 Expected<std::vector<std::string>> write_gltf_instanced(const OutputContext& context);
 Expected<std::vector<std::string>> write_charts(const OutputContext& context);
