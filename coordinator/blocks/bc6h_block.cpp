@@ -65,14 +65,20 @@ int index_bits(const Block& block, int texel) {
 
 }  // namespace
 
-bool fits(const Block& block, bool is_signed) {
+bool fits(const Block& block, int base, bool is_signed) {
   const Mode& mode = kModeTable[block.mode];
   if (!mode.transformed) return true;
-  for (int e = 1; e < end_count(block.mode); ++e)
-    for (int c = 0; c < 3; ++c)
-      if (rebuilt(mode, block.ends[0][c], block.ends[e][c], mode.delta[c], is_signed) != block.ends[e][c])
-        return false;
+  for (int e = 0; e < end_count(block.mode); ++e)
+    for (int c = 0; c < 3; ++c) {
+      const int from = block.ends[base][c], to = block.ends[e][c], half = 1 << (mode.delta[c] - 1);
+      if (to - from >= -half && to - from < half) continue;
+      if (rebuilt(mode, from, to, mode.delta[c], is_signed) != to) return false;  // it may wrap
+    }
   return true;
+}
+
+int settled_base(const Block& block) {
+  return 2 * block.index[0] > (two_regions(block.mode) ? 7 : 15) ? 1 : 0;
 }
 
 void settle_anchors(Block& block) {

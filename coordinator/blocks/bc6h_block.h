@@ -14,10 +14,13 @@ struct Block {
   uint8_t index[16] = {};
 };
 
-// Whether the differences between the block's end points have room in its mode.
-bool fits(const Block& block, bool is_signed);
+// Whether the differences of end points to one of them (0 or 1) have room in the block's mode.
+bool fits(const Block& block, int base, bool is_signed);
 
-// Exchanges end points so that the anchors' indices lose their upper bits; fits() may be another after it.
+// The end point of region 0 that settle_anchors() makes the first.
+int settled_base(const Block& block);
+
+// Exchanges end points so that the anchors' indices lose their upper bits.
 void settle_anchors(Block& block);
 
 // Writes 16 bytes. The block fits and its anchors are settled.

@@ -41,26 +41,38 @@ Candidate fast(const Target& target) {
   return best;
 }
 
-template <size_t kDescents>
-void search(const Target& target, int partitions, int solves, int reach, int rounds, Candidate& best) {
-  Shortlist<kDescents> open;
+// What an effort tries, beyond one region by its axis.
+struct Effort {
+  int partitions;  // the most promising, with two regions
+  int solves;      // rounds of least squares, of each candidate
+  bool fold;       // those on the shortlist
+  int reach;       // of stretch(), of the same
+  int rounds;      // of descend(), of the same
+};
+constexpr Effort kNormal = {2, 1, false, 0, 1};
+constexpr Effort kBest = {16, 1, true, 2, 4};
+
+template <size_t kShortlist>
+void search(const Target& target, const Effort& effort, Candidate& best) {
+  Shortlist<kShortlist> open;
   Candidate one = best;
-  solve(target, solves, one);
+  solve(target, effort.solves, one);
   open.add(one);
-  const std::array<uint8_t, 32> ranked = ranked_partitions(target);
-  for (int p = 0; p < partitions; ++p) {
+  const std::array<uint8_t, kPartitions> ranked = ranked_partitions(target);
+  for (int p = 0; p < effort.partitions; ++p) {
     const Block regions{0, ranked[p]};
     Candidate two = two_region(
         target, ranked[p],
         {principal_line(target, mask_of(regions, 0)), principal_line(target, mask_of(regions, 1))});
-    solve(target, solves, two);
+    solve(target, effort.solves, two);
     open.add(two);
   }
   for (Candidate& candidate : open) {
     improve(best, candidate);
-    stretch(target, reach, solves, candidate);
+    if (effort.fold) fold(target, candidate);
+    stretch(target, effort.reach, effort.solves, candidate);
     improve(best, candidate);
-    descend(target, rounds, candidate);
+    descend(target, effort.rounds, candidate);
     improve(best, candidate);
   }
 }
@@ -69,8 +81,8 @@ void encode(const BlockTexels& texels, const BlockChoice& choice, bool is_signed
   Target target;
   make_target(texels, choice.metric, is_signed, target);
   Candidate best = fast(target);
-  if (choice.effort != BlockEffort::kFast) search<1>(target, 2, 2, 0, 1, best);
-  if (choice.effort == BlockEffort::kBest) search<3>(target, 32, 3, 2, 16, best);
+  if (choice.effort != BlockEffort::kFast && best.cost.error > 0) search<1>(target, kNormal, best);
+  if (choice.effort == BlockEffort::kBest && best.cost.error > 0) search<2>(target, kBest, best);
   settle_anchors(best.block);
   pack(best.block, block);
 }

@@ -164,51 +164,41 @@ Line principal_line(const Target& target, const Mask& mask) {
 KILN_WIDE void least_squares(const Target& target, const Mask& mask, const uint8_t (&index)[16], int count,
                              Line& line) {
   alignas(32) float s[16], t[16], ws[16], wt[16], terms[16];
+  const uint8_t* const weights = count == 16 ? kWeights16.data() : kWeights8.data();
+  for (int i = 0; i < 16; ++i) t[i] = weights[index[i]];
   for (int i = 0; i < 16; ++i) {
-    t[i] = (count == 16 ? kWeights16[index[i]] : kWeights8[index[i]]) * (1.0f / 64);
+    t[i] *= 1.0f / 64;
     s[i] = 1 - t[i];
   }
+  Line made = line;
+  float aa = 0, ab = 0, bb = 0;
   for (int c = 0; c < 3; ++c) {
-    for (int i = 0; i < 16; ++i) {
-      const float w = mask[i] * target.fit[c][i];
-      ws[i] = w * s[i];
-      wt[i] = w * t[i];
+    if (c == 0 || target.metric != BlockMetric::kLog) {  // there the channels' weights are one
+      for (int i = 0; i < 16; ++i) {
+        const float w = mask[i] * target.fit[c][i];
+        ws[i] = w * s[i];
+        wt[i] = w * t[i];
+      }
+      for (int i = 0; i < 16; ++i) terms[i] = ws[i] * s[i];
+      aa = sum_of(terms);
+      for (int i = 0; i < 16; ++i) terms[i] = ws[i] * t[i];
+      ab = sum_of(terms);
+      for (int i = 0; i < 16; ++i) terms[i] = wt[i] * t[i];
+      bb = sum_of(terms);
     }
-    for (int i = 0; i < 16; ++i) terms[i] = ws[i] * s[i];
-    const float aa = sum_of(terms);
-    for (int i = 0; i < 16; ++i) terms[i] = ws[i] * t[i];
-    const float ab = sum_of(terms);
-    for (int i = 0; i < 16; ++i) terms[i] = wt[i] * t[i];
-    const float bb = sum_of(terms);
+    const float det = aa * bb - ab * ab;
+    if (!(det > 1e-6f * (aa + bb) * (aa + bb))) continue;
     for (int i = 0; i < 16; ++i) terms[i] = ws[i] * target.ends[c][i];
     const float ax = sum_of(terms);
     for (int i = 0; i < 16; ++i) terms[i] = wt[i] * target.ends[c][i];
     const float bx = sum_of(terms);
-    const float det = aa * bb - ab * ab;
-    if (!(det > 1e-6f * (aa + bb) * (aa + bb))) continue;
-    line.a[c] = (ax * bb - bx * ab) / det;
-    line.b[c] = (bx * aa - ax * ab) / det;
+    made.a[c] = (ax * bb - bx * ab) / det;
+    made.b[c] = (bx * aa - ax * ab) / det;
   }
+  line = made;
 }
 
-int quantised(float value, int bits, bool is_signed) {
-  const float size = is_signed ? std::fabs(value) : std::max(value, 0.0f);
-  const int top = (1 << (is_signed ? bits - 1 : bits)) - 1;
-  const float cell = size * (1.0f / static_cast<float>(1 << (16 - bits)));
-  int q;
-  // A number stands for the middle of its cell, but the first for 0 and the last for the end.
-  if (bits == 16)
-    q = static_cast<int>(std::min(cell + 0.5f, static_cast<float>(top)));
-  else if (cell < 0.75f)
-    q = 0;
-  else if (cell > static_cast<float>(top) + 0.25f)
-    q = top;
-  else
-    q = std::clamp(static_cast<int>(cell), 1, top - 1);
-  return is_signed && value < 0 ? -q : q;
-}
-
-std::array<uint8_t, 32> ranked_partitions(const Target& target) {
+std::array<uint8_t, kPartitions> ranked_partitions(const Target& target) {
   const Mean mean = mean_of(target, mask_of(Block{kFirstOneRegion}, 0));
   alignas(32) float moments[16][kMoments];
   float total[kMoments] = {};
@@ -224,7 +214,7 @@ std::array<uint8_t, 32> ranked_partitions(const Target& target) {
   }
   PartitionCosts costs;
   partition_costs(moments, total, costs);
-  std::array<uint8_t, 32> ranked;
+  std::array<uint8_t, kPartitions> ranked;
   for (int p = 0; p < kPartitions; ++p) ranked[p] = static_cast<uint8_t>(p);
   std::sort(ranked.begin(), ranked.end(), [&](uint8_t a, uint8_t b) {
     return costs.of[a] != costs.of[b] ? costs.of[a] < costs.of[b] : a < b;

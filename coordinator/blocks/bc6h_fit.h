@@ -20,11 +20,8 @@ Line principal_line(const Target& target, const Mask& mask);
 // answer (the texels are all on one level, or without weight) stay as they are.
 void least_squares(const Target& target, const Mask& mask, const uint8_t (&index)[16], int count, Line& line);
 
-// `value`, of a channel's end point, to the nearest that `bits` can say.
-int quantised(float value, int bits, bool is_signed);
-
 // All partitions, the most promising first: by what is off the regions' principal axes and by what 8 levels
 // leave along them.
-std::array<uint8_t, 32> ranked_partitions(const Target& target);
+std::array<uint8_t, kPartitions> ranked_partitions(const Target& target);
 
 }  // namespace kiln::bc6h

@@ -1,6 +1,7 @@
 #include "coordinator/blocks/bc6h_search.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 namespace kiln::bc6h {
@@ -13,14 +14,37 @@ constexpr int kTwoRegions[] = {2, 3, 4, 0, 5, 6, 7, 8, 1, 9};
 // The worst texel counts as so many texels with its error more.
 constexpr float kWorst = 4.0f;
 
+// Solving does not make up for a start so many times worse.
+constexpr float kHopeless = 2.0f;
+
+// Levels over which fold() lays a block's whole range.
+constexpr int kFolded = 6;
+
 void sum_up(const Cost (&regions)[2], Candidate& candidate) {
   candidate.cost = {regions[0].error + regions[1].error, std::max(regions[0].worst, regions[1].worst)};
   candidate.score = candidate.cost.error + kWorst * candidate.cost.worst;
 }
 
-bool fits_settled(Block block, bool is_signed) {
-  settle_anchors(block);
-  return fits(block, is_signed);
+bool fits_settled(const Block& block, bool is_signed) {
+  return fits(block, settled_base(block), is_signed);
+}
+
+// `value`, of a channel's end point, to the nearest that `bits` can say.
+int quantised(float value, int bits, bool is_signed) {
+  const float size = is_signed ? std::fabs(value) : std::max(value, 0.0f);
+  const int top = (1 << (is_signed ? bits - 1 : bits)) - 1;
+  const float cell = size * std::bit_cast<float>((127 + bits - 16) << 23);
+  int q;
+  // A number stands for the middle of its cell, but the first for 0 and the last for the end.
+  if (bits == 16)
+    q = static_cast<int>(std::min(cell + 0.5f, static_cast<float>(top)));
+  else if (cell < 0.75f)
+    q = 0;
+  else if (cell > static_cast<float>(top) + 0.25f)
+    q = top;
+  else
+    q = std::clamp(static_cast<int>(cell), 1, top - 1);
+  return is_signed && value < 0 ? -q : q;
 }
 
 // How far a channel's end points are from the first.
@@ -55,7 +79,8 @@ Candidate finest(const Target& target, const int (&modes)[kCount], int partition
         block.ends[2 * region][c] = quantised(lines[region].a[c], bits, target.is_signed);
         block.ends[2 * region + 1][c] = quantised(lines[region].b[c], bits, target.is_signed);
       }
-    if (fits(block, target.is_signed) && judge(target, candidate)) return candidate;
+    const bool room = fits(block, 0, target.is_signed) || fits(block, 1, target.is_signed);
+    if (room && judge(target, candidate)) return candidate;
   }
   return candidate;
 }
@@ -162,10 +187,32 @@ void stretch(const Target& target, int reach, int solves, Candidate& candidate) 
         }
         Candidate other =
             two ? two_region(target, candidate.block.partition, lines) : one_region(target, lines[0]);
+        if (other.score > kHopeless * candidate.score) continue;
         solve(target, solves, other);
         if (other.score < candidate.score) candidate = other;
       }
   }
+}
+
+void fold(const Target& target, Candidate& candidate) {
+  if (two_regions(candidate.block.mode)) return;
+  Line from[2];
+  lines_of(candidate.block, target.is_signed, from);
+  for (int levels = 1; levels <= kFolded; ++levels)
+    for (int first = 0; first + levels < 16; ++first) {
+      const float start = kWeights16[first] * (1.0f / 64);
+      const float over = 64.0f / static_cast<float>(kWeights16[first + levels] - kWeights16[first]);
+      Line line;
+      for (int c = 0; c < 3; ++c) {
+        const float whole = over * (from[0].b[c] - from[0].a[c]);
+        line.a[c] = from[0].a[c] - start * whole;
+        line.b[c] = line.a[c] + whole;
+      }
+      Candidate other = one_region(target, line);
+      if (other.score > kHopeless * candidate.score) continue;
+      solve(target, 1, other);
+      if (other.score < candidate.score) candidate = other;
+    }
 }
 
 void descend(const Target& target, int rounds, Candidate& candidate) {

@@ -28,6 +28,10 @@ void solve(const Target& target, int rounds, Candidate& candidate);
 // texels then fall to other levels, which no solving by itself leads to.
 void stretch(const Target& target, int reach, int solves, Candidate& candidate);
 
+// Tries lines so long that a few neighbouring levels cover the block's range: end points are then many, and
+// some are right to a fraction of a cell. For blocks of little range; one region.
+void fold(const Target& target, Candidate& candidate);
+
 // Moves end points by single steps, channel by channel and both ends of a channel together, while that gains,
 // `rounds` times at most.
 void descend(const Target& target, int rounds, Candidate& candidate);
