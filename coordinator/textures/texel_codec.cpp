@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include "common/base/format.h"
+#include "coordinator/astc/astc.h"
 
 namespace kiln {
 namespace {
@@ -92,8 +93,8 @@ ValueRange value_range(TextureFormat format, Unpack unpack) {
 Expected<Bytes> encode_texels(TextureFormat format, Unpack unpack, const BlockImage& image,
                               const BlockChoice& choice) {
   if (const BlockFormat* block = block_format(format)) return encode_blocks(*block, image, choice);
+  if (is_astc(format)) return encode_astc(format, image, choice);
   KILN_TRY_STATUS(check_finite(image));
-  if (is_astc(format)) return fail(ErrorKind::kInternal, "ASTC");
   return encode_plain(format, unpack, image);
 }
 
@@ -103,7 +104,7 @@ Expected<std::vector<float>> decode_texels(TextureFormat format, std::span<const
   if (bytes.size() < image_bytes(format, width, height))
     return fail(ErrorKind::kInvalidInput, text("{} bytes are too few for {}x{} texels of {}", bytes.size(),
                                                width, height, texture_format(format).name));
-  if (is_astc(format)) return fail(ErrorKind::kInternal, "ASTC");
+  if (is_astc(format)) return decode_astc(format, bytes, width, height);
   const size_t size = texture_format(format).bytes, count = size_t{width} * height;
   std::vector<float> out(4 * count);
   for (size_t t = 0; t < count; ++t) {

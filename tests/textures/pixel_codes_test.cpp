@@ -60,7 +60,7 @@ double allowed(Unpack unpack, double value, double most) {
       return 0.5 / 255 * std::max(slope, 1 / 12.92) * 1.02;
     }
     case Unpack::kRgbe:
-      return most / 256;  // mantissas of the largest are 128 at least
+      return most / 255;  // mantissas of the largest are 127.5 at least: steps are 1/127.5 of it
     case Unpack::kRgbm: {
       // sqrt(v) = 8 a c, c in steps of 1/255, a at most one step above what the largest needs.
       const double a = std::min(1.0, std::sqrt(most) / 8 + 1.0 / 255), root = 8 * a * 0.5 / 255;
