@@ -1,0 +1,99 @@
+// Textures made again from masters are the textures of the bake.
+#include <fstream>
+#include <map>
+
+#include "common/base/files.h"
+#include "coordinator/run/encode_run.h"
+#include "tests/bake/scene_gltf.h"
+
+namespace kiln {
+namespace {
+
+class Encode : public testing::Test {
+ protected:
+  Encode() {
+    test::write_scene_glb(test::small_room(), scene());
+    BakeRequest r;
+    r.scene = scene();
+    r.output = out();
+    r.worker_program = test::binary_dir() / "bin/kiln-worker";
+    r.settings.unwrap_cache = "off";
+    for (const auto& [name, value] : std::map<std::string, std::string>{{"layout", "pack"},
+                                                                        {"texels-per-metre", "3"},
+                                                                        {"min-samples", "4"},
+                                                                        {"max-samples", "4"},
+                                                                        {"workers", "1"},
+                                                                        {"mip-levels", "1"},
+                                                                        {"encode", "bc6h,rgbm"},
+                                                                        {"encode-quantity", "both"}})
+      EXPECT_TRUE(set_option(r.settings, name, value, "test"));
+    const auto report = run_bake(r, [](const BakeProgress&) {});
+    EXPECT_TRUE(report) << (report ? "" : report.error().message);
+    if (report) baked_ = *report;
+  }
+  std::filesystem::path scene() const { return dir_.path() / "room.glb"; }
+  std::filesystem::path out() const { return dir_.path() / "out"; }
+  Expected<EncodeReport> encode(const std::string& folder,
+                                const std::map<std::string, std::string>& options = {}) {
+    EncodeRequest r{scene(), out(), dir_.path() / folder, {}};
+    for (const auto& [name, value] : options)
+      EXPECT_TRUE(set_option(r.settings, name, value, "command line"));
+    return run_encode(r, [](const BakeProgress&) {});
+  }
+  std::string refusal(const Expected<EncodeReport>& r) {
+    EXPECT_FALSE(r);
+    return r ? "" : r.error().message;
+  }
+
+  test::TempDir dir_;
+  BakeReport baked_;
+};
+
+TEST_F(Encode, GivesTheBytesOfTheBake) {
+  const auto again = encode("again");
+  ASSERT_TRUE(again) << again.error().message;
+  std::map<std::string, Digest> digests;
+  for (const OutputFile& f : again->files) digests[f.name] = f.digest;
+  size_t textures = 0;
+  for (const OutputFile& f : baked_.outputs) {
+    ASSERT_TRUE(digests.count(f.name)) << f.name;
+    EXPECT_EQ(digests[f.name].hex(), f.digest.hex()) << f.name;
+    textures += f.name.rfind("lightmap_", 0) == 0;
+  }
+  EXPECT_EQ(textures, 2 * 5 + 5u);  // DDS and KTX2 of L0, L1x, L1y, L1z, E; as many PNG
+  ASSERT_EQ(again->textures.size(), baked_.textures.size());
+  for (size_t k = 0; k < baked_.textures.size(); ++k)
+    EXPECT_EQ(again->textures[k].error.rel_mse, baked_.textures[k].error.rel_mse);
+}
+
+TEST_F(Encode, TakesOtherSettings) {
+  const auto other =
+      encode("other", {{"encode", "half"}, {"container", "ktx2"}, {"encode-quantity", "basis"}});
+  ASSERT_TRUE(other) << other.error().message;
+  ASSERT_EQ(other->textures.size(), 1u);
+  EXPECT_EQ(other->textures[0].encoding, "half");
+  EXPECT_TRUE(std::filesystem::exists(dir_.path() / "other/lightmap_half_L0.ktx2"));
+  EXPECT_FALSE(std::filesystem::exists(dir_.path() / "other/lightmap_half_L0.dds"));
+  EXPECT_TRUE(std::filesystem::exists(dir_.path() / "other/scene.glb"));
+  const auto tight = encode("tight", {{"max-encode-error", "1e-9"}});
+  ASSERT_TRUE(tight);
+  EXPECT_NE(tight->unmet.find("bc6h"), std::string::npos) << tight->unmet;
+  EXPECT_FALSE(std::filesystem::exists(dir_.path() / "tight/lightmap_bc6h_L0.ktx2"));
+}
+
+TEST_F(Encode, RefusesWhatDoesNotBelongTogether) {
+  EXPECT_NE(refusal(encode("x", {{"texels-per-metre", "4"}})).find("another scene or layout"),
+            std::string::npos);
+  std::ofstream(out() / "charts.json", std::ios::app) << " ";
+  EXPECT_NE(refusal(encode("x")).find("charts.json"), std::string::npos);
+  std::filesystem::remove(out() / "sh_l1.exr");
+  EXPECT_NE(refusal(encode("x")).find("sh_l1.exr"), std::string::npos);
+  std::ofstream(out() / "report.json") << "{";
+  EXPECT_NE(refusal(encode("x")).find("report.json"), std::string::npos);
+  std::filesystem::remove(out() / "report.json");
+  EXPECT_NE(refusal(encode("x")).find("no output folder of a bake"), std::string::npos);
+  EXPECT_FALSE(std::filesystem::exists(dir_.path() / "x"));
+}
+
+}  // namespace
+}  // namespace kiln
