@@ -2,6 +2,7 @@
 #include "coordinator/post/stage.h"
 #include "coordinator/seams/join.h"
 #include "tests/seams/baked_room.h"
+#include "tests/seams/pieces.h"
 #include "tests/seams/plain_seams.h"
 
 namespace kiln {
@@ -77,6 +78,37 @@ TEST(Seams, EveryRunGivesTheSameBits) {
   join_seams(a, f.room.scene, f.room.atlas, {});
   join_seams(b, f.room.scene, f.room.atlas, {});
   EXPECT_EQ(a.planes.data, b.planes.data);
+}
+
+// Corrections of one plane know nothing of another's: where they leave little light, a direction would be
+// longer than it.
+TEST(Seams, DirectionsStayWithinTheirLight) {
+  const Scene scene = wall_of_eight().scene;
+  const Atlas atlas = packed(scene, 4);
+  uint64_t state = 1;
+  Lightmap map = field_map(scene, atlas, [&](const DVec3&, const Vec3&) {
+    state = state * 6364136223846793005u + 1442695040888963407u;
+    return 0.01 + std::pow(static_cast<double>(state >> 11) * 0x1p-53, 4);  // noise: mostly dark
+  });
+  std::vector<float>& length = map.planes.plane("L1x.R");
+  for (size_t t = 0; t < length.size(); ++t)
+    length[t] = t % 3 ? -map.planes.data[0][t] : map.planes.data[0][t];
+  map.planes.add("L1y.R");
+  map.planes.add("L1z.R");
+  const size_t x = map.planes.index("L1x.R"), y = map.planes.index("L1y.R"), z = map.planes.index("L1z.R");
+  Lightmap free = map;
+  EXPECT_EQ(join_seams(free, scene, atlas, {}).shortened, 0u);
+  map.bounds.push_back({0, {x, y, z}});
+  EXPECT_GT(join_seams(map, scene, atlas, {}).shortened, 0u);
+  size_t beyond = 0;
+  for (size_t t = 0; t < atlas.owner.size(); ++t) {
+    const auto too_long = [&](const Lightmap& m) {
+      return std::abs(m.planes.data[x][t]) > m.planes.data[0][t] * (1 + 0x1p-19);
+    };
+    EXPECT_FALSE(too_long(map)) << t;
+    beyond += too_long(free);
+  }
+  EXPECT_GT(beyond, 0u) << "the field does not try it";
 }
 
 }  // namespace
