@@ -13,6 +13,7 @@
 #include <string>
 
 #include "common/base/files.h"
+#include "coordinator/astc/astc.h"
 #include "coordinator/blocks/blocks.h"
 #include "coordinator/container/container.h"
 #include "coordinator/imageio/exr.h"
@@ -76,18 +77,32 @@ void print(const Map& map, const std::string& format, const std::string& name, d
 
 void run_ours(const Map& map) {
   const BlockImage image{map.width, map.height, map.rgba, {}};
-  for (const char* name : {"bc7", "bc1", "bc6h_ufloat"}) {
-    if ((std::string(name) == "bc6h_ufloat") != map.light) continue;
-    const BlockFormat& format = *find_block_format(name);
-    for (const auto& [effort, label] : {std::pair{BlockEffort::kFast, "Kiln fast"},
-                                        {BlockEffort::kNormal, "Kiln normal"},
-                                        {BlockEffort::kBest, "Kiln best"}}) {
-      const clock_t start = std::clock();
-      const Bytes blocks = must(encode_blocks(
-          format, image, {effort, map.light ? BlockMetric::kLog : BlockMetric::kLinear, false}, true, 1));
-      const double seconds = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
-      print(map, name, label, seconds,
-            error_of(map, must(decode_blocks(format, blocks, map.width, map.height))));
+  const BlockMetric metric = map.light ? BlockMetric::kLog : BlockMetric::kLinear;
+  const auto row = [&](const std::string& format, const char* name, BlockEffort effort, const auto& encode,
+                       const auto& decode) {
+    const clock_t start = std::clock();
+    const Bytes blocks = must(encode(BlockChoice{effort, metric, false}));
+    const double seconds = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+    print(map, format, name, seconds, error_of(map, must(decode(blocks))));
+  };
+  for (const auto& [effort, name] : {std::pair{BlockEffort::kFast, "Kiln fast"},
+                                     {BlockEffort::kNormal, "Kiln normal"},
+                                     {BlockEffort::kBest, "Kiln best"}}) {
+    for (const char* format : {"bc7", "bc1", "bc6h_ufloat"}) {
+      if ((std::string(format) == "bc6h_ufloat") != map.light) continue;
+      const BlockFormat& f = *find_block_format(format);
+      row(
+          format, name, effort, [&](const BlockChoice& c) { return encode_blocks(f, image, c, true, 1); },
+          [&](const Bytes& b) { return decode_blocks(f, b, map.width, map.height); });
+    }
+    const auto first =
+        static_cast<int>(map.light ? TextureFormat::kAstc4x4Sfloat : TextureFormat::kAstc4x4Unorm);
+    for (int f = first; f < first + 3; ++f) {
+      const auto format = static_cast<TextureFormat>(f);
+      row(
+          std::string(texture_format(format).name), name, effort,
+          [&](const BlockChoice& c) { return encode_astc(format, image, c, true, 1); },
+          [&](const Bytes& b) { return decode_astc(format, b, map.width, map.height); });
     }
   }
 }
