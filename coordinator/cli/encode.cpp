@@ -41,7 +41,8 @@ Command encode_command() {
        {"--json", "", "print encode.json instead of a summary"},
        {"--quiet", "", "no progress"}},
       true,
-      run};
+      run,
+      false};
 }
 
 }  // namespace kiln

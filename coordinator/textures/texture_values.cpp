@@ -81,7 +81,7 @@ std::vector<float> texture_values(const TextureLayout& layout, const MapLevel& l
         const double v = (source.value(c, t) - scale.bias) / scale.scale;
         if (level.weight[t] == 1 && (v < range.lowest - slack || v > range.highest + slack)) ++beyond[part];
         out[4 * t + c] =
-            static_cast<float>(std::isnan(v) ? v : std::clamp<double>(v, range.lowest, range.highest));
+            static_cast<float>(std::isfinite(v) ? std::clamp<double>(v, range.lowest, range.highest) : v);
       }
       out[4 * t + 3] = 1;
     }
