@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "coordinator/blocks/bc1_clusters.h"
 #include "coordinator/blocks/lanes.h"
 
 namespace kiln {
@@ -46,13 +47,13 @@ struct SolidEnds {
 };
 
 KILN_INLINE bool try_ends(const BlockLanes& lanes, const int (&q)[2][3], Bc1Block& best) {
-  float palette[4][4];
+  float palette[3][4];
   for (int c = 0; c < 3; ++c) {
     const int a = expanded(q[0][c], c), b = expanded(q[1][c], c);
-    palette[0][c] = static_cast<float>(a);
-    palette[1][c] = static_cast<float>(third(a, b));
-    palette[2][c] = static_cast<float>(third(b, a));
-    palette[3][c] = static_cast<float>(b);
+    palette[c][0] = static_cast<float>(a);
+    palette[c][1] = static_cast<float>(third(a, b));
+    palette[c][2] = static_cast<float>(third(b, a));
+    palette[c][3] = static_cast<float>(b);
   }
   alignas(64) int place[16];
   const float error = nearest_of<3, 4>(lanes.v, lanes.channel, lanes.weight, palette, place);
@@ -83,11 +84,11 @@ KILN_INLINE void refine(const BlockLanes& lanes, int rounds, Bc1Block& best) {
   }
 }
 
-// Steps of an end in one channel, and of both ends together.
-KILN_INLINE bool move_one(const BlockLanes& lanes, Bc1Block& best) {
+// Steps of an end in one channel; `pairs`: of both ends together too.
+KILN_INLINE bool move_one(const BlockLanes& lanes, bool pairs, Bc1Block& best) {
   bool better = false;
   for (int c = 0; c < 3; ++c)
-    for (int which = 1; which <= 3; ++which)
+    for (int which = 1; which <= (pairs ? 3 : 2); ++which)
       for (const int step : {-1, 1}) {
         int q[2][3];
         std::copy_n(&best.q[0][0], 6, &q[0][0]);
@@ -113,7 +114,7 @@ KILN_INLINE bool move_end(const BlockLanes& lanes, int end, Bc1Block& best) {
   return better;
 }
 
-KILN_WIDE Bc1Block search(const BlockLanes& lanes, BlockEffort effort) {
+KILN_WIDE Bc1Block start(const BlockLanes& lanes) {
   alignas(64) float w[16];
   std::copy_n(lanes.weight, 16, w);
   float ends[2][4] = {};
@@ -123,18 +124,46 @@ KILN_WIDE Bc1Block search(const BlockLanes& lanes, BlockEffort effort) {
   round_ends(ends, q);
   try_ends(lanes, q, best);
   refine(lanes, 1, best);
-  if (effort == BlockEffort::kFast) return best;
+  return best;
+}
+
+KILN_WIDE void improve(const BlockLanes& lanes, Bc1Block& best) {
   refine(lanes, 2, best);
-  move_one(lanes, best);
-  if (effort == BlockEffort::kNormal) return best;
+  move_one(lanes, false, best);
+}
+
+KILN_WIDE void exhaust(const BlockLanes& lanes, Bc1Block& best) {
   for (int round = 0; round < 16; ++round) {
-    bool better = move_one(lanes, best);
+    bool better = move_one(lanes, true, best);
     better |= move_end(lanes, 0, best);
     better |= move_end(lanes, 1, best);
     if (!better) break;
     refine(lanes, 1, best);
   }
-  return best;
+}
+
+KILN_WIDE void from_clusters(const BlockLanes& lanes, const float (*ends)[4], Bc1Block& block) {
+  int q[2][3];
+  round_ends(ends, q);
+  try_ends(lanes, q, block);
+}
+
+Bc1Block search(const BlockLanes& lanes, BlockEffort effort) {
+  Bc1Block best = start(lanes);
+  if (effort == BlockEffort::kFast) return best;
+  const Bc1Block first = best;
+  improve(lanes, best);
+  if (effort == BlockEffort::kNormal) return best;
+  exhaust(lanes, best);
+  // Another start, since moves end in the nearest valley.
+  float ends[2][4] = {};
+  for (int e = 0; e < 2; ++e)
+    for (int c = 0; c < 3; ++c) ends[e][c] = static_cast<float>(expanded(first.q[e][c], c));
+  cluster_ends(lanes, ends);
+  Bc1Block other{1e30f, {}, {}};
+  from_clusters(lanes, ends, other);
+  exhaust(lanes, other);
+  return other.error < best.error ? other : best;
 }
 
 bool is_solid(const BlockLanes& lanes, int& texel) {

@@ -126,7 +126,8 @@ Bc7Candidate partitioned(const Search& s, int mode, int partition, int rounds, i
 }
 
 // Modes 4 and 5: three channels on a line, the fourth by itself. Rotation exchanges alpha with a colour.
-Bc7Candidate separate(const Search& s, int mode, int rotation, int selector, int rounds, int moves) {
+Bc7Candidate separate(const Search& s, int mode, int rotation, int selector, int rounds, int moves,
+                      float limit) {
   const Bc7Mode& m = kBc7Modes[mode];
   BlockLanes turned = s.lanes;
   if (!s.alpha) std::fill_n(turned.v[3], 16, 255.0f);
@@ -145,11 +146,21 @@ Bc7Candidate separate(const Search& s, int mode, int rotation, int selector, int
   const Bc7Fit alpha = fit_bc7(turned, turned.weight, alone, rounds, moves);
   put_fit(alpha, 0, 3, 1, k);
   std::copy_n(alpha.index, 16, k.index2);
-  if (k.error >= s.best.error) return k;
+  if (k.error >= limit) return k;
   const Bc7Fit fit = fit_bc7(turned, turned.weight, colours, rounds, moves);
   put_fit(fit, 0, 0, 3, k);
   std::copy_n(fit.index, 16, k.index);
   return k;
+}
+
+// Moves of end points are tried where the error before them is at most this much above the best.
+constexpr float kWorthMoving = 1.12f;
+
+void try_separate(Search& s, int mode, int rotation, int selector, int rounds, int moves) {
+  const Bc7Candidate plain = separate(s, mode, rotation, selector, rounds, 0, kWorthMoving * s.best.error);
+  keep(s.best, plain);
+  if (moves > 0 && plain.error < kWorthMoving * s.best.error)
+    keep(s.best, separate(s, mode, rotation, selector, rounds, moves, s.best.error));
 }
 
 void try_partitions(Search& s, int mode, Bc7Promise promise, int count, int rounds, int moves) {
@@ -165,8 +176,7 @@ void search_normal(Search& s) {
   keep(s.best, mode6(s, 3, 0));
   if (s.done(kSlack)) return;
   const int channels = s.alpha ? 4 : 3;
-  for (int rotation = s.alpha ? 0 : 1; rotation < 4; ++rotation)
-    keep(s.best, separate(s, 5, rotation, 0, 2, 0));
+  for (int rotation = s.alpha ? 0 : 1; rotation < 4; ++rotation) try_separate(s, 5, rotation, 0, 2, 0);
   const Bc7Promise two = bc7_promise(s.lanes, channels, 2, s.alpha ? 2 : 3);
   if (s.alpha) {
     try_partitions(s, 7, two, 4, 2, 0);
@@ -176,25 +186,36 @@ void search_normal(Search& s) {
   try_partitions(s, 3, two, 2, 2, 0);
 }
 
+// The best block's own mode again, with moves for as long as they help.
+void polish(Search& s, int rounds) {
+  constexpr int kMoves = 16;
+  const Bc7Candidate k = s.best;
+  keep(s.best, k.mode == 6 ? mode6(s, rounds, kMoves)
+               : k.mode == 4 || k.mode == 5
+                   ? separate(s, k.mode, k.rotation, k.selector, rounds, kMoves, k.error)
+                   : partitioned(s, k.mode, k.partition, rounds, kMoves, k.error));
+}
+
 void search_best(Search& s) {
-  constexpr int kMoves = 8;
+  constexpr int kMoves = 1;  // while candidates are compared
   constexpr float kSlack = 1.0001f;
   keep(s.best, mode6(s, 6, kMoves));
   for (int rotation = 0; rotation < 4 && !s.done(kSlack); ++rotation) {
-    keep(s.best, separate(s, 5, rotation, 0, 4, kMoves));
-    keep(s.best, separate(s, 4, rotation, 0, 4, kMoves));
-    keep(s.best, separate(s, 4, rotation, 1, 4, kMoves));
+    try_separate(s, 5, rotation, 0, 4, kMoves);
+    try_separate(s, 4, rotation, 0, 4, kMoves);
+    try_separate(s, 4, rotation, 1, 4, kMoves);
   }
   if (s.done(kSlack)) return;
   const int channels = s.alpha ? 4 : 3;
   if (s.alpha) {
-    try_partitions(s, 7, bc7_promise(s.lanes, channels, 2, 2), 16, 3, kMoves);
-    return;
+    try_partitions(s, 7, bc7_promise(s.lanes, channels, 2, 2), 24, 3, kMoves);
+  } else {
+    try_partitions(s, 1, bc7_promise(s.lanes, channels, 2, 3), 8, 2, kMoves);
+    try_partitions(s, 3, bc7_promise(s.lanes, channels, 2, 2), 5, 2, kMoves);
+    try_partitions(s, 0, bc7_promise(s.lanes, channels, 3, 3), 4, 2, kMoves);
+    try_partitions(s, 2, bc7_promise(s.lanes, channels, 3, 2), 6, 2, kMoves);
   }
-  try_partitions(s, 1, bc7_promise(s.lanes, channels, 2, 3), 12, 3, kMoves);
-  try_partitions(s, 3, bc7_promise(s.lanes, channels, 2, 2), 8, 3, kMoves);
-  try_partitions(s, 0, bc7_promise(s.lanes, channels, 3, 3), 6, 3, kMoves);
-  try_partitions(s, 2, bc7_promise(s.lanes, channels, 3, 2), 8, 3, kMoves);
+  polish(s, 3);
 }
 
 }  // namespace

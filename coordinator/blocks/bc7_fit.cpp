@@ -65,10 +65,10 @@ template <int C, int K>
 KILN_INLINE float measure(const BlockLanes& lanes, const float* weight, const Bc7Line& line, const Ends& e,
                           int* index) {
   constexpr const int* kWeights = bc7_weights(K == 16 ? 4 : K == 8 ? 3 : 2);
-  float palette[K][4];
+  alignas(64) float palette[C][K];
   for (int c = 0; c < C; ++c) {
     const int low = expanded(line, e.q[0][c], e.p[0], c), high = expanded(line, e.q[1][c], e.p[1], c);
-    for (int k = 0; k < K; ++k) palette[k][c] = static_cast<float>(bc7_interpolate(low, high, kWeights[k]));
+    for (int k = 0; k < K; ++k) palette[c][k] = static_cast<float>(bc7_interpolate(low, high, kWeights[k]));
   }
   return nearest_of<C, K>(&lanes.v[line.first], &lanes.channel[line.first], weight, palette, index);
 }

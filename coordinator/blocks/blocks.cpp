@@ -7,8 +7,8 @@
 #include "common/base/format.h"
 #include "common/base/parallel.h"
 #include "coordinator/blocks/bc1.h"
-#include "coordinator/blocks/bc7.h"
 #include "coordinator/blocks/bc6h.h"
+#include "coordinator/blocks/bc7.h"
 
 namespace kiln {
 namespace {

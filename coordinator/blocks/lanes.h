@@ -20,17 +20,24 @@ struct BlockLanes {
 // 1 for each colour, or shares of the luminance that sum to 3 (Rec. 709); alpha 1.
 BlockLanes block_lanes(const BlockTexels& texels, BlockMetric metric);
 
-KILN_INLINE float lane_sum(const float (&x)[16]) {
-  float s[8];
-  for (int i = 0; i < 8; ++i) s[i] = x[i] + x[i + 8];
-  for (int i = 0; i < 4; ++i) s[i] += s[i + 4];
+// Written with vectors of four, which any x86-64 has: left to itself the compiler shuffles.
+using Four = float __attribute__((vector_size(16)));
+
+KILN_INLINE Four four_at(const float* x) {
+  Four v;
+  __builtin_memcpy(&v, x, sizeof v);
+  return v;
+}
+
+KILN_INLINE float lane_sum(const float* x) {
+  const Four s = (four_at(x) + four_at(x + 8)) + (four_at(x + 4) + four_at(x + 12));
   return (s[0] + s[2]) + (s[1] + s[3]);
 }
 
 KILN_INLINE float lane_dot(const float* x, const float* y) {
-  alignas(64) float p[16];
-  for (int i = 0; i < 16; ++i) p[i] = x[i] * y[i];
-  return lane_sum(p);
+  const Four s = (four_at(x) * four_at(y) + four_at(x + 8) * four_at(y + 8)) +
+                 (four_at(x + 4) * four_at(y + 4) + four_at(x + 12) * four_at(y + 12));
+  return (s[0] + s[2]) + (s[1] + s[3]);
 }
 
 KILN_INLINE float in_byte(float v) {
@@ -94,7 +101,7 @@ KILN_INLINE void principal_ends(const float (*v)[16], const float* channel, cons
 // Nearest of K palette entries for each texel; returns the weighted squared error.
 template <int C, int K>
 KILN_INLINE float nearest_of(const float (*v)[16], const float* channel, const float* weight,
-                             const float (*palette)[4], int* index) {
+                             const float (&palette)[C][K], int* index) {
   alignas(64) float best[16], error[16];
   alignas(64) int at[16];
   for (int i = 0; i < 16; ++i) best[i] = 1e30f, at[i] = 0;
@@ -102,7 +109,7 @@ KILN_INLINE float nearest_of(const float (*v)[16], const float* channel, const f
     for (int i = 0; i < 16; ++i) {
       float sum = 0;
       for (int c = 0; c < C; ++c) {
-        const float t = v[c][i] - palette[k][c];
+        const float t = v[c][i] - palette[c][k];
         sum += channel[c] * (t * t);
       }
       at[i] = sum < best[i] ? k : at[i];

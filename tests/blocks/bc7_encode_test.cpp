@@ -103,11 +103,11 @@ TEST(Bc7Encode, GradientsStayWithinHalfAStep) {
 }
 
 // What a mode is for must pay: two gradients want two subsets, a channel of its own wants modes 4 or 5, noise
-// wants anything. About half of the gains that were measured, so that a mode which is lost shows.
+// wants anything. Somewhat less than the gains that were measured, so that a mode which is lost shows.
 TEST(Bc7Encode, ModesPayWhereTheyShould) {
   std::mt19937 random(5);
-  for (const auto& [sample, normal_gain, best_gain] : {std::tuple{test::Sample::kTwoGradients, 30.0, 35.0},
-                                                       {test::Sample::kChannels, 2.5, 5.0},
+  for (const auto& [sample, normal_gain, best_gain] : {std::tuple{test::Sample::kTwoGradients, 50.0, 55.0},
+                                                       {test::Sample::kChannels, 4.0, 7.5},
                                                        {test::Sample::kNoise, 1.5, 2.0}}) {
     double sum[3] = {};
     for (int n = 0; n < 60; ++n) {

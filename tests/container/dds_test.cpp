@@ -107,6 +107,7 @@ TEST(Dds, OlderNamesWhereThereAreNoLayers) {
   ASSERT_TRUE(array);
   EXPECT_EQ(std::memcmp(&(*array)[84], "DX10", 4), 0);
   EXPECT_EQ(test::word_at(*array, 128), 71u);
+  EXPECT_EQ(test::word_at(*array, 108), 0x1008u);  // texture, complex: more than one image
 }
 
 TEST(Dds, RefusesWhatItCannotHold) {
