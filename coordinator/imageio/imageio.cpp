@@ -157,16 +157,19 @@ Expected<Texture> read_environment(const std::filesystem::path& path) {
   return texture;
 }
 
-Expected<Bytes> encode_png(uint32_t width, uint32_t height, std::span<const uint8_t> rgb) {
-  KILN_CHECK(width > 0 && height > 0 && rgb.size() == size_t{width} * height * 3);
+Expected<Bytes> encode_png(uint32_t width, uint32_t height, std::span<const uint8_t> texels) {
+  const size_t count = size_t{width} * height;
+  KILN_CHECK(count > 0 && (texels.size() == 3 * count || texels.size() == 4 * count));
   set_up_library();
   auto output = OIIO::ImageOutput::create("png");
   if (!output) return fail(ErrorKind::kInternal, "this OpenImageIO cannot write PNG");
   std::vector<unsigned char> buffer;
   OIIO::Filesystem::IOVecOutput memory(buffer);
-  const OIIO::ImageSpec spec(static_cast<int>(width), static_cast<int>(height), 3, OIIO::TypeDesc::UINT8);
+  OIIO::ImageSpec spec(static_cast<int>(width), static_cast<int>(height),
+                       static_cast<int>(texels.size() / count), OIIO::TypeDesc::UINT8);
+  spec.attribute("oiio:UnassociatedAlpha", 1);  // else colours are divided by alpha
   const bool done = output->set_ioproxy(&memory) && output->open("image.png", spec) &&
-                    output->write_image(OIIO::TypeDesc::UINT8, rgb.data()) && output->close();
+                    output->write_image(OIIO::TypeDesc::UINT8, texels.data()) && output->close();
   if (!done)
     return fail(ErrorKind::kInternal, text("cannot encode a PNG: {}", last_line(output->geterror())));
   Bytes png(buffer.size());
