@@ -75,7 +75,6 @@ struct ViewServer::Impl final : httplib::Server {
   static void send(const fs::path& folder, const std::string& path, httplib::Response& response) {
     const auto file = open_below(folder, path);
     if (!file) return say(response, 404, file.error().message);
-    response.status = 200;
     if ((*file)->size() == 0) return response.set_content("", mime_type_of(path));
     // In pieces: lightmaps may be larger than memory. The library answers Range by asking for a part.
     response.set_content_provider((*file)->size(), mime_type_of(path),

@@ -23,7 +23,11 @@ async function loadLightmap(description, folder, renderer, name) {
   const [glsl, master, diagnostics] = await Promise.all([
     fetchOrThrow(SHADER).then((r) => r.text()),
     loadEncoding(masters, folder, renderer, pages),
-    loadEncoding({ textures: description.diagnostics }, folder, renderer, pages)]);
+    loadEncoding({ textures: description.diagnostics ?? [] }, folder, renderer, pages)]);
+  for (const slot of diagnostics) {  // classes have no mean
+    const { texture } = slot.byPage(0);
+    texture.magFilter = texture.minFilter = THREE.NearestFilter;
+  }
   const maps = encoding === masters ? master : await loadEncoding(encoding, folder, renderer, pages);
   const lightmap = { description, glsl, masters: master, diagnostics, maps, encoding: encoding.name,
                      hasBasis: description.basis.name === 'sh_l1', uniforms: uniformsOf(description) };

@@ -32,11 +32,12 @@ function makeRenderer() {
 }
 
 // The file's first camera, or one that sees everything.
-function makeCamera(gltf, scene, renderer) {
+function makeCamera(scene, renderer) {
   const box = new THREE.Box3().setFromObject(scene), size = box.getSize(new THREE.Vector3()).length() || 1;
   const camera = new THREE.PerspectiveCamera(50, 1, size / 1e4, size * 10);
   const target = box.getCenter(new THREE.Vector3());
-  const own = gltf.cameras.find((c) => c.isPerspectiveCamera);
+  let own;
+  scene.traverse((object) => { if (object.isPerspectiveCamera) own ??= object; });
   if (own) {
     own.updateWorldMatrix(true, false);
     own.matrixWorld.decompose(camera.position, camera.quaternion, new THREE.Vector3());
@@ -49,10 +50,12 @@ function makeCamera(gltf, scene, renderer) {
   if (query.has('eye')) camera.position.fromArray(query.get('eye').split(',').map(Number));
   if (query.has('target')) target.fromArray(query.get('target').split(',').map(Number));
   if (query.has('fov')) camera.fov = Number(query.get('fov'));
-  const controls = new OrbitControls(camera, renderer.domElement);
-  if (!own || query.has('target') || query.has('eye')) camera.lookAt(target);
+  const pose = camera.quaternion.clone();
+  const controls = new OrbitControls(camera, renderer.domElement);  // turns the camera to the origin
   controls.target.copy(target);
-  return { camera, controls, keepPose: !!own && !query.has('target') && !query.has('eye') };
+  if (own && !query.has('target') && !query.has('eye')) camera.quaternion.copy(pose);
+  else controls.update();
+  return { camera, controls };
 }
 
 // Switches that change materials, not uniforms: textures and normal maps.
@@ -105,11 +108,11 @@ function addControls(state, lightmap, redraw) {
 async function main() {
   const renderer = makeRenderer();
   const folder = query.get('folder') ?? '/bake/', file = query.get('scene') ?? 'scene.glb';
-  const { gltf, scene, lightmap } = await loadLitScene(folder, file, renderer, query.get('encoding'));
+  const { scene, lightmap } = await loadLitScene(folder, file, renderer, query.get('encoding'));
   document.title = `Kiln: ${scene.name || file}`;
   const world = new THREE.Scene();
   world.add(scene);
-  const { camera, controls, keepPose } = makeCamera(gltf, scene, renderer);
+  const { camera, controls } = makeCamera(scene, renderer);
   const base = query.has('exposure') ? Number(query.get('exposure')) : lightmap.uniforms.kilnExposure.value;
   const plain = query.get('shading') === 'plain';  // base colour x E / pi alone, as in preview.png
   const state = { view: query.get('view') ?? 'lit', exposure: 0, filmic: query.get('curve') !== 'srgb',
@@ -140,7 +143,6 @@ async function main() {
     renderer.setSize(innerWidth, innerHeight);
     redraw();
   };
-  if (!keepPose) controls.update();
   controls.addEventListener('change', redraw);
   addEventListener('resize', resize);
   resize();
