@@ -1,9 +1,10 @@
 // Functions that are compiled a second time for processors with AVX2, which the loader then picks. Only for
-// arithmetic that gives the same bits either way: there are no fused operations (-ffp-contract=off).
+// arithmetic that gives the same bits either way: there are no fused operations (-ffp-contract=off). Tests
+// that compare the two build one more time with KILN_PLAIN.
 #pragma once
 
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_THREAD__) && \
-    !defined(__SANITIZE_ADDRESS__)
+    !defined(__SANITIZE_ADDRESS__) && !defined(KILN_PLAIN)
 #define KILN_WIDE __attribute__((target_clones("avx2", "default"), optimize("O3")))
 #else
 #define KILN_WIDE

@@ -1,5 +1,6 @@
 #include "common/job/settings.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 
@@ -162,6 +163,50 @@ Status parse_basis(BakeSettings& b, const std::string& s) {
   return {};
 }
 
+constexpr std::string_view kEncodings[] = {"bc6h",     "bc6h-bc1", "bc6h-plain", "astc-4x4", "astc-6x6",
+                                           "astc-8x8", "half",     "rgb9e5",     "rgbe",     "rgbm",
+                                           "rgbd",     "exr",      "hdr"};
+
+std::vector<std::string> words(const std::string& s) {
+  std::vector<std::string> out;
+  for (size_t at = 0; at <= s.size();) {
+    const size_t end = std::min(s.find(',', at), s.size());
+    out.push_back(s.substr(at, end - at));
+    at = end + 1;
+  }
+  return out;
+}
+
+std::string joined(std::span<const std::string> list) {
+  std::string out;
+  for (const std::string& word : list) out += (out.empty() ? "" : ",") + word;
+  return out;
+}
+
+Status parse_encodings(BakeSettings& b, const std::string& s) {
+  b.encodings.clear();
+  if (s == "none") return {};
+  for (const std::string& word : words(s)) {
+    if (std::find(std::begin(kEncodings), std::end(kEncodings), word) == std::end(kEncodings)) {
+      std::string all = "none";
+      for (const std::string_view name : kEncodings) all += ", " + std::string(name);
+      return refuse(text("'{}' is not one of {}", word, all));
+    }
+    if (std::find(b.encodings.begin(), b.encodings.end(), word) == b.encodings.end())
+      b.encodings.push_back(word);
+  }
+  return {};
+}
+
+Status parse_containers(BakeSettings& b, const std::string& s) {
+  b.dds = b.ktx2 = false;
+  for (const std::string& word : words(s)) {
+    if (word != "dds" && word != "ktx2") return refuse(text("'{}' is not one of dds, ktx2, dds,ktx2", word));
+    (word == "dds" ? b.dds : b.ktx2) = true;
+  }
+  return {};
+}
+
 // "on" or "off".
 Status store_switch(bool& field, const std::string& s) {
   std::string word;
@@ -295,6 +340,49 @@ const Setting kTable[] = {
      "largest angle between shading normals that a seam joins; creases beyond stay",
      [](B& b, S s) { return store_number(b.seam_angle, s, 0, 90); },
      [](const B& b) { return print(b.seam_angle); }},
+    {"encode", "LIST", "",
+     "textures for engines: bc6h, bc6h-bc1, bc6h-plain, astc-4x4|6x6|8x8, half, rgb9e5, rgbe, rgbm, rgbd, "
+     "exr, "
+     "hdr; none",
+     parse_encodings,
+     [](const B& b) { return b.encodings.empty() ? std::string("none") : joined(b.encodings); }},
+    {"container", "LIST", "", "files of block-compressed and float textures: dds, ktx2", parse_containers,
+     [](const B& b) { return std::string(b.dds ? b.ktx2 ? "dds,ktx2" : "dds" : "ktx2"); }},
+    {"encode-effort", "NAME", "", "fast, normal or best: error against time of compression",
+     [](B& b, S s) {
+       return store_word(b.encode_effort, s, {"fast", "normal", "best"});
+     },
+     [](const B& b) { return b.encode_effort; }},
+    {"encode-metric", "NAME", "",
+     "what compression makes small: differences that are linear, log or perceptual",
+     [](B& b, S s) {
+       return store_word(b.encode_metric, s, {"linear", "log", "perceptual"});
+     },
+     [](const B& b) { return b.encode_metric; }},
+    {"max-encode-error", "E", "",
+     "rms relative error of decoded textures that is allowed: effort is raised, then the bake fails; 0: any",
+     [](B& b, S s) { return store_number(b.max_encode_error, s, 0, 10); },
+     [](const B& b) { return print(b.max_encode_error); }},
+    {"encode-quantity", "NAME", "",
+     "basis: textures of the basis; irradiance: of E at the surface normal; both",
+     [](B& b, S s) {
+       return store_word(b.encode_quantity, s, {"basis", "irradiance", "both"});
+     },
+     [](const B& b) { return b.encode_quantity; }},
+    {"encode-units", "NAME", "", "e: textures of E hold E; e-over-pi: what base colour is multiplied with",
+     [](B& b, S s) {
+       return store_word(b.encode_units, s, {"e", "e-over-pi"});
+     },
+     [](const B& b) { return b.encode_units; }},
+    {"encode-range", "NAME", "",
+     "of L1/L0: unit: [-1, 1] is stored as [0, 1]; fit: the range that occurs, for finer steps",
+     [](B& b, S s) {
+       return store_word(b.encode_range, s, {"unit", "fit"});
+     },
+     [](const B& b) { return b.encode_range; }},
+    {"ktx2-zstd", "N", "", "Zstandard level of KTX2 files; 0: none",
+     [](B& b, S s) { return store_number(b.ktx2_zstd, s, 0, 19); },
+     [](const B& b) { return text("{}", b.ktx2_zstd); }},
     {"dilate", "N", "texels", "how far colours are carried into empty texels",
      [](B& b, S s) { return store_number(b.dilate, s, 0, 64); },
      [](const B& b) { return text("{}", b.dilate); }},
@@ -368,6 +456,10 @@ std::span<const Setting> settings_table() {
   return kTable;
 }
 
+std::span<const std::string_view> encoding_names() {
+  return kEncodings;
+}
+
 Status set_option(BakeSettings& settings, const std::string& name, const std::string& value,
                   const std::string& source) {
   for (const Setting& row : kTable) {
@@ -398,6 +490,9 @@ std::optional<std::vector<double>> parse_radiance(const std::string& value) {
 Status check_settings(const BakeSettings& b) {
   if (b.min_samples > b.max_samples)
     return refuse(text("--min-samples {} is above --max-samples {}", b.min_samples, b.max_samples));
+  const bool astc = std::any_of(b.encodings.begin(), b.encodings.end(),
+                                [](const std::string& name) { return name.starts_with("astc"); });
+  if (astc && !b.ktx2) return refuse("DDS files do not hold ASTC: --encode astc-... takes --container ktx2");
   return {};
 }
 

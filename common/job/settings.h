@@ -60,6 +60,15 @@ struct BakeSettings {
   GltfLightmaps gltf_lightmap;
   bool embed_basecolor = false;  // scene_unlit.glb
   std::string keep_layout;       // charts.json of an earlier bake; empty: none
+  std::vector<std::string> encodings = {"bc6h"};
+  bool dds = true, ktx2 = true;
+  std::string encode_effort = "normal";   // fast, normal, best
+  std::string encode_metric = "log";      // linear, log, perceptual
+  std::string encode_quantity = "basis";  // basis, irradiance, both
+  std::string encode_units = "e";         // e, e-over-pi
+  std::string encode_range = "unit";      // unit, fit
+  double max_encode_error = 0;            // 0: no bound
+  uint32_t ktx2_zstd = 0;                 // level; 0: none
   bool watertight = false;
   uint32_t lod = 0;         // level of MSFT_lod that is baked
   double lod_distance = 0;  // metres; 0: kLodDistance of an object's size
@@ -82,6 +91,9 @@ struct Setting {
 };
 
 std::span<const Setting> settings_table();
+
+// What --encode may name; coordinator/textures has what each is made of.
+std::span<const std::string_view> encoding_names();
 
 // Sets one option by name; errors name the option, the value and what is allowed.
 Status set_option(BakeSettings& settings, const std::string& name, const std::string& value,

@@ -1,6 +1,6 @@
 #include "common/wire/blocks.h"
 
-#include "common/wire/compress.h"
+#include "common/zstd/compress.h"
 #include "common/wire/limits.h"
 
 namespace kiln::blocks {

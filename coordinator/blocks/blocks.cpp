@@ -6,6 +6,9 @@
 
 #include "common/base/format.h"
 #include "common/base/parallel.h"
+#include "coordinator/blocks/bc1.h"
+#include "coordinator/blocks/bc7.h"
+#include "coordinator/blocks/bc6h.h"
 
 namespace kiln {
 namespace {
@@ -30,7 +33,12 @@ constexpr uint64_t kNone = ~uint64_t{0};
 }  // namespace
 
 std::span<const BlockFormat> block_formats() {
-  static const std::vector<BlockFormat> kFormats = {};
+  static const std::vector<BlockFormat> kFormats = {
+      {"bc1", 8, encode_bc1, decode_bc1, 0, 1},
+      {"bc7", 16, encode_bc7, decode_bc7, 0, 1},
+      {"bc6h_ufloat", 16, encode_bc6h_ufloat, decode_bc6h_ufloat, 0, kLargestHalf},
+      {"bc6h_sfloat", 16, encode_bc6h_sfloat, decode_bc6h_sfloat, -kLargestHalf, kLargestHalf},
+  };
   return kFormats;
 }
 

@@ -4,6 +4,7 @@
 #include "common/base/format.h"
 #include "coordinator/cli/command.h"
 #include "coordinator/cli/progress.h"
+#include "coordinator/report/texture_report.h"
 #include "coordinator/run/bake_run.h"
 
 namespace kiln {
@@ -17,6 +18,7 @@ void print_result(const BakeReport& r, const std::string& folder) {
   std::printf("stated error: %.2f %% rms; %.1f %% of texels within %g %% at %g %% confidence%s\n",
               100 * last.rms_relative, 100 * last.converged_share, 100 * r.settings.error,
               100 * r.settings.confidence, r.complete ? "" : " (stopped by the time limit)");
+  std::fputs(textures_summary(r.textures).c_str(), stdout);
   for (const ImportNote& n : r.notes) {
     if (n.kind == ImportNote::Kind::kWarning) std::printf("warning: %s\n", n.what.c_str());
     if (n.kind == ImportNote::Kind::kIgnored) std::printf("note: %s\n", n.what.c_str());
@@ -48,6 +50,7 @@ int run(const Arguments& a, const BakeSettings& settings) {
     std::fputs(report_json(*report).c_str(), stdout);
   else
     print_result(*report, request.output.string());
+  if (!report->unmet.empty()) return report_error({ErrorKind::kUnavailable, report->unmet});
   return 0;
 }
 

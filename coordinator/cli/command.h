@@ -32,6 +32,7 @@ struct Command {
   std::vector<Option> options;
   bool takes_settings = false;  // every row of settings_table() is an option, and --config
   std::function<int(const Arguments&, const BakeSettings&)> run;  // exit status
+  bool scene_job_file = true;  // SCENE.kiln.json is read; false: another source has said what it says
 };
 
 // Parses the command line and runs the command. Wrong usage: a message on standard error and 2.
@@ -39,6 +40,7 @@ int run_command_line(int argc, char** argv, const std::vector<Command>& commands
 
 // The commands of this program, one file each.
 Command bake_command();
+Command encode_command();
 Command plan_command();
 Command compare_command();
 Command cert_command();

@@ -6,7 +6,7 @@
 #include "common/base/format.h"
 #include "common/base/json.h"
 #include "coordinator/cli/command.h"
-#include "coordinator/encode/exr.h"
+#include "coordinator/imageio/exr.h"
 
 namespace kiln {
 namespace {

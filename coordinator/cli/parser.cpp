@@ -77,7 +77,9 @@ Status read_config(const std::string& path, BakeSettings& settings) {
 
 // NAME.kiln.json beside NAME.gltf is the scene's own job file, unless --config names another.
 std::string job_file_of(const Parsed& p, const Arguments& arguments) {
-  if (!p.config.empty() || !p.command->takes_settings || !arguments.has("scene")) return p.config;
+  if (!p.config.empty() || !p.command->takes_settings || !p.command->scene_job_file ||
+      !arguments.has("scene"))
+    return p.config;
   const std::filesystem::path beside =
       std::filesystem::path(arguments.get("scene")).replace_extension(".kiln.json");
   std::error_code code;

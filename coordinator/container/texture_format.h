@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string_view>
 
 namespace kiln {
@@ -34,6 +35,7 @@ struct TextureFormatInfo {
 };
 
 const TextureFormatInfo& texture_format(TextureFormat format);
+std::span<const TextureFormatInfo> texture_formats();  // all of them, in the order of the enumeration
 // Bytes of one image: whole blocks, rows without padding.
 uint64_t image_bytes(TextureFormat format, uint32_t width, uint32_t height);
 

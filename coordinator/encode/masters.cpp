@@ -1,6 +1,6 @@
 #include "common/base/format.h"
 #include "common/basis/basis.h"
-#include "coordinator/encode/exr.h"
+#include "coordinator/imageio/exr.h"
 #include "coordinator/encode/output.h"
 
 namespace kiln {

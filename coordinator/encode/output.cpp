@@ -12,11 +12,16 @@ std::span<const Output> output_roster() {
       {"samples", "samples of each texel", true, write_samples},
       {"validity", "class of each texel", true, write_validity},
       {"charts", "where every chart is: the table for engines", true, write_charts},
+      {"textures", "compressed textures, already written", false, list_textures},
       {"gltf", "the scene with lightmap coordinates", false, write_gltf},
       {"gltf_instanced", "the scene with every mesh once, for the table", false, write_gltf_instanced},
       {"gltf_unlit", "the scene with its light in unlit textures", false, write_gltf_unlit},
   };
   return kRoster;
+}
+
+Expected<std::vector<std::string>> list_textures(const OutputContext& context) {
+  return context.texture_files ? *context.texture_files : std::vector<std::string>{};
 }
 
 Expected<std::vector<OutputFile>> write_outputs(const OutputContext& context) {

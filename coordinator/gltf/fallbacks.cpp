@@ -143,7 +143,7 @@ Expected<Bytes> epic_page(const OutputContext& c, uint32_t page, const LogRange&
     rgba[4 * t + 3] = static_cast<uint8_t>(high);
     rgba[4 * (count + t) + 3] = byte_of(code - high);
   }
-  return encode_png(c.atlas.width, 2 * c.atlas.height, rgba);
+  return encode_png(c.atlas.width, 2 * c.atlas.height, rgba, 4);
 }
 
 }  // namespace

@@ -33,7 +33,7 @@ class PagePicture {
   Expected<Bytes> draw() {
     for (uint32_t i = 0; i < c_.scene.instances.size(); ++i) draw_instance(i);
     for (uint32_t step = 0; step < fine_ * 2; ++step) dilate();
-    return encode_png(width_, height_, rgba_);
+    return encode_png(width_, height_, rgba_, 4);
   }
 
  private:

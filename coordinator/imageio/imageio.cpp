@@ -157,24 +157,38 @@ Expected<Texture> read_environment(const std::filesystem::path& path) {
   return texture;
 }
 
-Expected<Bytes> encode_png(uint32_t width, uint32_t height, std::span<const uint8_t> texels) {
-  const size_t count = size_t{width} * height;
-  KILN_CHECK(count > 0 && (texels.size() == 3 * count || texels.size() == 4 * count));
+namespace {
+
+Expected<Bytes> encode(const char* format, uint32_t width, uint32_t height, uint32_t channels,
+                       OIIO::TypeDesc type, const void* texels) {
   set_up_library();
-  auto output = OIIO::ImageOutput::create("png");
-  if (!output) return fail(ErrorKind::kInternal, "this OpenImageIO cannot write PNG");
+  auto output = OIIO::ImageOutput::create(format);
+  if (!output) return fail(ErrorKind::kInternal, text("this OpenImageIO cannot write {}", format));
   std::vector<unsigned char> buffer;
   OIIO::Filesystem::IOVecOutput memory(buffer);
-  OIIO::ImageSpec spec(static_cast<int>(width), static_cast<int>(height),
-                       static_cast<int>(texels.size() / count), OIIO::TypeDesc::UINT8);
-  spec.attribute("oiio:UnassociatedAlpha", 1);  // else colours are divided by alpha
-  const bool done = output->set_ioproxy(&memory) && output->open("image.png", spec) &&
-                    output->write_image(OIIO::TypeDesc::UINT8, texels.data()) && output->close();
+  OIIO::ImageSpec spec(static_cast<int>(width), static_cast<int>(height), static_cast<int>(channels), type);
+  spec["oiio:UnassociatedAlpha"] = 1;
+  const bool done = output->set_ioproxy(&memory) && output->open(std::string("image.") + format, spec) &&
+                    output->write_image(type, texels) && output->close();
   if (!done)
-    return fail(ErrorKind::kInternal, text("cannot encode a PNG: {}", last_line(output->geterror())));
-  Bytes png(buffer.size());
-  std::memcpy(png.data(), buffer.data(), png.size());
-  return png;
+    return fail(ErrorKind::kInternal, text("cannot encode {}: {}", format, last_line(output->geterror())));
+  Bytes file(buffer.size());
+  std::memcpy(file.data(), buffer.data(), file.size());
+  return file;
+}
+
+}  // namespace
+
+Expected<Bytes> encode_png(uint32_t width, uint32_t height, std::span<const uint8_t> texels,
+                           uint32_t channels) {
+  KILN_CHECK(width > 0 && height > 0 && (channels == 3 || channels == 4));
+  KILN_CHECK(texels.size() == size_t{width} * height * channels);
+  return encode("png", width, height, channels, OIIO::TypeDesc::UINT8, texels.data());
+}
+
+Expected<Bytes> encode_hdr(uint32_t width, uint32_t height, std::span<const float> rgb) {
+  KILN_CHECK(width > 0 && height > 0 && rgb.size() == size_t{width} * height * 3);
+  return encode("hdr", width, height, 3, OIIO::TypeDesc::FLOAT, rgb.data());
 }
 
 Status write_png(const std::filesystem::path& path, uint32_t width, uint32_t height,

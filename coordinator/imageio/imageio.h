@@ -22,7 +22,10 @@ Expected<Texture> read_environment(const std::filesystem::path& path);
 // Writes 8-bit RGB (3 bytes a texel, row 0 on top) as PNG, by rename.
 Status write_png(const std::filesystem::path& path, uint32_t width, uint32_t height,
                  std::span<const uint8_t> rgb);
-// The same in memory, for embedding; RGB or RGBA (not premultiplied), 3 or 4 bytes a texel.
-Expected<Bytes> encode_png(uint32_t width, uint32_t height, std::span<const uint8_t> texels);
+// The same in memory, for embedding in a page. `channels`: 3, or 4 with alpha that is not premultiplied.
+Expected<Bytes> encode_png(uint32_t width, uint32_t height, std::span<const uint8_t> texels,
+                           uint32_t channels = 3);
+// Radiance HDR (RGBE), 3 floats a texel, row 0 on top.
+Expected<Bytes> encode_hdr(uint32_t width, uint32_t height, std::span<const float> rgb);
 
 }  // namespace kiln

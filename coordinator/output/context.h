@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "common/atlas/atlas.h"
 #include "common/job/settings.h"
@@ -21,9 +22,10 @@ struct OutputContext {
   const GltfDocument& document;
   const Lightmap& lightmap;
   std::filesystem::path folder;
-  const Display* display = nullptr;        // null: what is drawn is the scene
-  const Projection* projection = nullptr;  // of `display`
-  const TextureList* textures = nullptr;   // published before; null: none
+  const Display* display = nullptr;                         // null: what is drawn is the scene
+  const Projection* projection = nullptr;                   // of `display`
+  const TextureList* textures = nullptr;                    // published beside; null: none
+  const std::vector<std::string>* texture_files = nullptr;  // their files, and others of the same stage
 };
 
 // "irradiance.exr", or "irradiance.2.exr" for page 2 of several.

@@ -15,6 +15,7 @@
 #include "coordinator/lightmap/lightmap.h"
 #include "coordinator/plan/plan.h"
 #include "coordinator/report/picture.h"
+#include "coordinator/textures/textures.h"
 
 namespace kiln {
 
@@ -57,6 +58,9 @@ struct BakeReport {
   uint64_t texels_by_class[kValidityClasses] = {};
   bool complete = true;  // false: stopped by the time limit
   double total_seconds = 0;
+  std::vector<TextureFigures> textures;
+  std::string
+      unmet;  // what was asked for and is not there, in a sentence: the bake has failed; empty: nothing
   std::vector<OutputFile> outputs;
 };
 
@@ -69,6 +73,7 @@ struct ReportPictures {
   std::filesystem::path preview, validity;
 };
 Expected<std::string> report_html(const BakeReport& report, const Lightmap& map,
-                                  const ReportPictures& pictures, const Picture& heat_map);
+                                  const ReportPictures& pictures, const Picture& heat_map,
+                                  std::span<const std::vector<float>> texture_errors = {});
 
 }  // namespace kiln

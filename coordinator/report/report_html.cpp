@@ -7,6 +7,7 @@
 #include "coordinator/report/html.h"
 #include "coordinator/report/ramp.h"
 #include "coordinator/report/report.h"
+#include "coordinator/report/texture_report.h"
 
 namespace kiln {
 namespace {
@@ -54,6 +55,24 @@ Expected<std::string> maps(const BakeReport& r, const Lightmap& map) {
                    return e > 0 ? ramp(error[t] / e / static_cast<float>(r.settings.error)) : Vec3(0);
                  }));
   return a + b;
+}
+
+// Errors of decoded textures, to 10 % in yellow, logarithmic from 0.01 %.
+Expected<std::string> texture_maps(const BakeReport& r, const Lightmap& map,
+                                   std::span<const std::vector<float>> errors) {
+  std::string out;
+  for (size_t k = 0; k < std::min(errors.size(), r.textures.size()); ++k) {
+    KILN_TRY(
+        const std::string figure,
+        map_figure(map,
+                   text("{} ({}): relative error after decoding, 0.01 % (dark) to 10 % (yellow), logarithmic",
+                        r.textures[k].encoding, r.textures[k].quantity),
+                   [&](size_t t) {
+                     return errors[k][t] > 0 ? ramp((std::log10(errors[k][t]) + 4) / 3) : Vec3(24);
+                   }));
+    out += figure;
+  }
+  return out;
 }
 
 // Error against run time, both logarithmic, as inline SVG.
@@ -116,6 +135,7 @@ std::string passes_table(const BakeReport& r) {
 std::string notes_html(const BakeReport& r) {
   std::string out = "<ul>\n";
   static const char* kKinds[] = {"baked", "approximated", "ignored", "warning"};
+  if (!r.unmet.empty()) out += text("<li><b>failed</b> {}</li>\n", escape(r.unmet));
   for (const std::string& s : r.warnings) out += text("<li><b>warning</b> {}</li>\n", escape(s));
   for (const ImportNote& n : r.notes)
     out += text("<li><b>{}</b> {}</li>\n", kKinds[static_cast<int>(n.kind)], escape(n.what));
@@ -155,7 +175,8 @@ std::string facts(const BakeReport& r) {
 }  // namespace
 
 Expected<std::string> report_html(const BakeReport& r, const Lightmap& map, const ReportPictures& pictures,
-                                  const Picture& heat_map) {
+                                  const Picture& heat_map,
+                                  std::span<const std::vector<float>> texture_errors) {
   KILN_TRY(const Bytes density, encode_png(heat_map.width, heat_map.height, heat_map.rgb));
   KILN_TRY(const Bytes preview, read_file(pictures.preview));
   KILN_TRY(const Bytes validity, read_file(pictures.validity));
@@ -167,6 +188,8 @@ Expected<std::string> report_html(const BakeReport& r, const Lightmap& map, cons
   out += embedded(validity, "validity: where the lightmap's values are from; magenta: inside geometry");
   out += "<h2>Density</h2>\n" + embedded(density, "texels per metre; squares are texels") +
          objects_table_html(r.plan.objects);
+  KILN_TRY(const std::string compressed, texture_maps(r, map, texture_errors));
+  out += "<h2>Textures</h2>\n" + textures_table_html(r.textures) + compressed;
   out += "<h2>Facts</h2>\n" + facts(r);
   out += "<h2>Findings</h2>\n" + notes_html(r);
   out += "<h2>Settings</h2>\n" + settings_table_html(r.settings);

@@ -1,6 +1,7 @@
 #include "common/base/json.h"
 #include "coordinator/report/plan_page.h"
 #include "coordinator/report/report.h"
+#include "coordinator/report/texture_report.h"
 
 namespace kiln {
 namespace {
@@ -109,6 +110,7 @@ std::string report_json(const BakeReport& r) {
   w.begin_object();
   w.pair("scene", r.scene_path.filename().string()).pair("scene_id", r.scene_id);
   w.pair("complete", r.complete).pair("total_seconds", r.total_seconds);
+  if (!r.unmet.empty()) w.pair("unmet", r.unmet);
   write_settings(w, r.settings);
   write_atlas(w, r);
   w.key("plan").begin_object();
@@ -127,6 +129,7 @@ std::string report_json(const BakeReport& r) {
   write_farm(w, r.farm);
   write_nonfinite(w, r);
   write_lods(w, r);
+  write_textures(w, r.textures);
   w.key("notes").begin_array();
   for (const ImportNote& n : r.notes)
     w.begin_object().pair("kind", note_kind(n.kind)).pair("what", n.what).end_object();

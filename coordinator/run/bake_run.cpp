@@ -19,6 +19,7 @@
 #include "coordinator/report/preview.h"
 #include "coordinator/report/validity_view.h"
 #include "coordinator/run/nonfinite.h"
+#include "coordinator/textures/textures.h"
 
 namespace kiln {
 namespace {
@@ -293,11 +294,18 @@ Status publish(const BakeRequest& request, const Preflight& pre, const Lightmap&
                const Stopwatch& watch) {
   const ReportPictures pictures{request.output / "preview.png", request.output / "validity.png"};
   Picture heat_map;
+  TextureResult textures;
+  {
+    const StageTimer timer(report.stages, "textures");
+    KILN_TRY(textures, make_textures({pre.imported.scene, pre.atlas, map, request.settings, request.output}));
+    report.textures = textures.figures;
+    report.unmet = beyond_bound(textures, request.settings);
+  }
   {
     const StageTimer timer(report.stages, "encode");
-    KILN_TRY(report.outputs,
-             write_outputs({request.settings, pre.imported.scene, pre.atlas, pre.imported.document, map,
-                            request.output, &pre.imported.display, &pre.projection}));
+    KILN_TRY(report.outputs, write_outputs({request.settings, pre.imported.scene, pre.atlas,
+                                            pre.imported.document, map, request.output, &pre.imported.display,
+                                            &pre.projection, &textures.list, &textures.files}));
   }
   {
     const StageTimer timer(report.stages, "preview");
@@ -307,7 +315,7 @@ Status publish(const BakeRequest& request, const Preflight& pre, const Lightmap&
     heat_map = density_view(pre.imported, pre.atlas, camera, 960, 540);
   }
   report.total_seconds = watch.seconds();
-  KILN_TRY(const std::string page, report_html(report, map, pictures, heat_map));
+  KILN_TRY(const std::string page, report_html(report, map, pictures, heat_map, textures.error_pictures));
   KILN_TRY_STATUS(write_file_atomic(request.output / "report.html", page));
   return write_file_atomic(request.output / "report.json", report_json(report));
 }

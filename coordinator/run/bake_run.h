@@ -38,7 +38,8 @@ struct BakeRequest {
   const std::atomic<bool>* cancelled = nullptr;  // looked at between stages: the bake then fails
 };
 
-// Bakes and publishes. On failure nothing half-written is left in the output folder.
+// Bakes and publishes. On failure nothing half-written is left in the output folder. A report whose `unmet`
+// says something is of a bake whose masters are whole and that has failed all the same.
 Expected<BakeReport> run_bake(const BakeRequest& request,
                               const std::function<void(const BakeProgress&)>& progress);
 

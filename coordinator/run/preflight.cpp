@@ -10,6 +10,7 @@
 #include "coordinator/report/density_view.h"
 #include "coordinator/report/preview.h"
 #include "coordinator/run/bake_run.h"
+#include "coordinator/textures/textures.h"
 
 namespace kiln {
 namespace {
@@ -97,6 +98,9 @@ Expected<Preflight> run_preflight(const std::filesystem::path& scene, const Bake
   const unsigned workers = settings.workers ? settings.workers : 1;
   pre.plan = make_plan(pre.imported.scene, pre.atlas, settings,
                        settings.threads ? settings.threads * workers : hardware_threads());
+  const TextureNeeds textures = texture_needs(settings, pre.plan.texels);
+  pre.plan.output_bytes += textures.disk;
+  pre.plan.coordinator_bytes += textures.memory;
   pre.plan.objects = plan_objects(pre.imported.scene, pre.atlas, layout.density);
   std::string advice =
       advise_density(pre.imported.scene, pre.atlas, layout, pre.plan.objects, pre.plan.least_seconds);

@@ -64,6 +64,7 @@ class ServiceImpl final : public Service {
     std::atomic<bool> cancelled{false};  // by a person
     std::atomic<bool> ended{false};
     std::string who;
+    std::string unmet;  // BakeReport's
     BakeProgress progress;
     uint64_t progress_at = 0;  // stored() when `preparations` was last set
   };

@@ -166,11 +166,12 @@ TEST(IncludeRules, ThirdPartyHeadersEnterThroughNamedFiles) {
       {"Eigen/", {"common/unwrap/lscm.cpp", "coordinator/seams/solve.cpp"}},
       {"embree", {"worker/accel/embree_api.h"}},
       {"OpenImageIO/", {"coordinator/imageio/imageio.cpp"}},
-      {"OpenEXR/", {"coordinator/encode/exr.cpp"}},
+      {"OpenEXR/", {"coordinator/imageio/exr.cpp"}},
       {"tiny_gltf.h", {"coordinator/import/gltf_model.cpp"}},
       {"asio", {"common/wire/asio_api.h"}},
       {"flatbuffers/", {"common/wire/messages.cpp"}},
-      {"zstd.h", {"common/wire/compress.cpp"}},
+      {"astcenc.h", {"coordinator/astc/astc.cpp"}},
+      {"zstd.h", {"common/zstd/compress.cpp"}},
       {"CLI/", {"coordinator/cli/parser.cpp"}},
   };
   for (const fs::path& file : product_sources())

@@ -12,7 +12,7 @@
 
 #include "common/base/files.h"
 #include "coordinator/document/gltf_document.h"
-#include "coordinator/encode/exr.h"
+#include "coordinator/imageio/exr.h"
 
 namespace kiln {
 namespace {

@@ -1,6 +1,6 @@
 #include <fstream>
 
-#include "coordinator/encode/exr.h"
+#include "coordinator/imageio/exr.h"
 
 namespace kiln {
 namespace {

@@ -1,4 +1,4 @@
-#include "coordinator/encode/exr.h"
+#include "coordinator/imageio/exr.h"
 
 #include "common/base/files.h"
 

@@ -9,10 +9,11 @@
 #include "common/job/settings.h"
 #include "common/scene/prepared.h"
 #include "common/tls/certificate.h"
-#include "common/wire/compress.h"
+#include "common/zstd/compress.h"
 #include "coordinator/authority/tokens.h"
 #include "coordinator/chart_table/chart_table.h"
-#include "coordinator/encode/exr.h"
+#include "coordinator/imageio/exr.h"
+#include "coordinator/container/container.h"
 #include "coordinator/imageio/imageio.h"
 #include "coordinator/queue/spool_record.h"
 #include "tests/fuzz/atlas_scene.h"
@@ -72,6 +73,19 @@ void wire_seeds() {
   record.insert(record.end(), head.begin(), head.end());
   record.insert(record.end(), payload.begin(), payload.end());
   seed("spool", "record", record);
+}
+
+void texture_seeds() {
+  for (const TextureFormatInfo& info : texture_formats()) {
+    TextureImages texture{info.format, 6, 3, {}};
+    for (uint32_t side = 6; side > 0; side /= 2)
+      texture.levels.emplace_back(
+          2, Bytes(image_bytes(info.format, side, std::max(1u, side / 2)), std::byte{0x5a}));
+    const std::string name(info.name);
+    if (info.dxgi) seed("dds", name, *write_dds(texture));
+    seed("ktx2", name, *write_ktx2(texture, 0));
+    seed("ktx2", name + "-zstd", *write_ktx2(texture, 3, {{"kiln", "seed"}}));
+  }
 }
 
 void scene_seeds() {
@@ -194,6 +208,7 @@ int main(int argc, char** argv) {
   kiln::fuzz::root = argv[1];
   kiln::fuzz::wire_seeds();
   kiln::fuzz::scene_seeds();
+  kiln::fuzz::texture_seeds();
   kiln::fuzz::text_seeds();
   kiln::fuzz::image_seeds();
   kiln::fuzz::gltf_seeds();

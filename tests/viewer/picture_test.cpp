@@ -1,7 +1,7 @@
 // The viewer's picture against our own renderer's, of the same published folder, camera, exposure and curve.
 #include "common/atlas/atlas_lookup.h"
 #include "common/base/files.h"
-#include "coordinator/encode/exr.h"
+#include "coordinator/imageio/exr.h"
 #include "coordinator/imageio/imageio.h"
 #include "coordinator/look/surface_look.h"
 #include "coordinator/report/preview.h"

@@ -4,7 +4,7 @@
 #include <random>
 #include <set>
 
-#include "common/wire/compress.h"
+#include "common/zstd/compress.h"
 #include "common/wire/limits.h"
 #include "tests/wire/samples.h"
 

@@ -1,5 +1,5 @@
 // Three bytes of size, then what zstd shall unpack to exactly that.
-#include "common/wire/compress.h"
+#include "common/zstd/compress.h"
 #include "common/wire/limits.h"
 #include "tests/fuzz/target.h"
 

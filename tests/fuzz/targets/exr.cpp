@@ -1,5 +1,5 @@
 // A map that compare reads.
-#include "coordinator/encode/exr.h"
+#include "coordinator/imageio/exr.h"
 
 #include "tests/fuzz/target.h"
 

@@ -1,4 +1,4 @@
-#include "common/wire/compress.h"
+#include "common/zstd/compress.h"
 
 #include <zstd.h>
 
@@ -6,9 +6,9 @@
 
 namespace kiln {
 
-Bytes compress(std::span<const std::byte> data) {
+Bytes compress(std::span<const std::byte> data, int level) {
   Bytes packed(ZSTD_compressBound(data.size()));
-  const size_t size = ZSTD_compress(packed.data(), packed.size(), data.data(), data.size(), 1);
+  const size_t size = ZSTD_compress(packed.data(), packed.size(), data.data(), data.size(), level);
   KILN_CHECK(!ZSTD_isError(size));
   packed.resize(size);
   return packed;

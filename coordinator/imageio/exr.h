@@ -1,4 +1,4 @@
-// OpenEXR masters: single part, scan lines, ZIP, 32-bit float.
+// OpenEXR files: single part, scan lines, ZIP; masters are 32-bit float.
 #pragma once
 
 #include <filesystem>
@@ -16,9 +16,11 @@ struct ExrChannel {
   const float* data;  // width * height, row 0 on top
 };
 
+enum class ExrType { kFloat, kHalf };  // a value beyond 65504 becomes infinite in a half
+
 // Writes by rename.
 Status write_exr(const std::filesystem::path& path, uint32_t width, uint32_t height,
-                 std::span<const ExrChannel> channels);
+                 std::span<const ExrChannel> channels, ExrType type = ExrType::kFloat);
 
 // Reads all channels of a scan-line file as float planes. At most max_texels.
 Expected<Planes> read_exr(const std::filesystem::path& path, uint64_t max_texels = uint64_t{1} << 28);

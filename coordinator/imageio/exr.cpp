@@ -1,4 +1,4 @@
-#include "coordinator/encode/exr.h"
+#include "coordinator/imageio/exr.h"
 
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfFrameBuffer.h>
@@ -19,13 +19,22 @@ constexpr uint64_t kMaxChannels = 64;  // at the most texels
 }
 
 Status write_exr(const std::filesystem::path& path, uint32_t width, uint32_t height,
-                 std::span<const ExrChannel> channels) {
+                 std::span<const ExrChannel> channels, ExrType type) {
   return write_atomic(path, [&](const std::filesystem::path& temporary) -> Status {
     try {
       Imf::Header header(static_cast<int>(width), static_cast<int>(height));
       header.compression() = Imf::ZIP_COMPRESSION;
       Imf::FrameBuffer frame;
-      for (const ExrChannel& c : channels) {
+      std::vector<std::vector<half>> halves(type == ExrType::kHalf ? channels.size() : 0);
+      for (size_t i = 0; i < channels.size(); ++i) {
+        const ExrChannel& c = channels[i];
+        if (type == ExrType::kHalf) {
+          halves[i].assign(c.data, c.data + size_t{width} * height);
+          header.channels().insert(c.name, Imf::Channel(Imf::HALF));
+          frame.insert(c.name, Imf::Slice(Imf::HALF, reinterpret_cast<char*>(halves[i].data()), sizeof(half),
+                                          sizeof(half) * width));
+          continue;
+        }
         header.channels().insert(c.name, Imf::Channel(Imf::FLOAT));
         // OpenEXR's slices are not const even for writing.
         auto* base = reinterpret_cast<char*>(const_cast<float*>(c.data));

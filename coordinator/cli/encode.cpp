@@ -1,0 +1,48 @@
+#include <cstdio>
+
+#include "coordinator/cli/command.h"
+#include "coordinator/cli/progress.h"
+#include "coordinator/report/texture_report.h"
+#include "coordinator/run/encode_run.h"
+
+namespace kiln {
+namespace {
+
+int run(const Arguments& a, const BakeSettings& settings) {
+  EncodeRequest request;
+  request.scene = a.get("scene");
+  request.from = a.get("from");
+  request.output = a.has("output") ? a.get("output") : a.get("from");
+  request.settings = settings;
+  const Expected<EncodeReport> report = [&] {
+    ProgressPrinter progress(a.has("json") || a.has("quiet"));
+    return run_encode(request, [&](const BakeProgress& p) { progress(p); });
+  }();
+  if (!report) return report_error(report.error());
+  if (a.has("json"))
+    std::fputs(encode_json(*report).c_str(), stdout);
+  else
+    std::printf("%sload:     %s/scene.glb\n", textures_summary(report->textures).c_str(),
+                request.output.string().c_str());
+  if (!report->unmet.empty()) return report_error({ErrorKind::kUnavailable, report->unmet});
+  return 0;
+}
+
+}  // namespace
+
+Command encode_command() {
+  return {
+      "encode",
+      "Make textures again from the masters of a bake, with other settings and without a ray",
+      "kiln encode scene.glb --from out -o mobile --encode astc-6x6 --encode-effort best",
+      {{"scene", "SCENE", "the file that was baked", true},
+       {"--from", "DIR", "output folder of the bake", true},
+       {"-o,--output", "DIR", "output folder; default: --from, whose scene.glb then names the new textures"},
+       {"--json", "", "print encode.json instead of a summary"},
+       {"--quiet", "", "no progress"}},
+      true,
+      run,
+      false};
+}
+
+}  // namespace kiln

@@ -1,0 +1,89 @@
+#include "coordinator/report/texture_report.h"
+
+#include "common/base/format.h"
+#include "coordinator/report/html.h"
+
+namespace kiln {
+namespace {
+
+double megatexels_per_second(const TextureFigures& f) {
+  return f.seconds > 0 ? static_cast<double>(f.texels) / f.seconds / 1e6 : 0;
+}
+
+void write_place(JsonWriter& w, const char* key, const TextureError::Place& p) {
+  w.key(key).begin_object().pair("page", p.page).pair("x", p.x).pair("y", p.y);
+  w.pair("relative_rms_error", p.error).end_object();
+}
+
+}  // namespace
+
+void write_textures(JsonWriter& w, std::span<const TextureFigures> figures) {
+  w.key("textures").begin_array();
+  for (const TextureFigures& f : figures) {
+    const TextureError& e = f.error;
+    w.begin_object().pair("encoding", f.encoding).pair("quantity", f.quantity);
+    w.pair("effort", f.effort.empty() ? "none" : f.effort)
+        .pair("bits_per_texel", f.bits)
+        .pair("bytes", f.bytes);
+    w.pair("seconds", f.seconds).pair("megatexels_per_second", megatexels_per_second(f));
+    w.pair("clamped_values", f.clamped).pair("within_bound", f.within_bound);
+    w.pair("texels", e.texels).pair("relative_rms_error", e.relative_rms()).pair("rel_mse", e.rel_mse);
+    w.pair("rel_mse_at_texels", e.rel_mse_texels).pair("rel_mse_between_texels", e.rel_mse_between);
+    w.pair("rel_mse_of_filtering_alone", e.rel_mse_filter).pair("psnr_log_db", e.psnr_log);
+    write_place(w, "worst_block", e.worst_block);
+    write_place(w, "worst_texel", e.worst_texel);
+    if (f.seams) {
+      const SeamMatch& s = *f.seams;
+      w.key("seams").begin_object().pair("blocks", s.blocks).pair("changed", s.changed);
+      w.pair("rms_step_before", s.rms_before).pair("rms_step_after", s.rms_after);
+      w.pair("largest_step_before", s.largest_before)
+          .pair("largest_step_after", s.largest_after)
+          .end_object();
+    }
+    w.end_object();
+  }
+  w.end_array();
+}
+
+std::string textures_table_html(std::span<const TextureFigures> figures) {
+  if (figures.empty()) return "<p>None: --encode none.</p>\n";
+  std::string out =
+      "<table><tr><th>encoding</th><th>holds</th><th>effort</th><th>bits a "
+      "texel</th><th>bytes</th><th>error, rms</th>"
+      "<th>relMSE</th><th>of filtering alone</th><th>PSNR (log)</th><th>worst block</th><th>worst texel</th>"
+      "<th>step at seams, rms</th><th>Mtexel/s</th></tr>\n";
+  for (const TextureFigures& f : figures) {
+    const TextureError& e = f.error;
+    const auto place = [](const TextureError::Place& p) {
+      return text("{:.2f} % at ({}, {}) of page {}", 100 * p.error, p.x, p.y, p.page);
+    };
+    out += text(
+        "<tr{}><td>{}</td><td>{}</td><td>{}</td><td>{:.1f}</td><td>{}</td><td>{:.3f} %</td><td>{:.3g}</td>",
+        f.within_bound ? "" : " class=\"dim\"", escape(f.encoding), escape(f.quantity),
+        f.effort.empty() ? "-" : escape(f.effort), f.bits,
+        f.within_bound ? text("{}", f.bytes) : "not written", 100 * e.relative_rms(), e.rel_mse);
+    out +=
+        text("<td>{:.3g}</td><td>{:.1f} dB</td><td>{}</td><td>{}</td><td>{}</td><td>{:.2f}</td></tr>\n",
+             e.rel_mse_filter, e.psnr_log, place(e.worst_block), place(e.worst_texel),
+             f.seams ? text("{:.3f} to {:.3f} %", 100 * f.seams->rms_before, 100 * f.seams->rms_after) : "-",
+             megatexels_per_second(f));
+  }
+  return out +
+         "</table>\n<p>Of E(n) from decoded textures over 16 normals of the hemisphere, at texels and in the "
+         "middle "
+         "between four, relative to each texel's mean.</p>\n";
+}
+
+std::string textures_summary(std::span<const TextureFigures> figures) {
+  std::string out;
+  for (const TextureFigures& f : figures)
+    out += text(
+        "textures {}{}: {:.3g} MiB, {:.2f} % rms after decoding (worst texel {:.1f} %), {:.1f} bits a "
+        "texel{}\n",
+        f.encoding, f.quantity == "irradiance" ? " (E)" : "", static_cast<double>(f.bytes) / (1 << 20),
+        100 * f.error.relative_rms(), 100 * f.error.worst_texel.error, f.bits,
+        f.within_bound ? "" : "; NOT WRITTEN: beyond --max-encode-error");
+  return out;
+}
+
+}  // namespace kiln

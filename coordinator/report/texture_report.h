@@ -1,0 +1,18 @@
+// Textures in the report: what each encoding came to.
+#pragma once
+
+#include <span>
+
+#include "common/base/json.h"
+#include "coordinator/textures/textures.h"
+
+namespace kiln {
+
+// "textures": [...]
+void write_textures(JsonWriter& w, std::span<const TextureFigures> figures);
+// A table; empty without textures.
+std::string textures_table_html(std::span<const TextureFigures> figures);
+// Lines for a terminal: size and error of each encoding.
+std::string textures_summary(std::span<const TextureFigures> figures);
+
+}  // namespace kiln

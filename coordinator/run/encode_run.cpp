@@ -1,0 +1,162 @@
+#include "coordinator/run/encode_run.h"
+
+#include <algorithm>
+
+#include "common/base/clock.h"
+#include "common/base/files.h"
+#include "common/base/format.h"
+#include "common/base/json.h"
+#include "common/basis/basis.h"
+#include "coordinator/chart_table/chart_table.h"
+#include "coordinator/imageio/exr.h"
+#include "coordinator/report/texture_report.h"
+
+namespace kiln {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr uint64_t kMostReportBytes = uint64_t{1} << 28;
+
+tl::unexpected<Error> refuse(std::string why) {
+  return fail(ErrorKind::kInvalidInput, std::move(why));
+}
+
+// The bake's settings, with what the caller set on top.
+Expected<BakeSettings> settings_of(const EncodeRequest& r) {
+  const fs::path path = r.from / "report.json";
+  const auto text_of = read_file(path, kMostReportBytes);
+  if (!text_of)
+    return refuse(text("{}: it is no output folder of a bake: {}", r.from.string(), text_of.error().message));
+  const auto json =
+      parse_json(std::string_view(reinterpret_cast<const char*>(text_of->data()), text_of->size()));
+  if (!json) return refuse(text("{}: {}", path.string(), json.error().message));
+  const JsonValue* rows = json->find("settings");
+  if (!rows) return refuse(text("{}: it has no settings", path.string()));
+  BakeSettings out;
+  for (const Setting& row : settings_table()) {
+    const auto own = r.settings.source.find(row.name);
+    if (own != r.settings.source.end()) {
+      KILN_TRY_STATUS(set_option(out, row.name, row.print(r.settings), own->second));
+      continue;
+    }
+    const JsonValue* stored = rows->find(row.name);
+    const JsonValue* value = stored ? stored->find("value") : nullptr;
+    const JsonValue* set_by = stored ? stored->find("set_by") : nullptr;
+    // Defaults may print as what they do not parse (no sun: an empty text).
+    if (!value || (set_by && set_by->text == "default")) continue;
+    KILN_TRY_STATUS(set_option(out, row.name, value->text, "the bake"));
+  }
+  KILN_TRY_STATUS(check_settings(out));
+  return out;
+}
+
+// One master, its pages stacked into planes of the map; `names`: (channel of the file, plane of the map).
+Status read_master(const fs::path& folder, const std::string& stem, const Atlas& atlas,
+                   const std::vector<std::pair<std::string, std::string>>& names, Planes& planes) {
+  std::vector<std::vector<float>> all(names.size());
+  for (uint32_t page = 0; page < atlas.pages; ++page) {
+    const fs::path path = folder / page_name(stem, "exr", page, atlas.pages);
+    KILN_TRY(const Planes file, read_exr(path));
+    if (file.width != atlas.width || file.height != atlas.height)
+      return refuse(
+          text("{}: it has {}x{} texels and the scene's layout {}x{}: another scene or layout was baked",
+               path.string(), file.width, file.height, atlas.width, atlas.height));
+    for (size_t k = 0; k < names.size(); ++k) {
+      if (std::find(file.names.begin(), file.names.end(), names[k].first) == file.names.end())
+        return refuse(text("{}: it has no channel {}", path.string(), names[k].first));
+      const std::vector<float>& channel = file.plane(names[k].first);
+      all[k].insert(all[k].end(), channel.begin(), channel.end());
+    }
+  }
+  for (size_t k = 0; k < names.size(); ++k) planes.add(names[k].second) = std::move(all[k]);
+  return {};
+}
+
+Expected<Lightmap> read_lightmap(const fs::path& folder, const Atlas& atlas, const BakeSettings& settings) {
+  Lightmap map;
+  map.page_height = atlas.height;
+  map.planes.width = atlas.width;
+  map.planes.height = atlas.height * atlas.pages;
+  KILN_TRY_STATUS(
+      read_master(folder, "irradiance", atlas, {{"R", "E.R"}, {"G", "E.G"}, {"B", "E.B"}}, map.planes));
+  const BasisInfo& basis = basis_roster()[*find_basis(settings.basis)];
+  std::vector<std::pair<std::string, std::string>> names;
+  for (const std::string_view function : basis.functions)
+    for (const char* channel : {".R", ".G", ".B"})
+      names.emplace_back(std::string(function) + channel, std::string(function) + channel);
+  if (!names.empty()) KILN_TRY_STATUS(read_master(folder, std::string(basis.name), atlas, names, map.planes));
+  KILN_TRY_STATUS(read_master(folder, "error", atlas, {{"Y", "error"}}, map.planes));
+  KILN_TRY_STATUS(read_master(folder, "samples", atlas, {{"Y", "samples"}}, map.planes));
+  Planes classes;
+  classes.width = map.planes.width;
+  classes.height = map.planes.height;
+  KILN_TRY_STATUS(read_master(folder, "validity", atlas, {{"Y", "class"}}, classes));
+  for (const float v : classes.data[0]) {
+    if (!(v >= 0 && v < kValidityClasses) || v != std::floor(v))
+      return refuse(text("{}: validity.exr has a class {} that there is not", folder.string(), v));
+    map.validity.push_back(static_cast<Validity>(v));
+  }
+  return map;
+}
+
+// The layout of the masters is the one just built: every measured texel lies on a chart, and the table is
+// equal.
+Status check_layout(const EncodeRequest& r, const Preflight& pre, const Lightmap& map) {
+  const auto other = [&](const char* what) {
+    return refuse(
+        text("{} and {} do not belong together: {}. Name the scene file that was baked, from the same folder",
+             r.scene.string(), r.from.string(), what));
+  };
+  if (pre.atlas.packed) {
+    const auto table = read_file(r.from / "charts.json", kMostReportBytes);
+    const std::string own = charts_json(pre.imported.scene, pre.atlas);
+    if (!table || sha256(*table) != sha256(std::as_bytes(std::span(own))))
+      return other("charts.json differs");
+  }
+  for (size_t t = 0; t < map.validity.size(); ++t)
+    if (map.validity[t] == Validity::kMeasured && pre.atlas.owner[t] == 0)
+      return other("a measured texel lies on no chart");
+  return {};
+}
+
+}  // namespace
+
+Expected<EncodeReport> run_encode(const EncodeRequest& request,
+                                  const std::function<void(const BakeProgress&)>& progress) {
+  EncodeReport report;
+  KILN_TRY(report.settings, settings_of(request));
+  std::vector<StageTime> times;
+  KILN_TRY(const Preflight pre, run_preflight(request.scene, report.settings, times, progress));
+  progress({.stage = "masters"});
+  KILN_TRY(const Lightmap map, read_lightmap(request.from, pre.atlas, report.settings));
+  KILN_TRY_STATUS(check_layout(request, pre, map));
+  KILN_TRY_STATUS(prepare_output_folder(request.output, pre.plan.output_bytes));
+  progress({.stage = "textures"});
+  const Stopwatch watch;
+  KILN_TRY(const TextureResult textures,
+           make_textures({pre.imported.scene, pre.atlas, map, report.settings, request.output}));
+  report.seconds = watch.seconds();
+  report.textures = textures.figures;
+  report.unmet = beyond_bound(textures, report.settings);
+  progress({.stage = "publish"});
+  KILN_TRY(report.files, write_outputs({report.settings, pre.imported.scene, pre.atlas, pre.imported.document,
+                                        map, request.output, &pre.imported.display, &pre.projection,
+                                        &textures.list, &textures.files}));
+  KILN_TRY_STATUS(write_file_atomic(request.output / "encode.json", encode_json(report)));
+  return report;
+}
+
+std::string encode_json(const EncodeReport& r) {
+  JsonWriter w;
+  w.begin_object().pair("seconds", r.seconds);
+  if (!r.unmet.empty()) w.pair("unmet", r.unmet);
+  write_textures(w, r.textures);
+  w.key("outputs").begin_array();
+  for (const OutputFile& f : r.files)
+    w.begin_object().pair("file", f.name).pair("bytes", f.bytes).pair("sha256", f.digest.hex()).end_object();
+  w.end_array();
+  return w.end_object().take();
+}
+
+}  // namespace kiln

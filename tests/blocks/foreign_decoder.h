@@ -1,0 +1,11 @@
+// Blocks through OpenImageIO's reader of DDS files.
+#pragma once
+
+#include "coordinator/container/container.h"
+
+namespace kiln::test {
+
+// Bytes of RGBA, 64 a block, row by row.
+std::vector<uint8_t> foreign_bytes(TextureFormat format, const Bytes& blocks);
+
+}  // namespace kiln::test
