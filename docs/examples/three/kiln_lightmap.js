@@ -53,13 +53,24 @@ async function loadCharts(url) {
   return { texture, across };
 }
 
+// The rectangle of a node: coordinates x scale + offset.
+function movedUv(uv, scale, offset) {
+  const out = new Float32Array(2 * uv.count);
+  for (let v = 0; v < uv.count; ++v) {
+    out[2 * v] = uv.getX(v) * scale[0] + offset[0];
+    out[2 * v + 1] = uv.getY(v) * scale[1] + offset[1];
+  }
+  return new THREE.BufferAttribute(out, 2);
+}
+
 // A geometry with the same data and the attributes that the material asks for.
 function litGeometry(mesh, mark, node, description) {
   const from = mesh.geometry, to = new THREE.BufferGeometry();
   to.setIndex(from.index);
   for (const [name, attribute] of Object.entries(from.attributes)) to.setAttribute(name, attribute);
   const set = description.texCoord;
-  to.setAttribute('kilnUv', from.attributes[set ? `uv${set}` : 'uv']);
+  const uv = from.attributes[set ? `uv${set}` : 'uv'], { scale, offset } = node;
+  to.setAttribute('kilnUv', scale || offset ? movedUv(uv, scale ?? [1, 1], offset ?? [0, 0]) : uv);
   to.setAttribute('kilnColour', chartNumbers(from));
   if (mark.chartAttribute) {
     to.setAttribute('kilnChart', from.attributes[mark.chartAttribute.toLowerCase()]);
