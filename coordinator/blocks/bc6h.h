@@ -1,6 +1,6 @@
 // BC6H: 4x4 texels of three half floats in 16 bytes, without and with sign. Between two end points (or two
 // pairs of them, over one of 32 partitions) lie 16 (or 8) levels, interpolated over the bits of half floats.
-// Sources: Direct3D 11.3 Functional Specification 19.5; docs/encoding.md.
+// Sources: Direct3D 11's programming guide, "BC6H Format"; docs/encoding.md.
 #pragma once
 
 #include "coordinator/blocks/blocks.h"

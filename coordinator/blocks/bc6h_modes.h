@@ -1,5 +1,5 @@
-// The constants of BC6H, as the Direct3D 11.3 Functional Specification (19.5.11 to 19.5.14) and the page
-// "BC6H Format" of Direct3D's programming guide give them. Modes are named by that page's numbers, less one.
+// The constants of BC6H, from the page "BC6H Format" of Direct3D 11's programming guide (the bit layout of
+// every mode) and the Direct3D 11.3 Functional Specification. Modes are numbered as on that page, from 0.
 #pragma once
 
 #include <array>

@@ -30,12 +30,10 @@ KILN_WIDE void find_ends(Target& target, const float (&steps)[3][16], bool is_si
 void make_weights(const BlockTexels& texels, Target& target) {
   float largest = 0;
   for (const float w : texels.weight) largest = std::max(largest, w);
-  target.weight_sum = 0;
   for (int i = 0; i < 16; ++i) {
     const float w = texels.weight[i] > 0 ? std::min(texels.weight[i] / largest, 1.0f) : 0.0f;
     target.weight[i] = w;
     target.scale[i] = w > 0 ? 1.0f : 0.0f;
-    target.weight_sum += w;
   }
 }
 

@@ -16,13 +16,12 @@ struct Target {
   alignas(32) float texel_fit[16];  // the same, mean of the channels
   alignas(32) float weight[16];     // of squared distances of `want`; 0: nobody's texel
   alignas(32) float scale[16];      // the same without the texel's own weight
-  float weight_sum;
-  float unit;  // factor of linear values in the metric's space
+  float unit;                       // factor of linear values in the metric's space
   BlockMetric metric;
   bool is_signed;
 };
 
-// Weights are taken relative to the block's largest. Without any weight: weight_sum is 0.
+// Weights are taken relative to the block's largest.
 void make_target(const BlockTexels& texels, BlockMetric metric, bool is_signed, Target& target);
 
 }  // namespace kiln::bc6h

@@ -24,10 +24,18 @@ inline bool is_set(Validity v) {
          v == Validity::kDilated;
 }
 
+// Planes of one colour of a directional basis: the length of a direction is at most the light, since no light
+// is negative. Mixing texels keeps that; what moves planes apart from each other must see to it.
+struct DirectionBound {
+  size_t light = 0;  // indices into Lightmap::planes
+  size_t direction[3] = {};
+};
+
 struct Lightmap {
   uint32_t page_height = 0;  // pages are stacked: planes.height = page_height * pages
   Planes planes;             // E.R E.G E.B, the basis' planes, error, samples
   std::vector<Validity> validity;
+  std::vector<DirectionBound> bounds;  // by colour; empty without directions
 };
 
 }  // namespace kiln

@@ -84,6 +84,9 @@ Lightmap Accumulator::resolve(const Atlas& atlas) const {
   for (size_t p : {kMomentER, kMomentEG, kMomentEB}) source.push_back(p);
   for (size_t p = kMomentBasis; p < moments.size(); ++p) source.push_back(p);
   for (size_t p : source) map.planes.add(moments[p]);
+  const BasisInfo& basis = basis_roster()[basis_];
+  if (basis.functions.size() == 4)
+    for (size_t c = 0; c < 3; ++c) map.bounds.push_back({3 + c, {6 + c, 9 + c, 12 + c}});
   map.planes.add("error");
   map.planes.add("samples");
   std::vector<float>& error = map.planes.plane("error");

@@ -86,6 +86,8 @@ Expected<Lightmap> read_lightmap(const fs::path& folder, const Atlas& atlas, con
     for (const char* channel : {".R", ".G", ".B"})
       names.emplace_back(std::string(function) + channel, std::string(function) + channel);
   if (!names.empty()) KILN_TRY_STATUS(read_master(folder, std::string(basis.name), atlas, names, map.planes));
+  if (basis.functions.size() == 4)
+    for (size_t c = 0; c < 3; ++c) map.bounds.push_back({3 + c, {6 + c, 9 + c, 12 + c}});
   KILN_TRY_STATUS(read_master(folder, "error", atlas, {{"Y", "error"}}, map.planes));
   KILN_TRY_STATUS(read_master(folder, "samples", atlas, {{"Y", "samples"}}, map.planes));
   Planes classes;

@@ -149,6 +149,24 @@ void solve_in_rounds(Lightmap& map, std::span<const SeamEquation> equations, con
   report.residual = solution.residual;
 }
 
+// Planes are moved one by one: where little light is, a direction may come out longer than the light. It is
+// shortened.
+uint64_t shorten_directions(Lightmap& map, std::span<const uint32_t> texels) {
+  uint64_t shortened = 0;
+  for (const DirectionBound& b : map.bounds)
+    for (const uint32_t t : texels) {
+      double square = 0;
+      for (const size_t p : b.direction) square += double{map.planes.data[p][t]} * map.planes.data[p][t];
+      const double light = std::max(0.0, double{map.planes.data[b.light][t]});
+      if (square <= light * light * (1 + 0x1p-20)) continue;
+      const double factor = light / std::sqrt(square);
+      for (const size_t p : b.direction)
+        map.planes.data[p][t] = static_cast<float>(map.planes.data[p][t] * factor);
+      ++shortened;
+    }
+  return shortened;
+}
+
 }  // namespace
 
 SeamReport join_seams(Lightmap& map, const Scene& scene, const Atlas& atlas, const SeamSettings& settings,
@@ -168,6 +186,7 @@ SeamReport join_seams(Lightmap& map, const Scene& scene, const Atlas& atlas, con
   const ChangeMeter change(map, unknowns.texels);
   const Steps before = measure_steps(map, equations);
   solve_in_rounds(map, equations, weights, unknowns, report);
+  report.shortened = shorten_directions(map, unknowns.texels);
   const Steps after = measure_steps(map, equations);
   report.largest_before = before.largest, report.rms_before = before.rms;
   report.largest_after = after.largest, report.rms_after = after.rms;

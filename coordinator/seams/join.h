@@ -18,6 +18,7 @@ struct SeamReport {
   // their stated error, and the sum of the changes relative to the sum of the values.
   double change_in_errors = 0, rms_change_in_errors = 0, bias = 0;
   uint64_t rounds = 0;        // solves; more than one: some equations needed a higher weight
+  uint64_t shortened = 0;     // directions that would have been longer than their light (Lightmap::bounds)
   uint64_t held_at_zero = 0;  // values that would have become negative in a plane that had none such
   double residual = 0;        // of the linear system, relative
 };

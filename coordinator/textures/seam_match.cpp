@@ -56,22 +56,11 @@ class Matcher {
   // What compression adds to the step.
   DVec3 excess(const SeamEquation& e) const { return step(e, *in_.decoded) - step(e, in_.target); }
 
-  // One over the square of what differences count relative to.
   double norm_of(const SeamEquation& e) const {
-    if (!in_.relative) return 1;
     double sum = 0;
     for (const Lookup& side : e.side)
-      for (uint32_t k = 0; k < side.count; ++k) sum += 0.5 * double{side.weight[k]} * scale_of(side.texel[k]);
-    return sum > 0 ? 1 / (sum * sum) : 0;
-  }
-  double scale_of(size_t t) const {
-    const DVec3 v = value(in_.target, t);
-    return luminance(glm::abs(v));
-  }
-  double texel_norm(size_t t) const {
-    if (!in_.relative) return 1;
-    const double s = scale_of(t);
-    return s > 0 ? 1 / (s * s) : 0;
+      for (uint32_t k = 0; k < side.count; ++k) sum += 0.5 * double{side.weight[k]} * in_.norm[side.texel[k]];
+    return sum;
   }
 
   void find_blocks() {
@@ -113,7 +102,7 @@ class Matcher {
     }
     for_each_texel(b, [&](uint32_t, size_t t) {
       const DVec3 d = value(*in_.decoded, t) - value(in_.target, t);
-      sum += in_.weight[t] * texel_norm(t) * dot(d, d);
+      sum += double{in_.norm[t]} * dot(d, d);
     });
     return sum;
   }

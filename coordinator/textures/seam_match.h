@@ -14,15 +14,15 @@ struct SeamBlocks {
   BlockChoice choice;
   uint32_t width = 0, page_height = 0;
   std::span<const float> target;  // 4 a texel: what should decode
-  std::span<const float> weight;  // by texel
-  bool relative = false;  // errors count relative to the local value (light), else as they are (ratios)
+  std::span<const float> weight;  // by texel: for the encoder
+  std::span<const float> norm;    // by texel: what a squared difference counts; 0: nobody's
   std::vector<Bytes>* pages = nullptr;
   std::vector<float>* decoded = nullptr;  // 4 a texel: of *pages; kept up to date
 };
 
 struct SeamMatch {
   uint64_t equations = 0, blocks = 0, changed = 0;
-  // Root mean square and largest of the step that compression adds, relative to the local mean (or as it is).
+  // Root mean square and largest of the step that compression adds, times the root of `norm`.
   double rms_before = 0, rms_after = 0, largest_before = 0, largest_after = 0;
 };
 

@@ -67,6 +67,40 @@ TextureScale choose_scale(const TextureLayout& layout, const MapLevel& level, bo
   return {scale * unit_factor, 0};
 }
 
+TextureWeights texture_weights(const TextureLayout& layout, const MapLevel& level, const TextureScale& scale,
+                               BlockMetric metric) {
+  const bool irradiance = layout.plane[0] == "E.R";
+  const std::vector<float>* light[3];
+  for (int c = 0; c < 3; ++c)
+    light[c] = &level.planes.plane(std::string(irradiance ? "E" : "L0") + (c == 0   ? ".R"
+                                                                           : c == 1 ? ".G"
+                                                                                    : ".B"));
+  const auto luminance_at = [&](size_t t) {
+    const float l = luminance(Vec3((*light[0])[t], (*light[1])[t], (*light[2])[t]));
+    return std::isfinite(l) ? std::max(0.0, double{l}) : 0.0;
+  };
+  double sum = 0;
+  uint64_t count = 0;
+  for (size_t t = 0; t < level.owner.size(); ++t)
+    if (level.owner[t]) sum += luminance_at(t), ++count;
+  const double floor = count ? sum / static_cast<double>(count) / 100 : 0;
+  TextureWeights w;
+  // The encoder's own relative metrics are for light; directions have no zero to be relative to.
+  w.metric = layout.is_signed ? BlockMetric::kLinear : metric;
+  w.encode = level.weight;
+  w.norm.resize(level.weight.size(), 1.0f);
+  if (!(floor > 0)) return w;
+  for (size_t t = 0; t < w.norm.size(); ++t) {
+    const double l = luminance_at(t), square = l * l + floor * floor, lit = std::max(l, floor / 4);
+    const double share = lit * lit / (lit * lit + floor * floor);
+    w.norm[t] = static_cast<float>(layout.is_ratio() ? share : scale.scale * scale.scale / square);
+    if (metric == BlockMetric::kLinear) continue;
+    w.encode[t] *=
+        static_cast<float>(layout.is_signed && !layout.is_ratio() ? floor * floor / square : share);
+  }
+  return w;
+}
+
 std::vector<float> texture_values(const TextureLayout& layout, const MapLevel& level,
                                   const TextureScale& scale, uint64_t* clamped) {
   const Source source(layout, level.planes);

@@ -4,6 +4,7 @@
 #include <array>
 #include <span>
 
+#include "coordinator/blocks/blocks.h"
 #include "coordinator/textures/encodings.h"
 #include "coordinator/textures/levels.h"
 
@@ -21,6 +22,16 @@ struct TextureScale {
 //   ratios   [-1, 1], or the range that occurs
 // `unit_factor` multiplies on top: 1, or pi where E/pi is stored.
 TextureScale choose_scale(const TextureLayout& layout, const MapLevel& level, bool fit, double unit_factor);
+
+// What a squared difference of a texel's values counts: the errors that are stated (texture_error.h) are
+// relative to the light there, with a hundredth of the map's mean added, whatever the plane.
+struct TextureWeights {
+  std::vector<float> encode;  // for the encoder, with `metric`
+  std::vector<float> norm;    // of squared differences of values as they are
+  BlockMetric metric = BlockMetric::kLinear;
+};
+TextureWeights texture_weights(const TextureLayout& layout, const MapLevel& level, const TextureScale& scale,
+                               BlockMetric metric);
 
 // 4 values a texel (alpha 1), pages stacked. A ratio to 0 is 0. `clamped`: values of texels with weight 1
 // that were beyond what the texture holds by more than 1e-6 of its range, or negative where it holds none.

@@ -40,7 +40,7 @@ std::vector<Quantity> quantities(const Encoding& e, const BasisInfo& basis, cons
 // What all encodings of a bake share.
 class Maker {
  public:
-  explicit Maker(const TextureRequest& request)
+  explicit Maker(const EncodeTextures& request)
       : r_(request), basis_(basis_roster()[*find_basis(request.settings.basis)]) {}
 
   Expected<TextureResult> run() {
@@ -132,19 +132,21 @@ class Maker {
     const Stopwatch watch;
     figures.seams.reset();
     for (FinishedTexture& t : textures) {
-      const BlockChoice choice{effort, metric_of(r_.settings.encode_metric), false};
+      const BlockMetric metric = metric_of(r_.settings.encode_metric);
       t.levels.clear();
       for (size_t k = 0; k < levels_.size(); ++k) {
         const MapLevel& level = levels_[k];
         std::vector<float> smaller;
         if (k > 0) smaller = texture_values(t.layout, level, t.scale);
         const std::vector<float>& values = k == 0 ? t.values : smaller;
+        const TextureWeights weights = texture_weights(t.layout, level, t.scale, metric);
+        const BlockChoice choice{effort, weights.metric, false};
         std::vector<Bytes> pages;
         for (uint32_t page = 0; page < level.pages; ++page) {
           const size_t first = page * level.page_texels();
           const BlockImage image{level.planes.width, level.page_height,
                                  std::span(values).subspan(4 * first, 4 * level.page_texels()),
-                                 std::span(level.weight).subspan(first, level.page_texels())};
+                                 std::span(weights.encode).subspan(first, level.page_texels())};
           auto bytes = encode_texels(t.layout.format, t.layout.unpack, image, choice);
           if (!bytes)
             return fail(bytes.error().kind, text("texture {} of page {}, level {}: {}", t.layout.name, page,
@@ -153,14 +155,14 @@ class Maker {
         }
         t.levels.push_back(std::move(pages));
       }
-      KILN_TRY_STATUS(join_blocks(t, choice, figures));
+      KILN_TRY_STATUS(join_blocks(t, effort, figures));
     }
     figures.seconds = watch.seconds();
     return {};
   }
 
   // Both sides of seams as equal as blocks allow, at level 0.
-  Status join_blocks(FinishedTexture& t, const BlockChoice& choice, TextureFigures& figures) {
+  Status join_blocks(FinishedTexture& t, BlockEffort effort, TextureFigures& figures) {
     const BlockFormat* format = block_format(t.layout.format);
     if (!format || !r_.settings.seams) return {};
     if (!equations_) equations_ = find_equations();
@@ -168,12 +170,15 @@ class Maker {
     KILN_TRY(std::vector<float> decoded, decode(t));
     SeamBlocks blocks;
     blocks.format = format;
-    blocks.choice = choice;
+    TextureWeights weights =
+        texture_weights(t.layout, levels_[0], t.scale, metric_of(r_.settings.encode_metric));
+    for (size_t i = 0; i < weights.norm.size(); ++i) weights.norm[i] *= levels_[0].weight[i];
+    blocks.choice = {effort, weights.metric, false};
     blocks.width = t.width;
     blocks.page_height = t.height;
     blocks.target = t.values;
-    blocks.weight = levels_[0].weight;
-    blocks.relative = !t.layout.is_ratio();
+    blocks.weight = weights.encode;
+    blocks.norm = weights.norm;
     blocks.pages = &t.levels[0];
     blocks.decoded = &decoded;
     const SeamMatch match = match_seams(blocks, *equations_);
@@ -222,7 +227,7 @@ class Maker {
     return {};
   }
 
-  const TextureRequest& r_;
+  const EncodeTextures& r_;
   const BasisInfo& basis_;
   std::vector<MapLevel> levels_;
   std::vector<Vec3> normals_;
@@ -231,7 +236,7 @@ class Maker {
 
 }  // namespace
 
-Expected<TextureResult> make_textures(const TextureRequest& request) {
+Expected<TextureResult> make_textures(const EncodeTextures& request) {
   return Maker(request).run();
 }
 

@@ -12,7 +12,7 @@
 
 namespace kiln {
 
-struct TextureRequest {
+struct EncodeTextures {
   const Scene& scene;
   const Atlas& atlas;
   const Lightmap& lightmap;
@@ -51,7 +51,7 @@ TextureNeeds texture_needs(const BakeSettings& settings, uint64_t texels);
 // Besides textures, encode_error_NAME.exr: the relative rms error of every texel after decoding.
 // Errors: kInvalidInput for what cannot be stored; kIo, kNoSpace from writing. Textures beyond
 // --max-encode-error at the best effort are not written; their figures say so.
-Expected<TextureResult> make_textures(const TextureRequest& request);
+Expected<TextureResult> make_textures(const EncodeTextures& request);
 
 // One sentence about the textures that are beyond the bound; empty: none.
 std::string beyond_bound(const TextureResult& result, const BakeSettings& settings);

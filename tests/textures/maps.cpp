@@ -29,6 +29,7 @@ Baked baked_box(float texels_per_metre, const Field& field, uint32_t mip_levels)
       for (size_t k = 0; k < 3; ++k) p.data[6 + 3 * k + c][t] = static_cast<float>(l.l0[c] * l.ratio[k]);
     }
   }
+  for (size_t c = 0; c < 3; ++c) b.map.bounds.push_back({3 + c, {6 + c, 9 + c, 12 + c}});
   return b;
 }
 
