@@ -191,7 +191,7 @@ TEST(Viewer, ShowsWhatOurOwnRendererShows) {
   const auto browser = test::run_command(
       test::node_script("screenshot.mjs") + " 'http://127.0.0.1:" + std::to_string((*server)->port()) +
       "/docs/examples/three/index.html?folder=/bake/"
-      "&shading=plain&light=normal&curve=srgb&textures=off&normals=off"
+      "&shading=plain&light=normal&encoding=masters&curve=srgb&textures=off&normals=off"
       "&exposure=0.5&ui=off&antialias=off&ratio=1' " +
       std::to_string(kWidth) + " " + std::to_string(kHeight) + " '" + shot.string() + "'");
   ASSERT_EQ(browser.exit_status, 0) << browser.output;

@@ -15,10 +15,32 @@ function uniformsOf(description) {
            kilnExposure: value(description.exposure ?? 1), kilnMostSamples: value(1) };
 }
 
-// The maps of encoding `name` (the first, if there is none of that name), and what views need beside them.
+// Those that can be read here: DDS files hold what KTX2 files hold too.
+export const readable = (description) => description.encodings.filter((e) => e.container !== 'dds');
+export const encodingName = ({ name, container }) => (name === 'masters' ? name : `${name} ${container}`);
+
+// The maps of the encoding called `name`, by itself or with its container. Without a name the first one that this
+// graphics card and the scene's coordinates allow.
+async function loadMaps(description, folder, renderer, name) {
+  const all = readable(description), asked = all.filter((e) => encodingName(e) === name || e.name === name);
+  if (name && asked.length === 0)
+    throw new Error(`there are no maps '${name}': there are ${all.map(encodingName).join(', ')}`);
+  let error;
+  for (const encoding of asked.length ? asked : all) {
+    try {
+      const maps = await loadEncoding(encoding, folder, renderer, description.pages);
+      if (description.chartTable && maps.some((slot) => slot.perPage))
+        throw new Error('a scene with a chart table needs maps that are texture arrays: choose others');
+      return { encoding, maps };
+    } catch (e) {
+      error ??= e;
+    }
+  }
+  throw error;
+}
+
 async function loadLightmap(description, folder, renderer, name) {
-  const encoding = description.encodings.find((e) => e.name === name) ?? description.encodings[0];
-  const masters = description.encodings.find((e) => e.name === 'masters') ?? encoding;
+  const masters = description.encodings.find((e) => e.name === 'masters') ?? description.encodings.at(-1);
   const { pages } = description;
   const [glsl, master, diagnostics] = await Promise.all([
     fetchOrThrow(SHADER).then((r) => r.text()),
@@ -28,8 +50,9 @@ async function loadLightmap(description, folder, renderer, name) {
     const { texture } = slot.byPage(0);
     texture.magFilter = texture.minFilter = THREE.NearestFilter;
   }
-  const maps = encoding === masters ? master : await loadEncoding(encoding, folder, renderer, pages);
-  const lightmap = { description, glsl, masters: master, diagnostics, maps, encoding: encoding.name,
+  const loaded = await loadMaps(description, folder, renderer, name);
+  const maps = loaded.encoding === masters ? master : loaded.maps;
+  const lightmap = { description, glsl, masters: master, diagnostics, maps, encoding: encodingName(loaded.encoding),
                      hasBasis: description.basis.name === 'sh_l1', uniforms: uniformsOf(description) };
   for (const slot of diagnostics) slot.channels.forEach(({ plane }, c) => {
     if (plane !== 'samples') return;
@@ -98,8 +121,6 @@ export async function loadLitScene(folder, file, renderer, encoding) {
   const { parser } = gltf, description = parser.json.extensions?.[EXTENSION]?.lightmaps?.[0];
   if (!description) throw new Error(`${file} has no ${EXTENSION}: bake it with --gltf-lightmap kiln`);
   const lightmap = await loadLightmap(description, folder, renderer, encoding);
-  if ([...lightmap.maps, ...lightmap.masters].some((slot) => slot.perPage) && description.chartTable)
-    throw new Error('a scene with a chart table needs maps that are texture arrays: choose others');
   const charts = description.chartTable ? await loadCharts(folder + description.chartTable.uri) : null;
   const materials = new Map();
   const lit = [], remove = [];

@@ -2,7 +2,7 @@
 //   ?folder=/bake/&scene=scene.glb&view=lit&light=linear&encoding=masters&exposure=1&curve=srgb&ui=off
 import * as THREE from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
-import { loadLitScene } from './kiln_lightmap.js';
+import { encodingName, loadLitScene, readable } from './kiln_lightmap.js';
 
 const VIEWS = [['lit', ''], ['irradiance', 'on a grey of 0.5'],
   ['directions', 'where light comes from, as a colour; grey: from all sides'],
@@ -73,7 +73,7 @@ function addControls(state, lightmap, redraw) {
   const fill = (id, entries) => entries.forEach(([value, label]) => byId(id).append(new Option(label || value, value)));
   fill('view', VIEWS.map(([name]) => [name]));
   fill('light', lightmap.hasBasis ? LIGHTS : LIGHTS.slice(0, 1));
-  fill('encoding', lightmap.description.encodings.map((e) => [e.name]));
+  fill('encoding', readable(lightmap.description).map((e) => [encodingName(e)]));
   byId('encoding').value = lightmap.encoding;
   byId('encoding').onchange = () => {  // other maps: other shaders, so the page is loaded anew
     query.set('encoding', byId('encoding').value);
