@@ -130,6 +130,33 @@ Status parse_components(BakeSettings& b, const std::string& s) {
   return {};
 }
 
+Status parse_gltf_lightmaps(BakeSettings& b, const std::string& s) {
+  GltfLightmaps which{false, false, false};
+  if (s != "none")
+    for (size_t at = 0; at <= s.size();) {
+      const size_t end = std::min(s.find(',', at), s.size());
+      const std::string word = s.substr(at, end - at);
+      at = end + 1;
+      bool* const field = word == "kiln"   ? &which.kiln
+                          : word == "moz"  ? &which.moz
+                          : word == "epic" ? &which.epic
+                                           : nullptr;
+      if (!field) return refuse(text("'{}' is not one of kiln, moz, epic, or none alone", word));
+      *field = true;
+    }
+  b.gltf_lightmap = which;
+  return {};
+}
+
+std::string print_gltf_lightmaps(const BakeSettings& b) {
+  std::string out;
+  for (const auto& [name, on] :
+       {std::pair("kiln", b.gltf_lightmap.kiln), std::pair("moz", b.gltf_lightmap.moz),
+        std::pair("epic", b.gltf_lightmap.epic)})
+    if (on) out += (out.empty() ? "" : ",") + std::string(name);
+  return out.empty() ? "none" : out;
+}
+
 Status parse_basis(BakeSettings& b, const std::string& s) {
   KILN_TRY_STATUS(find_basis(s));
   b.basis = s;
@@ -398,6 +425,15 @@ const Setting kTable[] = {
      "on: scene_instanced.glb as well, every mesh once, for engines that read charts.bin (layout pack)",
      [](B& b, S s) { return store_switch(b.instanced, s); },
      [](const B& b) { return print_switch(b.instanced); }},
+    {"gltf-lightmap", "LIST", "",
+     "how scene.glb describes the lightmap: kiln (KILN_lightmap, all of it), moz (MOZ_lightmap on materials, "
+     "8 "
+     "bits), epic (EPIC_lightmap_textures on nodes, 8 bits), or none",
+     parse_gltf_lightmaps, print_gltf_lightmaps},
+    {"embed-basecolor", "WORD", "",
+     "on: scene_unlit.glb as well, the light baked into base-colour textures, for any viewer",
+     [](B& b, S s) { return store_switch(b.embed_basecolor, s); },
+     [](const B& b) { return print_switch(b.embed_basecolor); }},
     {"sampler", "NAME", "", "random numbers: owen (scrambled Sobol'), halton, pmj02 or random", parse_sampler,
      [](const B& b) { return b.sampler; }},
     {"watertight", "WORD", "",

@@ -11,6 +11,11 @@
 
 namespace kiln {
 
+// Which descriptions of the lightmap scene.glb carries (docs/gltf.md).
+struct GltfLightmaps {
+  bool kiln = true, moz = true, epic = false;
+};
+
 struct BakeSettings {
   std::string layout = "auto";
   uint32_t width = 1024, height = 1024;
@@ -52,7 +57,9 @@ struct BakeSettings {
   std::string sampler = "owen";
   bool contact_cuts = true;  // layout pack
   bool instanced = false;    // scene_instanced.glb, layout pack
-  std::string keep_layout;   // charts.json of an earlier bake; empty: none
+  GltfLightmaps gltf_lightmap;
+  bool embed_basecolor = false;  // scene_unlit.glb
+  std::string keep_layout;       // charts.json of an earlier bake; empty: none
   std::vector<std::string> encodings = {"bc6h"};
   bool dds = true, ktx2 = true;
   std::string encode_effort = "normal";      // fast, normal, best

@@ -52,6 +52,7 @@ Command watch_command();
 Command fetch_command();
 Command why_command();
 Command workers_command();
+Command view_command();
 std::vector<Command> change_commands();  // cancel, pause, resume, retry, priority, forget
 
 // Prints "kiln: ..." on standard error and returns the exit status of the error.

@@ -1,7 +1,6 @@
 #include "coordinator/encode/output.h"
 
 #include "common/base/files.h"
-#include "common/base/format.h"
 
 namespace kiln {
 
@@ -16,12 +15,9 @@ std::span<const Output> output_roster() {
       {"textures", "compressed textures, already written", false, list_textures},
       {"gltf", "the scene with lightmap coordinates", false, write_gltf},
       {"gltf_instanced", "the scene with every mesh once, for the table", false, write_gltf_instanced},
+      {"gltf_unlit", "the scene with its light in unlit textures", false, write_gltf_unlit},
   };
   return kRoster;
-}
-
-std::string page_name(const std::string& stem, const std::string& extension, uint32_t page, uint32_t pages) {
-  return pages == 1 ? text("{}.{}", stem, extension) : text("{}.{}.{}", stem, page, extension);
 }
 
 Expected<std::vector<std::string>> list_textures(const OutputContext& context) {

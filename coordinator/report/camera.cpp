@@ -1,7 +1,8 @@
 #include <algorithm>
 
+#include "coordinator/look/surface_look.h"
 #include "coordinator/report/preview.h"
-#include "coordinator/report/surface_look.h"
+#include "coordinator/report/raster.h"
 
 namespace kiln {
 namespace {

@@ -5,10 +5,11 @@
 
 #include "common/base/format.h"
 #include "common/base/parallel.h"
+#include "coordinator/look/surface_look.h"
 #include "coordinator/plan/objects.h"
 #include "coordinator/report/label.h"
 #include "coordinator/report/ramp.h"
-#include "coordinator/report/surface_look.h"
+#include "coordinator/report/raster.h"
 
 namespace kiln {
 namespace {
@@ -165,7 +166,7 @@ Picture density_view(const ImportResult& imported, const Atlas& atlas, const Cam
   });
   const Scale scale = scale_of(samples, scene_density(imported, atlas));
   Picture picture(width, height + kScaleHeight, static_cast<uint8_t>(kBackground.x));
-  picture.paste(supersampled(width, height,
+  picture.paste(supersampled(width, height, kSupersample,
                              [&](size_t pixel) {
                                const Sample& s = samples[pixel];
                                return !s.surface

@@ -11,17 +11,17 @@ void Picture::paste(const Picture& p, uint32_t left, uint32_t top) {
                 rgb.begin() + static_cast<ptrdiff_t>((size_t{y + top} * width + left) * 3));
 }
 
-Picture supersampled(uint32_t width, uint32_t height, const std::function<Vec3(size_t)>& color) {
+Picture supersampled(uint32_t width, uint32_t height, uint32_t fine,
+                     const std::function<Vec3(size_t)>& color) {
   Picture picture(width, height, 0);
   for (uint32_t y = 0; y < height; ++y)
     for (uint32_t x = 0; x < width; ++x) {
       Vec3 sum(0.0f);
-      for (uint32_t k = 0; k < kSupersample * kSupersample; ++k)
-        sum += color((size_t{y} * kSupersample + k / kSupersample) * width * kSupersample + x * kSupersample +
-                     k % kSupersample);
+      for (uint32_t k = 0; k < fine * fine; ++k)
+        sum += color((size_t{y} * fine + k / fine) * width * fine + x * fine + k % fine);
       for (int c = 0; c < 3; ++c)
         picture.rgb[(size_t{y} * width + x) * 3 + static_cast<size_t>(c)] =
-            static_cast<uint8_t>(sum[c] / static_cast<float>(kSupersample * kSupersample) + 0.5f);
+            static_cast<uint8_t>(sum[c] / static_cast<float>(fine * fine) + 0.5f);
     }
   return picture;
 }

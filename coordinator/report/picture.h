@@ -25,9 +25,10 @@ struct Picture {
 
 constexpr uint32_t kSupersample = 2;  // per side
 
-// A picture of the mean of kSupersample^2 pixels each: `color` gives pixel i of the large one, 0 to 255. The
-// mean is of displayed values, so that bright edges are smooth.
-Picture supersampled(uint32_t width, uint32_t height, const std::function<Vec3(size_t)>& color);
+// A picture of the mean of fine^2 pixels each: `color` gives pixel i of the large one, 0 to 255. The mean is
+// of displayed values, so that bright edges are smooth.
+Picture supersampled(uint32_t width, uint32_t height, uint32_t fine,
+                     const std::function<Vec3(size_t)>& color);
 
 // The pages of the atlas side by side, scaled to at most `size` a side. Shrinks by any factor, grows by whole
 // ones: small maps show their texels.

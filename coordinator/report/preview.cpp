@@ -4,31 +4,16 @@
 
 #include "common/base/parallel.h"
 #include "coordinator/imageio/imageio.h"
-#include "coordinator/report/surface_look.h"
+#include "coordinator/look/surface_look.h"
+#include "coordinator/look/tone.h"
+#include "coordinator/report/raster.h"
 
 namespace kiln {
 namespace {
 
-// Narkowicz 2015, ACES filmic tone mapping curve (fit), then sRGB.
-uint8_t display(float x) {
-  x = std::max(0.0f, x);
-  const float y = (x * (2.51f * x + 0.03f)) / (x * (2.43f * x + 0.59f) + 0.14f);
-  return static_cast<uint8_t>(std::lround(255.0f * linear_to_srgb(y)));
-}
-
-// Scale that brings the median of the positive luminances to a mid grey, but leaves the brightest twentieth
-// room before the curve clips: sunlit ground beside deep shade stays readable.
-float exposure_of(std::vector<float> luminances) {
-  std::erase_if(luminances, [](float l) { return !(l > 0) || !std::isfinite(l); });
-  if (luminances.empty()) return 1.0f;
-  const auto quantile = [&](double q) {
-    const auto at =
-        luminances.begin() + static_cast<ptrdiff_t>(q * static_cast<double>(luminances.size() - 1));
-    std::nth_element(luminances.begin(), at, luminances.end());
-    return *at;
-  };
-  const float middle = 0.22f / quantile(0.5);
-  return std::clamp(1.4f / quantile(0.95), 0.25f * middle, middle);
+uint8_t display(float exposed, bool curve = true) {
+  return static_cast<uint8_t>(
+      std::lround(255.0f * linear_to_srgb(curve ? filmic(exposed) : std::max(0.0f, exposed))));
 }
 
 struct Shot {
@@ -60,19 +45,20 @@ Shot shade(const SurfaceLook& look, const View& view, const Camera& camera) {
 }  // namespace
 
 Picture render_view(const ImportResult& imported, const Atlas& atlas, const Lightmap& map,
-                    const Camera& camera, uint32_t width, uint32_t height) {
-  const SurfaceLook look(imported.scene, atlas, map);
-  const View view = rasterise(imported.scene, camera, width * kSupersample, height * kSupersample,
+                    const Camera& camera, uint32_t width, uint32_t height, const ViewStyle& style) {
+  const SurfaceLook look(imported.scene, atlas, map, style.textures);
+  const uint32_t fine = style.smooth ? kSupersample : 1;
+  const View view = rasterise(imported.scene, camera, width * fine, height * fine,
                               [&](const Fragment& f) { return look.visible(f); });
   const Shot shot = shade(look, view, camera);
   std::vector<float> lit;
   for (size_t i = 0; i < shot.kind.size(); ++i)
     if (shot.kind[i] == 1) lit.push_back(luminance(shot.radiance[i]));
-  const float exposure = exposure_of(std::move(lit));
-  return supersampled(width, height, [&](size_t i) {
+  const float exposure = style.exposure > 0 ? style.exposure : exposure_of(std::move(lit));
+  return supersampled(width, height, fine, [&](size_t i) {
     if (shot.kind[i] == 2) return Vec3(255, 0, 255);
     Vec3 color;
-    for (int c = 0; c < 3; ++c) color[c] = display(shot.radiance[i][c] * exposure);
+    for (int c = 0; c < 3; ++c) color[c] = display(shot.radiance[i][c] * exposure, style.filmic);
     return color;
   });
 }

@@ -10,10 +10,18 @@
 
 namespace kiln {
 
-// The scene seen by `camera`: base colour / pi x E, emission, sky; exposure from the picture's own median;
-// a filmic curve. Surfaces without a lightmap value are magenta.
+// How a view is shown.
+struct ViewStyle {
+  float exposure = 0;    // factor of radiance; 0: from the picture's own median
+  bool filmic = true;    // the curve; off: exposed radiance is clipped
+  bool smooth = true;    // the mean of kSupersample^2 pixels each
+  bool textures = true;  // off: colours are the materials' factors alone
+};
+
+// The scene seen by `camera`: base colour / pi x E, emission, sky, in sRGB. Surfaces without a lightmap value
+// are magenta.
 Picture render_view(const ImportResult& imported, const Atlas& atlas, const Lightmap& map,
-                    const Camera& camera, uint32_t width, uint32_t height);
+                    const Camera& camera, uint32_t width, uint32_t height, const ViewStyle& style = {});
 
 // One that sees many lit surfaces from their front at varied distance.
 Camera choose_camera(const ImportResult& imported, const Atlas& atlas, const Lightmap& map);

@@ -2,9 +2,10 @@
 
 #include "common/base/format.h"
 #include "coordinator/imageio/imageio.h"
+#include "coordinator/look/surface_look.h"
 #include "coordinator/report/label.h"
+#include "coordinator/report/raster.h"
 #include "coordinator/report/report.h"
-#include "coordinator/report/surface_look.h"
 
 namespace kiln {
 namespace {
@@ -66,7 +67,7 @@ Picture validity_scene(const ImportResult& imported, const Atlas& atlas, const L
   const SurfaceLook look(imported.scene, atlas, map);
   const View view = rasterise(imported.scene, camera, width * kSupersample, height * kSupersample,
                               [&](const Fragment& f) { return look.visible(f); });
-  return supersampled(width, height, [&](size_t i) {
+  return supersampled(width, height, kSupersample, [&](size_t i) {
     const Fragment& f = view.fragments[i];
     if (f.inverse_depth == 0) return Vec3(40.0f);
     const Validity v = map.validity[look.texel(f)];

@@ -1,4 +1,4 @@
-#include "coordinator/encode/gltf_output.h"
+#include "coordinator/gltf/output_file.h"
 
 #include "common/base/files.h"
 #include "common/base/format.h"
@@ -32,6 +32,9 @@ Expected<GltfOutput> GltfOutput::open(const OutputContext& c) {
   s.doc = Json::parse(c.document.json, nullptr, false);
   if (s.doc.is_discarded() || !s.doc.is_object())
     return fail(ErrorKind::kInvalidInput, text("{}: its JSON does not parse", c.document.path.string()));
+  for (const char* earlier : {kKilnLightmap, "MOZ_lightmap", "EPIC_lightmap_textures"})
+    drop_extension(s.doc, earlier);  // of a bake before
+  if (c.atlas.packed) s.free_texcoord_1();
   KILN_TRY(s.buffer, GltfBuffer::merge(s.doc, c.document));
   KILN_TRY_STATUS(s.buffer.embed_images(s.doc, c.document.path.parent_path()));
   s.file_meshes_ = s.doc.value("meshes", Json::array());
@@ -174,6 +177,13 @@ void GltfOutput::note_lightmap() {
 }
 
 Expected<Bytes> GltfOutput::finish(const std::string& name) {
+  fill_texcoord_gaps();
+  bool repeats = false;
+  for (const Json& node : doc.value("nodes", Json::array()))
+    repeats |= node.contains("extensions") && node["extensions"].contains(kInstancing);
+  if (!repeats) drop_extension(doc, kInstancing);
+  drop_unused();
+  KILN_TRY_STATUS(buffer.state_bounds(doc));
   const Bytes bytes = buffer.take(doc);
   const std::string json = doc.dump();
   if (uint64_t{json.size()} + bytes.size() > (uint64_t{1} << 32) - 64)

@@ -1,8 +1,10 @@
-#include "coordinator/encode/gltf_buffer.h"
+#include "coordinator/gltf/buffer.h"
 
 #include <cmath>
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <set>
+#include <string_view>
 
 #include "common/base/format.h"
 #include "coordinator/document/gltf_component.h"
@@ -89,7 +91,8 @@ void blend(const VertexBlend& b, const std::byte* elements, size_t size, int typ
 }
 
 // glTF 2.0, 3.7.2.1: POSITION states the bounds of the values as they are stored.
-Json bounds(const Bytes& elements, size_t stride, size_t count, int type, size_t components, bool upper) {
+Json bounds(std::span<const std::byte> elements, size_t stride, size_t count, int type, size_t components,
+            bool upper) {
   Json out = Json::array();
   for (size_t c = 0; c < components; ++c) {
     double bound = component(elements.data() + c * component_bytes(type), type);
@@ -103,6 +106,14 @@ Json bounds(const Bytes& elements, size_t stride, size_t count, int type, size_t
       out.push_back(static_cast<int64_t>(bound));
   }
   return out;
+}
+
+const char* mime_type(const Bytes& image) {
+  const auto has = [&](size_t at, std::string_view magic) {
+    return image.size() >= at + magic.size() &&
+           std::memcmp(image.data() + at, magic.data(), magic.size()) == 0;
+  };
+  return has(1, "PNG") ? "image/png" : has(8, "WEBP") ? "image/webp" : "image/jpeg";
 }
 
 tl::unexpected<Error> lost(std::string what) {
@@ -137,10 +148,9 @@ Status GltfBuffer::embed_images(Json& doc, const std::filesystem::path& folder) 
     if (uri.rfind("data:", 0) == 0) continue;
     const auto bytes = read_uri(folder, uri);  // refuses what would leave the scene's folder
     if (!bytes) continue;                      // import has already warned of it
-    const bool png = bytes->size() > 4 && std::memcmp(bytes->data() + 1, "PNG", 3) == 0;
     image.erase("uri");
     image["bufferView"] = add_view(doc, *bytes, 0);
-    image["mimeType"] = png ? "image/png" : "image/jpeg";
+    image["mimeType"] = mime_type(*bytes);
   }
   return {};
 }
@@ -246,11 +256,6 @@ Expected<Json> GltfBuffer::gather_attributes(Json& doc, const Json& attributes,
     made.erase("min");
     made.erase("max");
     made["count"] = source.size();
-    if (name == "POSITION" && !source.empty()) {
-      const size_t components = e.size / component_bytes(type);
-      made["min"] = bounds(packed, stride, source.size(), type, components, false);
-      made["max"] = bounds(packed, stride, source.size(), type, components, true);
-    }
     made["bufferView"] = add_view(doc, packed, 34962, stride);
     out[name] = doc["accessors"].size();
     doc["accessors"].push_back(std::move(made));
@@ -277,6 +282,53 @@ int GltfBuffer::add_scalars(Json& doc, const std::vector<float>& values) {
   doc["accessors"].push_back(
       {{"bufferView", view}, {"componentType", 5126}, {"count", values.size()}, {"type", "SCALAR"}});
   return static_cast<int>(doc["accessors"].size() - 1);
+}
+
+size_t GltfBuffer::add_page_texture(Json& doc, std::span<const std::byte> png, const std::string& name) {
+  doc["images"].push_back({{"bufferView", add_view(doc, png, 0)}, {"mimeType", "image/png"}, {"name", name}});
+  doc["samplers"].push_back({{"magFilter", 9729}, {"minFilter", 9729}, {"wrapS", 33071}, {"wrapT", 33071}});
+  doc["textures"].push_back(
+      {{"source", doc["images"].size() - 1}, {"sampler", doc["samplers"].size() - 1}, {"name", name}});
+  return doc["textures"].size() - 1;
+}
+
+Status GltfBuffer::state_bounds(Json& doc) const {
+  std::set<size_t> positions;
+  for (const Json& mesh : doc.value("meshes", Json::array()))
+    for (const Json& primitive : mesh["primitives"])
+      if (primitive["attributes"].contains("POSITION"))
+        positions.insert(primitive["attributes"]["POSITION"].get<size_t>());
+  for (const size_t accessor : positions) {
+    KILN_TRY(const Elements e, read_accessor(doc, accessor));
+    Json& a = doc["accessors"][accessor];
+    const int type = a.value("componentType", 0);
+    if (e.count == 0) continue;
+    const size_t components = e.size / component_bytes(type);
+    a["min"] = bounds(e.bytes, e.size, e.count, type, components, false);
+    a["max"] = bounds(e.bytes, e.size, e.count, type, components, true);
+  }
+  return {};
+}
+
+void GltfBuffer::keep_views(Json& doc, const std::vector<bool>& used) {
+  Bytes kept;
+  Json views = Json::array();
+  for (size_t v = 0; v < used.size(); ++v) {
+    if (!used[v]) continue;
+    Json view = doc["bufferViews"][v];
+    const size_t begin = view.value("byteOffset", size_t{0}), length = view.value("byteLength", size_t{0});
+    kept.resize((kept.size() + 15) & ~size_t{15});  // components are aligned within what was a whole buffer
+    view["byteOffset"] = kept.size();
+    if (begin <= bytes_.size() && length <= bytes_.size() - begin)
+      kept.insert(kept.end(), bytes_.begin() + static_cast<ptrdiff_t>(begin),
+                  bytes_.begin() + static_cast<ptrdiff_t>(begin + length));
+    views.push_back(std::move(view));
+  }
+  bytes_ = std::move(kept);
+  if (views.empty())
+    doc.erase("bufferViews");
+  else
+    doc["bufferViews"] = std::move(views);
 }
 
 Bytes GltfBuffer::take(Json& doc) {

@@ -1,20 +1,8 @@
-#include <algorithm>
-
-#include "coordinator/encode/gltf_output.h"
+#include "coordinator/gltf/output_file.h"
 
 namespace kiln {
 
 using Json = nlohmann::json;
-
-void GltfOutput::note_pages(Json& primitive, const std::vector<uint32_t>& placements) const {
-  if (c_->atlas.pages < 2 || placements.empty()) return;
-  Json pages = Json::array();
-  for (const uint32_t placement : placements) {
-    const uint32_t page = c_->atlas.placements[placement].page;
-    if (std::find(pages.begin(), pages.end(), Json(page)) == pages.end()) pages.push_back(page);
-  }
-  note(primitive)["pages"] = pages;
-}
 
 Status GltfOutput::give_levels_their_meshes() {
   if (!c_->display) return {};
@@ -36,8 +24,7 @@ Status GltfOutput::give_levels_their_meshes() {
       }
       Json primitive = primitive_with(in, s);
       primitive["attributes"]["TEXCOORD_1"] = buffer.add_texcoords(doc, uv);
-      note_pages(primitive, placements);
-      primitives.push_back(std::move(primitive));
+      for (Json& part : by_page(primitive, s, placements)) primitives.push_back(std::move(part));
     }
     mesh["primitives"] = std::move(primitives);
     note(mesh)["texcoord_space"] = "lightmap";  // in scene_instanced.glb that of other meshes is the chart

@@ -1,4 +1,4 @@
-#include "coordinator/report/surface_look.h"
+#include "coordinator/look/surface_look.h"
 
 #include <cstring>
 
@@ -34,8 +34,8 @@ Vec4 lookup(const Texture& t, float u, float v) {
 
 }  // namespace
 
-SurfaceLook::SurfaceLook(const Scene& scene, const Atlas& atlas, const Lightmap& map)
-    : scene_(scene), atlas_(atlas), lookup_(atlas), map_(map) {
+SurfaceLook::SurfaceLook(const Scene& scene, const Atlas& atlas, const Lightmap& map, bool textures)
+    : scene_(scene), atlas_(atlas), lookup_(atlas), map_(map), textures_(textures) {
   for (const Record& record : scene.materials) {
     RecordReader r(record);
     Look look;
@@ -61,7 +61,7 @@ Vec2 SurfaceLook::interpolate(const std::vector<Vec2>& values, const Fragment& f
 }
 
 Vec4 SurfaceLook::texture(const TextureUse& use, const Fragment& f) const {
-  if (use.texture < 0) return Vec4(1.0f);
+  if (use.texture < 0 || !textures_) return Vec4(1.0f);
   const Vec2 uv = interpolate(scene_.meshes[scene_.instances[f.instance].mesh].uv[use.uv_set], f);
   return lookup(scene_.textures[use.texture], use.m[0] * uv.x + use.m[1] * uv.y + use.m[2],
                 use.m[3] * uv.x + use.m[4] * uv.y + use.m[5]);

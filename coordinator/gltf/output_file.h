@@ -7,10 +7,12 @@
 #include <set>
 
 #include "coordinator/display/display.h"
-#include "coordinator/encode/gltf_buffer.h"
-#include "coordinator/encode/output.h"
+#include "coordinator/gltf/buffer.h"
+#include "coordinator/gltf/gltf.h"
 
 namespace kiln {
+
+constexpr const char* kKilnLightmap = "KILN_lightmap";
 
 // Vertices of a mesh once each corner has the lightmap coordinates of its chart.
 struct SplitMesh {
@@ -39,8 +41,9 @@ class GltfOutput {
   // The file's primitive with the split mesh's vertices; no TEXCOORD_1 yet.
   Expected<nlohmann::json> split_primitive(uint32_t instance);
   nlohmann::json primitive_with(const Instance& in, const SplitMesh& split) const;
-  // In extras.kiln.pages, where there are several: pages of these placements in the order of first use.
-  void note_pages(nlohmann::json& primitive, const std::vector<uint32_t>& placements) const;
+  // The primitive once for each page that its charts are on, marked with it; `placement` by new vertex.
+  nlohmann::json by_page(const nlohmann::json& primitive, const SplitMesh& split,
+                         const std::vector<uint32_t>& placement);
   // Levels and display meshes that were not baked: TEXCOORD_1 addresses the lightmap, whatever the file's
   // form.
   Status give_levels_their_meshes();
@@ -56,6 +59,15 @@ class GltfOutput {
   static nlohmann::json& note(nlohmann::json& object);
   void note_lightmap();
 
+  // KILN_lightmap at the root and on every node that shows a marked primitive. `by_table`: coordinates of
+  // primitives with _CHART are found by the chart table.
+  void attach_kiln_lightmap(bool by_table);
+  // MOZ_lightmap on materials: copies for primitives of other pages and for those that are not lit by the
+  // map.
+  Status attach_moz_lightmap();
+  // EPIC_lightmap_textures: one lightmap a page; a node whose mesh is on several pages gets a child for each.
+  Status attach_epic_lightmap();
+
   // The whole as one .glb; `name` is for messages.
   Expected<Bytes> finish(const std::string& name);
 
@@ -65,11 +77,28 @@ class GltfOutput {
  private:
   explicit GltfOutput(const OutputContext& context) : c_(&context) {}
 
+  // Moves the file's own TEXCOORD_1 away where textures of materials use it.
+  void free_texcoord_1();
+  void fill_texcoord_gaps();
+  void drop_unused();
+
   const OutputContext* c_;
   nlohmann::json file_meshes_;           // as they were
   std::set<uint32_t> in_use_;            // places in doc["meshes"] that are not free
   std::map<uint32_t, SplitMesh> split_;  // by set of charts
 };
+
+// The scene with TEXCOORD_1 on the pages and every lit primitive marked: scene.glb but for its lightmaps.
+Expected<GltfOutput> open_lit_scene(const OutputContext& context);
+
+// Marks a primitive as lit by a page: its TEXCOORD_1 is on it.
+void mark_page(nlohmann::json& primitive, uint32_t page);
+// Adds to extensionsUsed; takes an extension away from every object that may have it here.
+void use_extension(nlohmann::json& doc, const char* name);
+void drop_extension(nlohmann::json& doc, const char* name);
+
+// Factor of radiance under which a mid grey surface in the light of the median texel looks mid grey.
+float viewing_exposure(const OutputContext& context);
 
 // Runs a writer and publishes its bytes as `name`. A file that import read, in a shape that we did not
 // expect, is an error and not an exception.

@@ -2,14 +2,16 @@
 #pragma once
 
 #include "common/atlas/atlas_lookup.h"
+#include "common/scene/scene.h"
 #include "coordinator/lightmap/lightmap.h"
-#include "coordinator/report/raster.h"
+#include "coordinator/look/fragment.h"
 
 namespace kiln {
 
 class SurfaceLook {
  public:
-  SurfaceLook(const Scene& scene, const Atlas& atlas, const Lightmap& map);
+  // `textures` off: colours are the factors alone.
+  SurfaceLook(const Scene& scene, const Atlas& atlas, const Lightmap& map, bool textures = true);
   Vec4 base_color(const Fragment& f) const;  // linear, alpha by the material's alpha mode
   Vec3 emission(const Fragment& f) const;    // radiance
   // Irradiance by bilinear lookup; false where the texel has no value.
@@ -37,6 +39,7 @@ class SurfaceLook {
   const Atlas& atlas_;
   AtlasLookup lookup_;
   const Lightmap& map_;
+  const bool textures_;
   std::vector<Look> looks_;
   const Record* environment_ = nullptr;
 };

@@ -6,7 +6,7 @@
 
 #include "common/base/format.h"
 #include "coordinator/chart_table/chart_table.h"
-#include "coordinator/encode/gltf_output.h"
+#include "coordinator/gltf/output_file.h"
 
 namespace kiln {
 namespace {
@@ -133,6 +133,7 @@ class InstancedWriter {
     }
     primitive["attributes"]["TEXCOORD_1"] = texcoords_[set];
     primitive["attributes"]["_CHART"] = charts_[{set, base}];
+    primitive["extensions"][kKilnLightmap] = {{"chartAttribute", "_CHART"}};
     return primitive;
   }
 
@@ -151,6 +152,7 @@ Expected<Bytes> write(const OutputContext& c) {
   Json& note = GltfOutput::note(scene.doc);
   note["charts"] = "charts.bin";
   note["texcoord_space"] = "chart";
+  scene.attach_kiln_lightmap(true);
   return scene.finish("scene_instanced.glb");
 }
 

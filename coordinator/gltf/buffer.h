@@ -29,12 +29,19 @@ class GltfBuffer {
 
   // New accessors with the elements `source` of each attribute but TEXCOORD_1, as {name: accessor}. A blend
   // of unit normals is made a unit vector again; joints and their weights are those of the nearest vertex.
-  // POSITION gets the bounds of its new elements, the others none.
+  // Bounds are left out: state_bounds gives those that glTF asks for.
   Expected<nlohmann::json> gather_attributes(nlohmann::json& doc, const nlohmann::json& attributes,
                                              const std::vector<VertexBlend>& source);
   int add_indices(nlohmann::json& doc, const std::vector<uint32_t>& indices);
   int add_texcoords(nlohmann::json& doc, const std::vector<Vec2>& uv);
   int add_scalars(nlohmann::json& doc, const std::vector<float>& values);
+  // A texture of an image held in the buffer, without mips and clamped, for lightmap pages; its index.
+  size_t add_page_texture(nlohmann::json& doc, std::span<const std::byte> png, const std::string& name);
+
+  // min and max of every accessor that is a POSITION, from its elements (glTF 2.0, 3.7.2.1).
+  Status state_bounds(nlohmann::json& doc) const;
+  // Leaves out buffer views and bytes that nothing of `used` names; numbers the others anew.
+  void keep_views(nlohmann::json& doc, const std::vector<bool>& used);
 
   // Writes the length into the document and hands over the bytes.
   Bytes take(nlohmann::json& doc);

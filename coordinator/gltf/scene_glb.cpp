@@ -2,14 +2,15 @@
 // In layout atlas the file's own TEXCOORD_1 is that already. In layout pack every instance gets a mesh of its
 // own whose TEXCOORD_1 is new and whose other data is shared with the other instances. Levels and display
 // meshes that were not baked get meshes with projected coordinates, in either layout.
-#include "coordinator/encode/gltf_output.h"
+#include "coordinator/gltf/output_file.h"
 
 namespace kiln {
 namespace {
 
 using Json = nlohmann::json;
 
-Expected<Json> primitive_of(const OutputContext& c, GltfOutput& scene, uint32_t instance) {
+// The primitive of an instance, once for each page.
+Expected<Json> primitives_of(const OutputContext& c, GltfOutput& scene, uint32_t instance) {
   KILN_TRY(Json primitive, scene.split_primitive(instance));
   KILN_TRY(const SplitMesh* s, scene.split_mesh(instance));
   const ChartPlacement* places = &c.atlas.placements[c.atlas.instance_first_chart[instance]];
@@ -21,8 +22,7 @@ Expected<Json> primitive_of(const OutputContext& c, GltfOutput& scene, uint32_t 
   primitive["attributes"]["TEXCOORD_1"] = scene.buffer.add_texcoords(scene.doc, uv);
   std::vector<uint32_t> placement;
   for (const uint32_t chart : s->chart) placement.push_back(c.atlas.instance_first_chart[instance] + chart);
-  scene.note_pages(primitive, placement);
-  return primitive;
+  return scene.by_page(primitive, *s, placement);
 }
 
 Status give_instances_their_meshes(const OutputContext& c, GltfOutput& scene) {
@@ -31,8 +31,8 @@ Status give_instances_their_meshes(const OutputContext& c, GltfOutput& scene) {
     for (const MeshCopy& copy : copies) {
       Json primitives = Json::array();
       for (const uint32_t i : copy) {
-        KILN_TRY(Json primitive, primitive_of(c, scene, i));
-        primitives.push_back(std::move(primitive));
+        KILN_TRY(const Json parts, primitives_of(c, scene, i));
+        primitives.insert(primitives.end(), parts.begin(), parts.end());
       }
       const size_t mesh = scene.add_mesh(copy, std::move(primitives));
       // Instances of EXT_mesh_gpu_instancing cannot differ in coordinates: each becomes a root node.
@@ -46,15 +46,35 @@ Status give_instances_their_meshes(const OutputContext& c, GltfOutput& scene) {
   return {};
 }
 
+// Layout atlas: meshes stay as they are.
+void mark_instances(const OutputContext& c, GltfOutput& scene) {
+  for (const Instance& in : c.scene.instances)
+    mark_page(scene.doc["meshes"][in.file_mesh]["primitives"][in.file_primitive], 0);
+}
+
 Expected<Bytes> write(const OutputContext& c) {
-  KILN_TRY(GltfOutput scene, GltfOutput::open(c));
-  if (c.atlas.packed) KILN_TRY_STATUS(give_instances_their_meshes(c, scene));
-  KILN_TRY_STATUS(scene.give_levels_their_meshes());
+  KILN_TRY(GltfOutput scene, open_lit_scene(c));
   scene.note_lightmap();
+  scene.attach_kiln_lightmap(false);
+  const GltfLightmaps& which = c.settings.gltf_lightmap;
+  if (which.moz) KILN_TRY_STATUS(scene.attach_moz_lightmap());
+  if (which.epic) KILN_TRY_STATUS(scene.attach_epic_lightmap());
+  if (!which.kiln) drop_extension(scene.doc, kKilnLightmap);
   return scene.finish("scene.glb");
 }
 
 }  // namespace
+
+Expected<GltfOutput> open_lit_scene(const OutputContext& c) {
+  KILN_TRY(GltfOutput scene, GltfOutput::open(c));
+  if (c.atlas.packed) {
+    KILN_TRY_STATUS(give_instances_their_meshes(c, scene));
+  } else {
+    mark_instances(c, scene);
+  }
+  KILN_TRY_STATUS(scene.give_levels_their_meshes());
+  return scene;
+}
 
 Expected<std::vector<std::string>> write_gltf(const OutputContext& c) {
   return publish_glb(c, "scene.glb", write);

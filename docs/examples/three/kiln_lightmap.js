@@ -1,0 +1,149 @@
+// Loads a scene that kiln bake wrote and lights it by its lightmap. In short:
+//   const { scene, lightmap } = await loadLitScene('/bake/', 'scene.glb', renderer);
+import * as THREE from 'three';
+import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
+import { chartNumbers, exposedMaterial, litMaterial } from './kiln_material.js';
+import { fetchOrThrow, loadEncoding } from './kiln_maps.js';
+
+const EXTENSION = 'KILN_lightmap';
+const SHADER = new URL('../../shaders/kiln_lightmap.glsl', import.meta.url);
+
+function uniformsOf(description) {
+  const value = (v) => ({ value: v });
+  return { kilnView: value(0), kilnLight: value(description.basis.name === 'sh_l1' ? 1 : 0),
+           kilnFilmic: value(true), kilnSpecularOn: value(false), kilnPlain: value(false),
+           kilnExposure: value(description.exposure ?? 1), kilnMostSamples: value(1) };
+}
+
+// Those that can be read here: DDS files hold what KTX2 files hold too.
+export const readable = (description) => description.encodings.filter((e) => e.container !== 'dds');
+export const encodingName = ({ name, container }) => (name === 'masters' ? name : `${name} ${container}`);
+
+// The maps of the encoding called `name`, by itself or with its container. Without a name the first one that this
+// graphics card and the scene's coordinates allow.
+async function loadMaps(description, folder, renderer, name) {
+  const all = readable(description), asked = all.filter((e) => encodingName(e) === name || e.name === name);
+  if (name && asked.length === 0)
+    throw new Error(`there are no maps '${name}': there are ${all.map(encodingName).join(', ')}`);
+  let error;
+  for (const encoding of asked.length ? asked : all) {
+    try {
+      const maps = await loadEncoding(encoding, folder, renderer, description.pages);
+      if (description.chartTable && maps.some((slot) => slot.perPage))
+        throw new Error('a scene with a chart table needs maps that are texture arrays: choose others');
+      return { encoding, maps };
+    } catch (e) {
+      error ??= e;
+    }
+  }
+  throw error;
+}
+
+async function loadLightmap(description, folder, renderer, name) {
+  const masters = description.encodings.find((e) => e.name === 'masters') ?? description.encodings.at(-1);
+  const { pages } = description;
+  const [glsl, master, diagnostics] = await Promise.all([
+    fetchOrThrow(SHADER).then((r) => r.text()),
+    loadEncoding(masters, folder, renderer, pages),
+    loadEncoding({ textures: description.diagnostics ?? [] }, folder, renderer, pages)]);
+  for (const slot of diagnostics) {  // classes have no mean
+    const { texture } = slot.byPage(0);
+    texture.magFilter = texture.minFilter = THREE.NearestFilter;
+  }
+  const loaded = await loadMaps(description, folder, renderer, name);
+  const maps = loaded.encoding === masters ? master : loaded.maps;
+  const lightmap = { description, glsl, masters: master, diagnostics, maps, encoding: encodingName(loaded.encoding),
+                     hasBasis: description.basis.name === 'sh_l1', uniforms: uniformsOf(description) };
+  for (const slot of diagnostics) slot.channels.forEach(({ plane }, c) => {
+    if (plane !== 'samples') return;
+    const { data } = slot.byPage(0).texture.image;
+    for (let i = c; i < data.length; i += 4) lightmap.uniforms.kilnMostSamples.value = Math.max(lightmap.uniforms.kilnMostSamples.value, data[i]);
+  });
+  return lightmap;
+}
+
+// charts.bin (docs/engines.md) as a float texture, two texels a chart: scale and offset; page and turned.
+async function loadCharts(url) {
+  const view = new DataView(await (await fetchOrThrow(url)).arrayBuffer());
+  const count = view.getUint32(28, true), begin = Number(view.getBigUint64(40, true));
+  const across = 1024, data = new Float32Array(4 * 2 * across * Math.ceil(Math.max(1, count) / across));
+  for (let i = 0; i < count; ++i) {
+    for (let k = 0; k < 4; ++k) data[8 * i + k] = view.getFloat32(begin + 24 * i + 4 * k, true);
+    for (let k = 0; k < 2; ++k) data[8 * i + 4 + k] = view.getUint32(begin + 24 * i + 16 + 4 * k, true);
+  }
+  const texture = new THREE.DataTexture(data, 2 * across, data.length / (8 * across), THREE.RGBAFormat, THREE.FloatType);
+  texture.needsUpdate = true;
+  return { texture, across };
+}
+
+// The rectangle of a node: coordinates x scale + offset.
+function movedUv(uv, scale, offset) {
+  const out = new Float32Array(2 * uv.count);
+  for (let v = 0; v < uv.count; ++v) {
+    out[2 * v] = uv.getX(v) * scale[0] + offset[0];
+    out[2 * v + 1] = uv.getY(v) * scale[1] + offset[1];
+  }
+  return new THREE.BufferAttribute(out, 2);
+}
+
+// A geometry with the same data and the attributes that the material asks for.
+function litGeometry(mesh, mark, node, description) {
+  const from = mesh.geometry, to = new THREE.BufferGeometry();
+  to.setIndex(from.index);
+  for (const [name, attribute] of Object.entries(from.attributes)) to.setAttribute(name, attribute);
+  const set = description.texCoord;
+  const uv = from.attributes[set ? `uv${set}` : 'uv'], { scale, offset } = node;
+  to.setAttribute('kilnUv', scale || offset ? movedUv(uv, scale ?? [1, 1], offset ?? [0, 0]) : uv);
+  to.setAttribute('kilnColour', chartNumbers(from));
+  if (mark.chartAttribute) {
+    to.setAttribute('kilnChart', from.attributes[mark.chartAttribute.toLowerCase()]);
+    const count = mesh.isInstancedMesh ? mesh.count : 1, first = new Float32Array(count).fill(node.firstChart ?? 0);
+    const each = from.attributes._FIRST_CHART ?? from.attributes._first_chart;
+    if (each) for (let i = 0; i < count; ++i) first[i] = each.getX(i);
+    to.setAttribute('kilnFirst', mesh.isInstancedMesh ? new THREE.InstancedBufferAttribute(first, 1)
+      : new THREE.BufferAttribute(new Float32Array(from.attributes.position.count).fill(first[0]), 1));
+  }
+  to.boundingSphere = from.boundingSphere;
+  to.boundingBox = from.boundingBox;
+  return to;
+}
+
+function nodeOf(object, parser) {
+  for (let o = object; o; o = o.parent) {
+    const found = parser.associations.get(o);
+    if (found?.nodes !== undefined) return parser.json.nodes[found.nodes];
+  }
+  return {};
+}
+
+export async function loadLitScene(folder, file, renderer, encoding) {
+  const gltf = await new GLTFLoader().loadAsync(folder + file);
+  const { parser } = gltf, description = parser.json.extensions?.[EXTENSION]?.lightmaps?.[0];
+  if (!description) throw new Error(`${file} has no ${EXTENSION}: bake it with --gltf-lightmap kiln`);
+  const lightmap = await loadLightmap(description, folder, renderer, encoding);
+  const charts = description.chartTable ? await loadCharts(folder + description.chartTable.uri) : null;
+  const materials = new Map();
+  const lit = [], remove = [];
+  gltf.scene.traverse((object) => {
+    if (object.isLight) remove.push(object);  // their light is in the map
+    if (object.isMesh) lit.push(object);
+  });
+  for (const light of remove) light.removeFromParent();
+  for (const mesh of lit) {
+    const { meshes, primitives } = parser.associations.get(mesh) ?? {};
+    const mark = parser.json.meshes[meshes]?.primitives[primitives ?? 0].extensions?.[EXTENSION];
+    const make = (key, maker) => {
+      if (!materials.has(key)) materials.set(key, maker());
+      return materials.get(key);
+    };
+    if (mesh.material.isMeshBasicMaterial) {
+      mesh.material = make(`${mesh.material.uuid} unlit`, () => exposedMaterial(mesh.material, lightmap));
+    } else if (mark) {
+      const node = nodeOf(mesh, parser).extensions?.[EXTENSION] ?? {}, table = mark.chartAttribute ? charts : null;
+      const original = mesh.material, page = mark.page ?? 0;
+      mesh.geometry = litGeometry(mesh, mark, node, description);
+      mesh.material = make(`${original.uuid} ${page} ${!!table}`, () => litMaterial(original, lightmap, page, table));
+    }
+  }
+  return { gltf, scene: gltf.scene, lightmap };
+}

@@ -1,0 +1,114 @@
+// The textures of a lightmap that KILN_lightmap describes (docs/gltf.md), as three.js textures, and the GLSL that
+// turns their texels into planes. Maps are textures or texture arrays, as their files hold them.
+import * as THREE from 'three';
+import { HDRLoader } from 'three/addons/loaders/HDRLoader.js';
+import { readExrPlanes } from './exr_planes.js';
+import { readKtx2 } from './ktx2_texture.js';
+
+const LETTERS = 'rgba';
+
+export async function fetchOrThrow(url) {
+  const response = await fetch(url);
+  if (!response.ok) throw new Error(`${url}: ${response.status} ${await response.text()}`);
+  return response;
+}
+
+function setUp(texture) {
+  texture.colorSpace = THREE.NoColorSpace;  // numbers, not colours
+  texture.flipY = false;                    // row 0 is v = 0
+  texture.wrapS = texture.wrapT = THREE.ClampToEdgeWrapping;
+  texture.magFilter = THREE.LinearFilter;
+  texture.minFilter = texture.mipmaps?.length > 1 ? THREE.LinearMipmapLinearFilter : THREE.LinearFilter;
+  texture.generateMipmaps = false;
+  texture.needsUpdate = true;
+  return texture;
+}
+
+// Masters: every named channel of all pages, four to a texture array.
+async function loadExr(descriptions, folder, pages) {
+  const files = await Promise.all(descriptions.map(async (d) =>
+    ({ d, exr: await readExrPlanes(await (await fetchOrThrow(folder + d.uri)).arrayBuffer()) })));
+  const names = [...new Set(descriptions.flatMap((d) => d.channels.map((c) => c.plane)))].filter((n) => n !== 'set');
+  const groups = [];  // R, G, B of one function share a texture
+  for (const name of names) {
+    const stem = name.split('.')[0];
+    let group = groups.find((g) => g.stem === stem && g.channels.length < 4);
+    if (!group) groups.push(group = { stem, channels: [] });
+    group.channels.push({ plane: name });
+  }
+  const { width, height } = files[0].exr;
+  return groups.map(({ channels }) => {
+    const data = new Float32Array(4 * width * height * pages);
+    channels.forEach(({ plane }, c) => {
+      for (const { d, exr } of files) {
+        const index = d.channels.findIndex((x) => x.plane === plane);
+        if (index < 0) continue;
+        const { name = 'RGBA'[index], scale = 1, bias = 0 } = d.channels[index];
+        const from = exr.planes[name], begin = 4 * width * height * d.page + c;
+        if (!from) throw new Error(`${d.uri} has no channel ${name}`);
+        for (let i = 0; i < width * height; ++i) data[begin + 4 * i] = from[i] * scale + bias;
+      }
+    });
+    const texture = new THREE.DataArrayTexture(data, width, height, pages);
+    texture.type = THREE.FloatType;
+    return { channels, unpack: 'none', byPage: () => ({ texture: setUp(texture), first: 0 }) };
+  });
+}
+
+async function loadImage(description, folder, renderer) {
+  const url = folder + description.uri;
+  switch (description.container) {
+    case 'ktx2': return readKtx2(await (await fetchOrThrow(url)).arrayBuffer(), renderer);
+    case 'hdr': return new HDRLoader().loadAsync(url);
+    case 'png': return new THREE.TextureLoader().loadAsync(url);
+    default: throw new Error(`${description.uri}: this viewer does not read ${description.container}`);
+  }
+}
+
+async function loadOthers(descriptions, folder, renderer, pages) {
+  const slots = new Map();  // files that differ in their page alone
+  for (const d of descriptions) {
+    const key = JSON.stringify([d.channels, d.unpack, d.unpackRange]);
+    if (!slots.has(key)) slots.set(key, { channels: d.channels, unpack: d.unpack ?? 'none', range: d.unpackRange ?? 1, files: [] });
+    slots.get(key).files.push({ first: d.page, layers: d.layers, texture: setUp(await loadImage(d, folder, renderer)) });
+  }
+  for (const slot of slots.values())
+    slot.byPage = (page) => slot.files.find((f) => page >= f.first && page < f.first + Math.max(1, f.layers)) ?? slot.files[0];
+  if (pages > 1) for (const slot of slots.values()) slot.perPage = slot.files.length > 1;
+  return [...slots.values()];
+}
+
+// Slots of an encoding: {channels, unpack, range, byPage(page) -> {texture, first}}.
+export async function loadEncoding(encoding, folder, renderer, pages) {
+  const exr = encoding.textures.filter((t) => t.container === 'exr');
+  return exr.length ? loadExr(exr, folder, pages)
+                    : loadOthers(encoding.textures, folder, renderer, pages);
+}
+
+const isArray = (texture) => texture.isDataArrayTexture || texture.isCompressedArrayTexture;
+const number = (x) => (Number.isInteger(x) ? `${x}.0` : `${x}`);
+
+// GLSL of functions NAME_PLANE... : samplers, and `Planes` as a list of float variables that `body` may use.
+export function planesGlsl(slots, prefix, page) {
+  const declarations = [], code = [], uniforms = {}, known = new Set();
+  const products = [];
+  slots.forEach((slot, i) => {
+    const { texture, first } = slot.byPage(page), map = `${prefix}Map${i}`;
+    uniforms[map] = { value: texture };
+    declarations.push(`uniform highp ${isArray(texture) ? 'sampler2DArray' : 'sampler2D'} ${map};`);
+    const place = isArray(texture) ? `vec3(place.xy, place.z - ${number(first)})` : 'place.xy';
+    code.push(`vec4 ${map}t = texture(${map}, ${place});`);
+    if (slot.unpack === 'rgbm' || slot.unpack === 'rgbd')
+      code.push(`${map}t = vec4(kiln_${slot.unpack}(${map}t, ${number(slot.range)}), 1.0);`);
+    if (slot.unpack === 'rgbe') code.push(`${map}t = vec4(kiln_rgbe(${map}t), 1.0);`);
+    slot.channels.forEach(({ plane, scale = 1, bias = 0, times }, c) => {
+      if (!plane) return;
+      const variable = plane.replace('.', '_');
+      known.add(plane);
+      (times ? products : code).push(
+        `float ${variable} = (${map}t.${LETTERS[c]} * ${number(scale)} + ${number(bias)})` +
+        `${times ? ` * ${times.replace('.', '_')}` : ''};`);
+    });
+  });
+  return { declarations: declarations.join('\n'), code: [...code, ...products].join('\n'), uniforms, known };
+}

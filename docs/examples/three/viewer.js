@@ -1,0 +1,154 @@
+// The page: camera, controls, keyboard, and the query that makes a view reproducible:
+//   ?folder=/bake/&scene=scene.glb&view=lit&light=linear&encoding=masters&exposure=1&curve=srgb&ui=off
+import * as THREE from 'three';
+import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
+import { encodingName, loadLitScene, readable } from './kiln_lightmap.js';
+
+const VIEWS = [['lit', ''], ['irradiance', 'on a grey of 0.5'],
+  ['directions', 'where light comes from, as a colour; grey: from all sides'],
+  ['validity', 'grey measured, orange pushed, yellow filled,\nblue dilated, magenta inside'],
+  ['samples', 'dark few, red the most'], ['error', 'stated, of E: red is 10 % and more'],
+  ['charts', 'each in its colour'], ['encode-error', 'of E against the masters: red is 5 % and more']];
+const LIGHTS = [['normal', 'E at the surface normal'], ['linear', 'L1, linear'], ['nonlinear', 'L1, non-linear']];
+
+const query = new URLSearchParams(location.search);
+const byId = (id) => document.getElementById(id);
+const on = (name, fallback) => (query.has(name) ? query.get(name) !== 'off' : fallback);
+
+function fail(error) {
+  byId('message').textContent = error.message ?? String(error);
+  document.documentElement.dataset.error = byId('message').textContent;
+  throw error;
+}
+
+function makeRenderer() {
+  const renderer = new THREE.WebGLRenderer({ antialias: on('antialias', true), preserveDrawingBuffer: true });
+  renderer.setPixelRatio(query.has('ratio') ? Number(query.get('ratio')) : devicePixelRatio);
+  renderer.toneMapping = THREE.NoToneMapping;  // the materials do it themselves
+  renderer.setClearColor(0x15171a);
+  document.body.append(renderer.domElement);
+  renderer.extensions.has('OES_texture_float_linear');
+  return renderer;
+}
+
+// The file's first camera, or one that sees everything.
+function makeCamera(scene, renderer) {
+  const box = new THREE.Box3().setFromObject(scene), size = box.getSize(new THREE.Vector3()).length() || 1;
+  const camera = new THREE.PerspectiveCamera(50, 1, size / 1e4, size * 10);
+  const target = box.getCenter(new THREE.Vector3());
+  let own;
+  scene.traverse((object) => { if (object.isPerspectiveCamera) own ??= object; });
+  if (own) {
+    own.updateWorldMatrix(true, false);
+    own.matrixWorld.decompose(camera.position, camera.quaternion, new THREE.Vector3());
+    camera.fov = own.fov;
+    const forward = own.getWorldDirection(new THREE.Vector3());
+    target.copy(camera.position).addScaledVector(forward, Math.max(size / 20, target.sub(camera.position).dot(forward)));
+  } else {
+    camera.position.copy(target).add(new THREE.Vector3(0.4, 0.3, 0.8).multiplyScalar(size * 0.8));
+  }
+  if (query.has('eye')) camera.position.fromArray(query.get('eye').split(',').map(Number));
+  if (query.has('target')) target.fromArray(query.get('target').split(',').map(Number));
+  if (query.has('fov')) camera.fov = Number(query.get('fov'));
+  const pose = camera.quaternion.clone();
+  const controls = new OrbitControls(camera, renderer.domElement);  // turns the camera to the origin
+  controls.target.copy(target);
+  if (own && !query.has('target') && !query.has('eye')) camera.quaternion.copy(pose);
+  else controls.update();
+  return { camera, controls };
+}
+
+// Switches that change materials, not uniforms: textures and normal maps.
+function applySwitches(scene, textures, normals) {
+  scene.traverse(({ material }) => {
+    if (!material) return;
+    const kept = material.userData.kilnKept ??= { map: material.map, emissiveMap: material.emissiveMap,
+      normalMap: material.normalMap, roughnessMap: material.roughnessMap, metalnessMap: material.metalnessMap };
+    for (const name of Object.keys(kept)) material[name] = (name === 'normalMap' ? normals : textures) ? kept[name] : null;
+    material.needsUpdate = true;
+  });
+}
+
+function addControls(state, lightmap, redraw) {
+  const fill = (id, entries) => entries.forEach(([value, label]) => byId(id).append(new Option(label || value, value)));
+  fill('view', VIEWS.map(([name]) => [name]));
+  fill('light', lightmap.hasBasis ? LIGHTS : LIGHTS.slice(0, 1));
+  fill('encoding', readable(lightmap.description).map((e) => [encodingName(e)]));
+  byId('encoding').value = lightmap.encoding;
+  byId('encoding').onchange = () => {  // other maps: other shaders, so the page is loaded anew
+    query.set('encoding', byId('encoding').value);
+    location.search = query;
+  };
+  const show = () => {
+    for (const id of ['view', 'light', 'exposure']) byId(id).value = state[id];
+    for (const id of ['filmic', 'textures', 'normals', 'specular']) byId(id).checked = state[id];
+    byId('legend').textContent = VIEWS.find(([name]) => name === state.view)?.[1] ?? '';
+    redraw();
+  };
+  for (const id of ['view', 'light']) byId(id).onchange = () => { state[id] = byId(id).value; show(); };
+  byId('exposure').oninput = () => { state.exposure = Number(byId('exposure').value); show(); };
+  for (const id of ['filmic', 'textures', 'normals', 'specular'])
+    byId(id).onchange = () => { state[id] = byId(id).checked; show(); };
+  addEventListener('keydown', (event) => {
+    if (event.target !== document.body || event.ctrlKey || event.metaKey) return;
+    const key = event.key.toLowerCase();
+    const flip = { f: 'filmic', t: 'textures', n: 'normals', s: 'specular' }[key];
+    if (flip) state[flip] = !state[flip];
+    else if (key === 'l' && lightmap.hasBasis) state.light = LIGHTS[(LIGHTS.findIndex(([n]) => n === state.light) + 1) % 3][0];
+    else if (key === '[' || key === ']') state.exposure += key === '[' ? -0.25 : 0.25;
+    else if (key >= '1' && key <= String(VIEWS.length)) state.view = VIEWS[Number(key) - 1][0];
+    else if (key === 'h') byId('panel').classList.toggle('hidden');
+    else return;
+    show();
+  });
+  byId('panel').classList.toggle('hidden', !on('ui', true));
+  show();
+}
+
+async function main() {
+  const renderer = makeRenderer();
+  const folder = query.get('folder') ?? '/bake/', file = query.get('scene') ?? 'scene.glb';
+  const { scene, lightmap } = await loadLitScene(folder, file, renderer, query.get('encoding'));
+  document.title = `Kiln: ${scene.name || file}`;
+  const world = new THREE.Scene();
+  world.add(scene);
+  const { camera, controls } = makeCamera(scene, renderer);
+  const base = query.has('exposure') ? Number(query.get('exposure')) : lightmap.uniforms.kilnExposure.value;
+  const plain = query.get('shading') === 'plain';  // base colour x E / pi alone, as in preview.png
+  const state = { view: query.get('view') ?? 'lit', exposure: 0, filmic: query.get('curve') !== 'srgb',
+    light: query.get('light') ?? (lightmap.hasBasis ? 'linear' : 'normal'), textures: on('textures', true),
+    normals: on('normals', true), specular: on('specular', lightmap.hasBasis) && !plain };
+  if (!VIEWS.some(([n]) => n === state.view)) throw new Error(`there is no view '${state.view}'`);
+  if (!LIGHTS.some(([n]) => n === state.light)) throw new Error(`there is no light '${state.light}'`);
+  let switches = '';
+  let pending = false;
+  const draw = () => {
+    pending = false;
+    const u = lightmap.uniforms;
+    u.kilnView.value = VIEWS.findIndex(([n]) => n === state.view);
+    u.kilnLight.value = LIGHTS.findIndex(([n]) => n === state.light);
+    u.kilnExposure.value = base * 2 ** state.exposure;
+    u.kilnFilmic.value = state.filmic;
+    u.kilnSpecularOn.value = state.specular;
+    u.kilnPlain.value = plain;
+    const now = `${state.textures} ${state.normals}`;
+    if (now !== switches) applySwitches(scene, state.textures, state.normals);
+    switches = now;
+    renderer.render(world, camera);
+  };
+  const redraw = () => { if (!pending) { pending = true; requestAnimationFrame(draw); } };
+  const resize = () => {
+    camera.aspect = innerWidth / innerHeight;
+    camera.updateProjectionMatrix();
+    renderer.setSize(innerWidth, innerHeight);
+    redraw();
+  };
+  controls.addEventListener('change', redraw);
+  addEventListener('resize', resize);
+  resize();
+  addControls(state, lightmap, redraw);
+  draw();
+  document.documentElement.dataset.ready = 'true';
+}
+
+main().catch(fail);

@@ -1,0 +1,20 @@
+#include "tests/viewer/node_tools.h"
+
+namespace kiln::test {
+namespace fs = std::filesystem;
+
+std::optional<std::string> no_node_tools(bool browser) {
+  if (run_command("node --version").exit_status != 0) return "there is no node: apt install nodejs npm";
+  const fs::path tools = source_dir() / "tests/node", viewer = source_dir() / "docs/examples/three";
+  if (!fs::exists(tools / "node_modules/gltf-validator")) return "run: npm ci --prefix " + tools.string();
+  if (!browser) return std::nullopt;
+  if (!fs::exists(viewer / "node_modules/three")) return "run: npm ci --prefix " + viewer.string();
+  if (!fs::exists("/usr/bin/chromium")) return "there is no /usr/bin/chromium: apt install chromium";
+  return std::nullopt;
+}
+
+std::string node_script(const std::string& name) {
+  return "node '" + (source_dir() / "tests/node" / name).string() + "'";
+}
+
+}  // namespace kiln::test

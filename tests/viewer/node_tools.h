@@ -1,0 +1,14 @@
+// Tests that need node and packages of npm: they skip, saying what to install, where those are absent.
+#pragma once
+
+#include <optional>
+#include <string>
+
+namespace kiln::test {
+
+// Why tests/node cannot run here (with what to do); nothing: it can. `browser`: Chromium is needed too, and
+// three.js.
+std::optional<std::string> no_node_tools(bool browser);
+std::string node_script(const std::string& name);  // `node .../tests/node/NAME`, quoted for the shell
+
+}  // namespace kiln::test

@@ -1,0 +1,216 @@
+// The viewer's picture against our own renderer's, of the same published folder, camera, exposure and curve.
+#include "common/atlas/atlas_lookup.h"
+#include "common/base/files.h"
+#include "coordinator/imageio/exr.h"
+#include "coordinator/imageio/imageio.h"
+#include "coordinator/look/surface_look.h"
+#include "coordinator/report/preview.h"
+#include "coordinator/report/raster.h"
+#include "coordinator/run/bake_run.h"
+#include "coordinator/viewer/view_server.h"
+#include "tests/viewer/node_tools.h"
+
+namespace kiln {
+namespace {
+namespace fs = std::filesystem;
+
+constexpr uint32_t kWidth = 480, kHeight = 270;
+constexpr float kExposure = 0.5f;
+
+// The scene and its atlas as the bake had them, and the maps that it published.
+struct Published {
+  ImportResult imported;
+  Atlas atlas;
+  Lightmap map;
+};
+
+Expected<Published> read_published(const fs::path& scene, const BakeSettings& settings,
+                                   const fs::path& folder) {
+  Published p;
+  std::vector<StageTime> times;
+  KILN_TRY(Preflight pre, run_preflight(scene, settings, times, [](const BakeProgress&) {}));
+  p.imported = std::move(pre.imported);
+  p.atlas = std::move(pre.atlas);
+  KILN_TRY(const Planes e, read_exr(folder / "irradiance.exr"));
+  KILN_TRY(const Planes v, read_exr(folder / "validity.exr"));
+  p.map.page_height = e.height;
+  p.map.planes.width = e.width;
+  p.map.planes.height = e.height;
+  for (const char* name : {"R", "G", "B"}) p.map.planes.add(std::string("E.") + name) = e.plane(name);
+  for (const float c : v.plane("Y")) p.map.validity.push_back(static_cast<Validity>(static_cast<int>(c)));
+  return p;
+}
+
+// Pixels to compare: 0, or by how much of displayed steps the lookup itself may differ, plus 1.
+//   Left out are pixels whose 3 x 3 neighbours do not all show one chart (silhouettes and creases: which
+//   surface a pixel there shows is decided by its rasteriser's subpixels), surfaces whose alpha is tested,
+//   and places with a texel that has no value: ours leaves such texels out of the bilinear mean, a texture
+//   unit cannot.
+class Comparable {
+ public:
+  Comparable(const Published& p, const ViewStyle& style)
+      : p_(p), look_(p.imported.scene, p.atlas, p.map, style.textures), lookup_(p.atlas), style_(style) {
+    view_ = rasterise(p.imported.scene, *p.imported.camera, kWidth, kHeight,
+                      [&](const Fragment& f) { return look_.visible(f); });
+    anything_ = rasterise(p.imported.scene, *p.imported.camera, kWidth, kHeight,
+                          [&](const Fragment& f) { return !f.back || look_.double_sided(f.instance); });
+  }
+
+  bool pixel(uint32_t x, uint32_t y) const {
+    if (x == 0 || y == 0 || x + 1 == kWidth || y + 1 == kHeight) return false;
+    const uint32_t chart = chart_at(x, y);
+    for (uint32_t k = 0; k < 9; ++k)
+      if (chart == 0 || chart_at(x + k % 3 - 1, y + k / 3 - 1) != chart) return false;
+    for (uint32_t k = 0; k < 9; ++k)
+      if (is_seen_through(anything_.fragments[size_t{y + k / 3 - 1} * kWidth + x + k % 3 - 1])) return false;
+    return all_set(fragment(x, y));
+  }
+
+  // Displayed steps that a lookup may differ by because texture units keep weights with 8 bits: half a step
+  // of either weight, of the contrast of the four texels.
+  double weight_slack(uint32_t x, uint32_t y) const {
+    const Fragment& f = fragment(x, y);
+    const Vec3 factor = Vec3(look_.base_color(f)) * (kInvPi * kExposure);
+    double worst = 0;
+    for (int c = 0; c < 3; ++c) {
+      float low = 1e30f, high = 0;
+      for_each_texel(f, [&](size_t t) {
+        const float e = p_.map.planes.data[static_cast<size_t>(c)][t];
+        low = std::min(low, e), high = std::max(high, e);
+      });
+      const float emission = look_.emission(f)[c] * kExposure;
+      worst = std::max(worst, 255.0 * (linear_to_srgb(high * factor[c] + emission) -
+                                       linear_to_srgb(low * factor[c] + emission)));
+    }
+    return worst * 2 / 512;
+  }
+
+ private:
+  bool is_seen_through(const Fragment& f) const {
+    const Record& material = p_.imported.scene.materials[p_.imported.scene.instances[f.instance].material];
+    const Property* alpha = material.find("alpha_mode");
+    return f.inverse_depth > 0 && ((alpha && alpha->word != "opaque") || material.find("transmission"));
+  }
+  const Fragment& fragment(uint32_t x, uint32_t y) const { return view_.fragments[size_t{y} * kWidth + x]; }
+  AtlasPlace place_of(const Fragment& f) const { return lookup_.at(f.instance, f.triangle, f.b1, f.b2); }
+  uint32_t chart_at(uint32_t x, uint32_t y) const {  // 0: none
+    const Fragment& f = fragment(x, y);
+    return f.inverse_depth == 0 ? 0 : place_of(f).placement + 1;
+  }
+  template <class Visit>
+  void for_each_texel(const Fragment& f, const Visit& visit) const {
+    const DVec2 c = place_of(f).texels - 0.5;
+    for (int k = 0; k < 4; ++k) {
+      const double x = std::clamp(std::floor(c.x) + (k & 1), 0.0, p_.atlas.width - 1.0);
+      const double y = std::clamp(std::floor(c.y) + (k >> 1), 0.0, p_.atlas.height - 1.0);
+      visit(static_cast<size_t>(y) * p_.atlas.width + static_cast<size_t>(x));
+    }
+  }
+  bool all_set(const Fragment& f) const {
+    bool set = true;
+    for_each_texel(f, [&](size_t t) { set &= is_set(p_.map.validity[t]); });
+    return set;
+  }
+
+  const Published& p_;
+  SurfaceLook look_;
+  AtlasLookup lookup_;
+  ViewStyle style_;
+  View view_, anything_;  // as shown; with what one sees through
+};
+
+struct Difference {
+  size_t compared = 0, beyond = 0;
+  double mean = 0, worst = 0;
+};
+
+// The tolerance of a pixel and channel, in steps of 255:
+//   1      both round: two roundings of numbers that agree differ by at most one
+//   1/16   of the contrast within the 3 x 3 pixels: a rasteriser keeps corners with at least 4 bits of
+//   subpixel
+//          (Vulkan's subPixelPrecisionBits), so its lookup may lie up to 1/16 pixel beside ours
+//   weight_slack
+Difference compare(const Picture& ours, const Texture& theirs, const Comparable& comparable) {
+  Difference d;
+  const auto our = [&](uint32_t x, uint32_t y, uint32_t c) {
+    return static_cast<double>(ours.rgb[(size_t{y} * kWidth + x) * 3 + c]);
+  };
+  for (uint32_t y = 0; y < kHeight; ++y)
+    for (uint32_t x = 0; x < kWidth; ++x) {
+      if (!comparable.pixel(x, y)) continue;
+      const double slack = comparable.weight_slack(x, y);
+      bool within = true;
+      for (uint32_t c = 0; c < 3; ++c) {
+        double low = 255, high = 0;
+        for (uint32_t k = 0; k < 9; ++k) {
+          const double near = our(x + k % 3 - 1, y + k / 3 - 1, c);
+          low = std::min(low, near), high = std::max(high, near);
+        }
+        const double error =
+            std::abs(our(x, y, c) -
+                     static_cast<double>(theirs.texels[(size_t{y} * kWidth + x) * theirs.channels + c]));
+        within &= error <= 1 + (high - low) / 16 + slack;
+        d.mean += error / 3;
+        d.worst = std::max(d.worst, error);
+      }
+      ++d.compared;
+      d.beyond += !within;
+      if (!within && d.beyond < 9) std::printf("beyond at %u, %u\n", x, y);
+    }
+  d.mean /= static_cast<double>(std::max<size_t>(1, d.compared));
+  return d;
+}
+
+TEST(Viewer, ShowsWhatOurOwnRendererShows) {
+  if (const auto why = test::no_node_tools(true)) GTEST_SKIP() << *why;
+  test::TempDir dir;
+  const fs::path out = dir.path() / "out", pictures = test::binary_dir() / "viewer_test";
+  fs::create_directories(pictures);
+  const fs::path scene = test::source_dir() / "tests/scenes/arcade/arcade.gltf";
+  BakeRequest request;
+  request.scene = scene;
+  request.output = out;
+  request.worker_program = test::binary_dir() / "bin/kiln-worker";
+  request.settings.layout = "pack";
+  request.settings.texels_per_metre = 2;
+  request.settings.min_samples = request.settings.max_samples = 16;
+  const auto report = run_bake(request, [](const BakeProgress&) {});
+  ASSERT_TRUE(report) << report.error().message;
+  const auto read = read_published(scene, request.settings, out);
+  ASSERT_TRUE(read) << read.error().message;
+  const Published& published = *read;
+  ASSERT_TRUE(published.imported.camera);
+  const auto server = ViewServer::start({out, test::source_dir() / "docs", 0});
+  ASSERT_TRUE(server) << server.error().message;
+  ViewStyle style;
+  style.exposure = kExposure;
+  style.filmic = false;
+  style.smooth = false;
+  style.textures = false;
+  const fs::path shot = pictures / "viewer.png";
+  const auto browser = test::run_command(
+      test::node_script("screenshot.mjs") + " 'http://127.0.0.1:" + std::to_string((*server)->port()) +
+      "/docs/examples/three/index.html?folder=/bake/"
+      "&shading=plain&light=normal&encoding=masters&curve=srgb&textures=off&normals=off"
+      "&exposure=0.5&ui=off&antialias=off&ratio=1' " +
+      std::to_string(kWidth) + " " + std::to_string(kHeight) + " '" + shot.string() + "'");
+  ASSERT_EQ(browser.exit_status, 0) << browser.output;
+  const Picture ours = render_view(published.imported, published.atlas, published.map,
+                                   *published.imported.camera, kWidth, kHeight, style);
+  ASSERT_TRUE(write_png(pictures / "reference.png", kWidth, kHeight, ours.rgb));
+  const auto theirs = decode_image(*read_file(shot), "screenshot");
+  ASSERT_TRUE(theirs);
+  ASSERT_EQ(theirs->width, kWidth);
+  ASSERT_EQ(theirs->height, kHeight);
+  const Difference d = compare(ours, *theirs, Comparable(published, style));
+  std::printf(
+      "compared %zu of %u pixels: mean difference %.3f of 255, worst %.0f, beyond the tolerance %zu\n",
+      d.compared, kWidth * kHeight, d.mean, d.worst, d.beyond);
+  EXPECT_GT(d.compared, kWidth * kHeight / 3);
+  // Slivers thinner than a pixel between equal neighbours show in one picture and not in the other.
+  EXPECT_LE(d.beyond, d.compared / 5000);
+  EXPECT_LT(d.mean, 0.5);
+}
+
+}  // namespace
+}  // namespace kiln
