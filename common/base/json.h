@@ -50,6 +50,8 @@ std::string json_quote(std::string_view text);
 // Fails on anything deeper, naming the key.
 Expected<std::vector<std::pair<std::string, std::string>>> parse_flat_json(std::string_view text);
 
+struct JsonMember;
+
 // A value of a document from elsewhere.
 struct JsonValue {
   enum class Kind : uint8_t { kNull, kFlag, kNumber, kText, kList, kObject };
@@ -61,8 +63,13 @@ struct JsonValue {
   uint64_t whole = 0;
   std::string text;
   std::vector<JsonValue> items;                            // of a list
-  std::vector<std::pair<std::string, JsonValue>> members;  // of an object, in their order
+  std::vector<JsonMember> members;  // of an object, in their order
   const JsonValue* find(std::string_view name) const;      // nullptr: no such member
+};
+
+struct JsonMember {
+  std::string first;  // the name
+  JsonValue second;
 };
 
 // Fails (kInvalidInput) on what is no JSON, is nested deeper than 16, has more than 2^20 values, or an object
