@@ -14,6 +14,7 @@ Json channel_json(const TextureChannel& c) {
   if (c.scale != 1) out["scale"] = c.scale;
   if (c.bias != 0) out["bias"] = c.bias;
   if (!c.times.empty()) out["times"] = c.times;
+  if (!c.name.empty()) out["name"] = c.name;
   return out;
 }
 

@@ -13,6 +13,7 @@ struct TextureChannel {
   std::string plane;  // "L0.R", "L1x.G", "E.B"; empty: the channel says nothing
   double scale = 1, bias = 0;
   std::string times;  // "L0.R": the texel is a ratio to that plane
+  std::string name;   // of the file's channel; empty: R, G, B, A by place
 };
 
 struct PublishedTexture {

@@ -11,9 +11,9 @@ namespace {
 
 std::string file_name(const Encoding& e, const std::string& texture, std::string_view extension,
                       uint32_t page, uint32_t pages) {
-  std::string name = e.files == FileKind::kExr || e.files == FileKind::kHdr
-                         ? "lightmap"
-                         : text("lightmap_{}_{}", e.name, texture);
+  std::string name = "lightmap";
+  if (e.files != FileKind::kExr && e.files != FileKind::kHdr) name += text("_{}", e.name);
+  if (!texture.empty()) name += "_" + texture;
   if (pages > 1) name += text(".{}", page);
   return name + "." + std::string(extension);
 }
@@ -105,21 +105,25 @@ Status write_exr_pages(const Encoding& e, std::span<const FinishedTexture> textu
                        const std::filesystem::path& folder, WrittenFiles& out) {
   const FinishedTexture& first = textures.front();
   const size_t page_texels = size_t{first.width} * first.height;
+  const bool alone = textures.size() == 1;  // E: an image like any other
   for (uint32_t page = 0; page < first.pages; ++page) {
     std::vector<std::vector<float>> planes;
     std::vector<ExrChannel> channels;
     planes.reserve(3 * textures.size());
-    const std::string name = file_name(e, "", "exr", page, first.pages);
+    const std::string name = file_name(e, alone ? first.layout.name : "", "exr", page, first.pages);
     for (const FinishedTexture& t : textures)
       for (size_t c = 0; c < 3; ++c) {
         std::vector<float>& plane = planes.emplace_back(page_texels);
         for (size_t i = 0; i < page_texels; ++i) plane[i] = t.values[4 * (page * page_texels + i) + c];
-        channels.push_back({t.layout.plane[c], plane.data()});
+        channels.push_back({alone ? std::string(1, "RGB"[c]) : t.layout.plane[c], plane.data()});
       }
     KILN_TRY_STATUS(write_exr(folder / name, first.width, first.height, channels, ExrType::kHalf));
     out.names.push_back(name);
-    for (const FinishedTexture& t : textures)
-      out.list.back().textures.push_back(describe(t, name, "exr", page, 1));
+    for (const FinishedTexture& t : textures) {
+      PublishedTexture& published = out.list.back().textures.emplace_back(describe(t, name, "exr", page, 1));
+      for (TextureChannel& c : published.channels)
+        if (!alone) c.name = c.plane;
+    }
   }
   return {};
 }

@@ -18,13 +18,23 @@ KilnL1 kiln_from_ratios(vec3 L0, vec3 rx, vec3 ry, vec3 rz) {
 
 // Texels of 8 bits a channel that stand for more; `texel` is in [0, 1].
 vec3 kiln_rgbm(vec4 texel, float range) {
-  return texel.rgb * (texel.a * range);
+  vec3 root = texel.rgb * (texel.a * range);
+  return root * root;
 }
 vec3 kiln_rgbd(vec4 texel, float range) {
-  return texel.rgb * (range / max(texel.a, 1.0 / 255.0));
+  return pow(texel.rgb, vec3(2.2)) * (range / max(texel.a, 1.0 / 255.0));
 }
 vec3 kiln_rgbe(vec4 texel) {
   return texel.rgb * 255.0 * exp2(floor(texel.a * 255.0 + 0.5) - 136.0);
+}
+// Exponents cannot be filtered: the four texels are unpacked first.
+vec3 kiln_rgbe_bilinear(highp sampler2D map, vec2 uv) {
+  ivec2 last = textureSize(map, 0) - 1;
+  vec2 p = uv * vec2(last + 1) - 0.5, f = fract(p);
+  ivec2 a = clamp(ivec2(floor(p)), ivec2(0), last), b = clamp(ivec2(floor(p)) + 1, ivec2(0), last);
+  vec3 upper = mix(kiln_rgbe(texelFetch(map, a, 0)), kiln_rgbe(texelFetch(map, ivec2(b.x, a.y), 0)), f.x);
+  vec3 lower = mix(kiln_rgbe(texelFetch(map, ivec2(a.x, b.y), 0)), kiln_rgbe(texelFetch(map, b, 0)), f.x);
+  return mix(upper, lower, f.y);
 }
 
 // Linear reconstruction, E/pi = L0 + 2 L1.n; below 0 where the light comes from one side only: cut off there.

@@ -195,7 +195,7 @@ TEST(MakeTextures, UnitsAndQuantitiesAreSaid) {
   while (!b.atlas.owner[texel]) ++texel;
   const std::vector<float> e = read_back(made.folder.path(), by_name["lightmap_half_E.ktx2"]);
   EXPECT_NEAR(e[4 * texel] * kPi, b.map.planes.plane("E.R")[texel], 1e-3 * b.map.planes.plane("E.R")[texel]);
-  EXPECT_EQ(by_name.count("lightmap.hdr"), 1u);
+  EXPECT_EQ(by_name.count("lightmap_E.hdr"), 1u);
 }
 
 TEST(MakeTextures, HalfExrHoldsThePlanesThemselves) {

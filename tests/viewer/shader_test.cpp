@@ -4,6 +4,7 @@
 
 #include "common/base/files.h"
 #include "common/basis/evaluate.h"
+#include "coordinator/textures/pixel_codes.h"
 #include "tests/viewer/node_tools.h"
 
 namespace kiln {
@@ -84,10 +85,13 @@ TEST(Shader, GivesWhatTheReferenceGives) {
     }
     EXPECT_NEAR(o[15], d.focus, kRelative) << i;
     // The texel (f0.b, roughness, r[22], r[23]).
-    EXPECT_NEAR(o[16], r[20] * r[23] * 8, kRelative * 8);
-    EXPECT_NEAR(o[17], r[21] * 8 / r[23], kRelative * 8 / r[23]);
-    const float power_of_two = std::ldexp(1.0f, static_cast<int>(std::lround(r[23] * 255)) - 136);
-    EXPECT_NEAR(o[18], r[22] * 255 * power_of_two, kRelative * 255 * power_of_two);
+    float rgbm[3], rgbd[3], rgbe[3];
+    unpack_texel(Unpack::kRgbm, &r[20], rgbm);
+    unpack_texel(Unpack::kRgbd, &r[20], rgbd);
+    unpack_texel(Unpack::kRgbe, &r[20], rgbe);
+    EXPECT_NEAR(o[16], rgbm[0], kRelative * rgbm[0]);
+    EXPECT_NEAR(o[17], 8 * rgbd[1], kRelative * 8 * rgbd[1]);
+    EXPECT_NEAR(o[18], rgbe[2], kRelative * rgbe[2]);
     EXPECT_NEAR(o[19], r[21] * 0.5f + 0.25f, kRelative);
   }
 }

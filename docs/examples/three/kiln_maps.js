@@ -97,10 +97,10 @@ export function planesGlsl(slots, prefix, page) {
     uniforms[map] = { value: texture };
     declarations.push(`uniform highp ${isArray(texture) ? 'sampler2DArray' : 'sampler2D'} ${map};`);
     const place = isArray(texture) ? `vec3(place.xy, place.z - ${number(first)})` : 'place.xy';
-    code.push(`vec4 ${map}t = texture(${map}, ${place});`);
+    code.push(slot.unpack === 'rgbe' ? `vec4 ${map}t = vec4(kiln_rgbe_bilinear(${map}, ${place}), 1.0);`
+                                     : `vec4 ${map}t = texture(${map}, ${place});`);
     if (slot.unpack === 'rgbm' || slot.unpack === 'rgbd')
       code.push(`${map}t = vec4(kiln_${slot.unpack}(${map}t, ${number(slot.range)}), 1.0);`);
-    if (slot.unpack === 'rgbe') code.push(`${map}t = vec4(kiln_rgbe(${map}t), 1.0);`);
     slot.channels.forEach(({ plane, scale = 1, bias = 0, times }, c) => {
       if (!plane) return;
       const variable = plane.replace('.', '_');
