@@ -13,6 +13,8 @@ namespace {
 constexpr double kSeamShare = 4;
 constexpr float kSeamWeight = 4;  // of seam texels while a block is encoded anew
 constexpr int kRounds = 3;
+// Steps below this share of the light (or of a ratio's range) are nobody's to see: their blocks stay.
+constexpr double kEnough = 0.0025;
 
 struct Block {
   size_t first_texel = 0;  // its upper left one, pages stacked
@@ -24,7 +26,12 @@ struct Block {
 class Matcher {
  public:
   Matcher(const SeamBlocks& in, std::span<const SeamEquation> equations) : in_(in), equations_(equations) {
-    for (const SeamEquation& e : equations_) norm_.push_back(norm_of(e));
+    for (const SeamEquation& e : equations_) {
+      norm_.push_back(norm_of(e));
+      wanted_.push_back(step(e, in_.target));
+    }
+    excess_.resize(equations_.size());
+    parallel_for(equations_.size(), [&](size_t i) { excess_[i] = excess(i); });
     find_blocks();
   }
 
@@ -53,15 +60,20 @@ class Matcher {
         sum += (s ? -1.0 : 1.0) * double{e.side[s].weight[k]} * value(image, e.side[s].texel[k]);
     return sum;
   }
-  // What compression adds to the step.
-  DVec3 excess(const SeamEquation& e) const { return step(e, *in_.decoded) - step(e, in_.target); }
+  // What compression adds to the step; excess_ keeps it.
+  DVec3 excess(size_t i) const { return step(equations_[i], *in_.decoded) - wanted_[i]; }
 
+  // Of the mean light that the equation reads: the mean of what each texel's differences are relative to, in
+  // square.
   double norm_of(const SeamEquation& e) const {
-    double sum = 0;
+    double light = 0;
     for (const Lookup& side : e.side)
-      for (uint32_t k = 0; k < side.count; ++k) sum += 0.5 * double{side.weight[k]} * in_.norm[side.texel[k]];
-    return sum;
+      for (uint32_t k = 0; k < side.count; ++k)
+        if (const double norm = in_.norm[side.texel[k]]; norm > 0)
+          light += 0.5 * double{side.weight[k]} / std::sqrt(norm);
+    return light > 0 ? 1 / (light * light) : 0;
   }
+  double squared_step(uint32_t i) const { return norm_[i] * dot(excess_[i], excess_[i]) / 3; }
 
   void find_blocks() {
     const uint32_t across = (in_.width + 3) / 4, down = (in_.page_height + 3) / 4;
@@ -69,6 +81,7 @@ class Matcher {
       const size_t x = t % in_.width, row = t / in_.width;
       return (row / in_.page_height * down + row % in_.page_height / 4) * across + x / 4;
     };
+    readers_.resize(equations_.size());
     std::vector<std::pair<size_t, uint32_t>> uses;
     for (uint32_t i = 0; i < equations_.size(); ++i)
       for (const Lookup& side : equations_[i].side)
@@ -84,8 +97,10 @@ class Matcher {
       b.columns = std::min<uint32_t>(4, in_.width - static_cast<uint32_t>(4 * bx));
       b.rows = std::min<uint32_t>(4, in_.page_height - static_cast<uint32_t>(4 * by));
       for (; i < uses.size() && uses[i].first == number; ++i) b.equations.push_back(uses[i].second);
+      for (const uint32_t e : b.equations) readers_[e].push_back(static_cast<uint32_t>(blocks_.size()));
       blocks_.push_back(std::move(b));
     }
+    open_.assign(blocks_.size(), 1);
   }
 
   template <class Visit>
@@ -96,10 +111,8 @@ class Matcher {
 
   double energy(const Block& b) const {
     double sum = 0;
-    for (const uint32_t i : b.equations) {
-      const DVec3 d = excess(equations_[i]);
-      sum += kSeamShare * equations_[i].texels * norm_[i] * dot(d, d);
-    }
+    for (const uint32_t i : b.equations)
+      sum += kSeamShare * equations_[i].texels * norm_[i] * dot(excess_[i], excess_[i]);
     for_each_texel(b, [&](uint32_t, size_t t) {
       const DVec3 d = value(*in_.decoded, t) - value(in_.target, t);
       sum += double{in_.norm[t]} * dot(d, d);
@@ -108,9 +121,8 @@ class Matcher {
   }
 
   void measure(double& rms, double& largest) const {
-    for (size_t i = 0; i < equations_.size(); ++i) {
-      const DVec3 d = excess(equations_[i]);
-      const double relative = std::sqrt(norm_[i] * dot(d, d) / 3);
+    for (uint32_t i = 0; i < equations_.size(); ++i) {
+      const double relative = std::sqrt(squared_step(i));
       rms += relative * relative;
       largest = std::max(largest, relative);
     }
@@ -121,8 +133,9 @@ class Matcher {
   // where equations share a texel.
   std::vector<DVec3> corrections(std::vector<float>& sums) const {
     std::vector<DVec3> out(sums.size(), DVec3(0.0));
-    for (const SeamEquation& e : equations_) {
-      const DVec3 d = excess(e);
+    for (size_t i = 0; i < equations_.size(); ++i) {
+      const SeamEquation& e = equations_[i];
+      const DVec3 d = excess_[i];
       for (int s = 0; s < 2; ++s) {
         double square = 0;
         for (uint32_t k = 0; k < e.side[s].count; ++k)
@@ -144,7 +157,10 @@ class Matcher {
     const std::vector<DVec3> correction = corrections(touched);
     const uint32_t bytes = in_.format->bytes;
     std::vector<uint8_t> candidates(blocks_.size() * bytes);
+    std::vector<uint8_t> tried(blocks_.size(), 0);
     parallel_for(blocks_.size(), [&](size_t i) {
+      if (!open_[i] || !shows_a_step(blocks_[i])) return;
+      tried[i] = 1;
       BlockTexels t{};
       for_each_texel(blocks_[i], [&](uint32_t k, size_t texel) {
         t.weight[k] = in_.weight[texel];
@@ -159,9 +175,21 @@ class Matcher {
       fill_block(t);
       in_.format->encode(t, in_.choice, &candidates[i * bytes]);
     });
+    // A block that failed fails again until something beside it changes.
+    std::fill(open_.begin(), open_.end(), 0);
     uint64_t changed = 0;
-    for (size_t i = 0; i < blocks_.size(); ++i) changed += keep_if_better(blocks_[i], &candidates[i * bytes]);
+    for (size_t i = 0; i < blocks_.size(); ++i) {
+      if (!tried[i] || !keep_if_better(blocks_[i], &candidates[i * bytes])) continue;
+      ++changed;
+      for (const uint32_t e : blocks_[i].equations)
+        for (const uint32_t other : readers_[e]) open_[other] = 1;
+    }
     return changed;
+  }
+
+  bool shows_a_step(const Block& b) const {
+    return std::any_of(b.equations.begin(), b.equations.end(),
+                       [&](uint32_t e) { return squared_step(e) > kEnough * kEnough; });
   }
 
   bool keep_if_better(const Block& b, const uint8_t* candidate) {
@@ -174,6 +202,7 @@ class Matcher {
       for_each_texel(b, [&](uint32_t k, size_t texel) {
         for (int c = 0; c < 4; ++c) std::swap(t.rgba[k][c], (*in_.decoded)[4 * texel + c]);
       });
+      for (const uint32_t i : b.equations) excess_[i] = excess(i);
     };
     exchange();
     if (!(energy(b) < before)) {
@@ -187,7 +216,11 @@ class Matcher {
   const SeamBlocks& in_;
   std::span<const SeamEquation> equations_;
   std::vector<double> norm_;
+  std::vector<DVec3> wanted_,
+      excess_;  // by equation: the step of the target, and what the decoded one has on top
   std::vector<Block> blocks_;
+  std::vector<std::vector<uint32_t>> readers_;  // blocks by equation
+  std::vector<uint8_t> open_;                   // by block: something has changed since it was tried
 };
 
 }  // namespace

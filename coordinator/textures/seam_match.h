@@ -22,7 +22,7 @@ struct SeamBlocks {
 
 struct SeamMatch {
   uint64_t equations = 0, blocks = 0, changed = 0;
-  // Root mean square and largest of the step that compression adds, times the root of `norm`.
+  // Root mean square and largest of the step that compression adds, relative to the light there.
   double rms_before = 0, rms_after = 0, largest_before = 0, largest_after = 0;
 };
 

@@ -13,6 +13,8 @@
 namespace kiln {
 namespace {
 
+constexpr uint32_t kSeamStride = 3;
+
 constexpr std::string_view kEfforts[] = {"fast", "normal", "best"};
 
 BlockEffort effort_of(const std::string& name) {
@@ -192,7 +194,15 @@ class Maker {
     const std::vector<BorderEdge> edges = border_edges(r_.scene, r_.atlas);
     std::vector<SeamStretch> stretches = coincident_stretches(edges, settings);
     const std::vector<SeamPoint> points = seam_points(edges, stretches, r_.atlas.contacts, settings);
-    return seam_equations(r_.atlas, r_.lightmap, points);
+    std::vector<SeamEquation> equations = seam_equations(r_.atlas, r_.lightmap, points);
+    // Eight a texel are for a solve that must agree everywhere. Blocks cannot; between texels lookups are
+    // linear.
+    std::vector<SeamEquation> some;
+    for (size_t i = 0; i < equations.size(); i += kSeamStride) {
+      some.push_back(equations[i]);
+      some.back().texels *= kSeamStride;
+    }
+    return some;
   }
 
   static Expected<std::vector<float>> decode(const FinishedTexture& t) {

@@ -1,12 +1,14 @@
 // The viewer's picture against our own renderer's, of the same published folder, camera, exposure and curve.
 #include "common/atlas/atlas_lookup.h"
 #include "common/base/files.h"
+#include "coordinator/container/container.h"
 #include "coordinator/imageio/exr.h"
 #include "coordinator/imageio/imageio.h"
 #include "coordinator/look/surface_look.h"
 #include "coordinator/report/preview.h"
 #include "coordinator/report/raster.h"
 #include "coordinator/run/bake_run.h"
+#include "coordinator/textures/texel_codec.h"
 #include "coordinator/viewer/view_server.h"
 #include "tests/viewer/node_tools.h"
 
@@ -161,6 +163,36 @@ Difference compare(const Picture& ours, const Texture& theirs, const Comparable&
   return d;
 }
 
+constexpr const char* kEncodings[] = {"masters", "bc6h", "half", "exr", "hdr"};
+
+// E of the map as the files of an encoding hold it, read by this program.
+Status take_encoding(const std::string& name, const fs::path& folder, Lightmap& map) {
+  std::vector<float> texels;  // 4 a texel
+  if (name == "bc6h" || name == "half") {
+    KILN_TRY(const Bytes file, read_file(folder / ("lightmap_" + name + "_E.ktx2")));
+    KILN_TRY(const TextureImages images, read_ktx2(file));
+    KILN_TRY(texels, decode_texels(images.format, images.levels[0][0], images.width, images.height));
+  } else if (name == "exr") {
+    KILN_TRY(const Planes file, read_exr(folder / "lightmap_E.exr"));
+    for (size_t t = 0; t < file.data[0].size(); ++t)
+      for (const char* channel : {"R", "G", "B", "B"}) texels.push_back(file.plane(channel)[t]);
+  } else if (name == "hdr") {
+    KILN_TRY(const Texture file, read_environment(folder / "lightmap_E.hdr"));
+    for (size_t t = 0; t < file.texels.size() / 12; ++t) {
+      float rgb[3];
+      std::memcpy(rgb, &file.texels[12 * t], sizeof rgb);
+      texels.insert(texels.end(), {rgb[0], rgb[1], rgb[2], 0});
+    }
+  } else {
+    return {};
+  }
+  for (size_t c = 0; c < 3; ++c)
+    for (size_t t = 0; t < map.planes.data[c].size(); ++t) map.planes.data[c][t] = texels[4 * t + c];
+  return {};
+}
+
+// Masters, and textures as the graphics card decodes them: three.js loads KTX2, EXR and HDR, and shows what
+// this program's decoders and renderer show.
 TEST(Viewer, ShowsWhatOurOwnRendererShows) {
   if (const auto why = test::no_node_tools(true)) GTEST_SKIP() << *why;
   test::TempDir dir;
@@ -174,12 +206,14 @@ TEST(Viewer, ShowsWhatOurOwnRendererShows) {
   request.settings.layout = "pack";
   request.settings.texels_per_metre = 2;
   request.settings.min_samples = request.settings.max_samples = 16;
+  request.settings.encodings = {"bc6h", "half", "exr", "hdr"};
+  request.settings.dds = false;
+  request.settings.encode_quantity = "irradiance";
   const auto report = run_bake(request, [](const BakeProgress&) {});
   ASSERT_TRUE(report) << report.error().message;
-  const auto read = read_published(scene, request.settings, out);
-  ASSERT_TRUE(read) << read.error().message;
-  const Published& published = *read;
-  ASSERT_TRUE(published.imported.camera);
+  auto published = read_published(scene, request.settings, out);
+  ASSERT_TRUE(published) << published.error().message;
+  ASSERT_TRUE(published->imported.camera);
   const auto server = ViewServer::start({out, test::source_dir() / "docs", 0});
   ASSERT_TRUE(server) << server.error().message;
   ViewStyle style;
@@ -187,29 +221,36 @@ TEST(Viewer, ShowsWhatOurOwnRendererShows) {
   style.filmic = false;
   style.smooth = false;
   style.textures = false;
-  const fs::path shot = pictures / "viewer.png";
-  const auto browser = test::run_command(
-      test::node_script("screenshot.mjs") + " 'http://127.0.0.1:" + std::to_string((*server)->port()) +
-      "/docs/examples/three/index.html?folder=/bake/"
-      "&shading=plain&light=normal&encoding=masters&curve=srgb&textures=off&normals=off"
-      "&exposure=0.5&ui=off&antialias=off&ratio=1' " +
-      std::to_string(kWidth) + " " + std::to_string(kHeight) + " '" + shot.string() + "'");
-  ASSERT_EQ(browser.exit_status, 0) << browser.output;
-  const Picture ours = render_view(published.imported, published.atlas, published.map,
-                                   *published.imported.camera, kWidth, kHeight, style);
-  ASSERT_TRUE(write_png(pictures / "reference.png", kWidth, kHeight, ours.rgb));
-  const auto theirs = decode_image(*read_file(shot), "screenshot");
-  ASSERT_TRUE(theirs);
-  ASSERT_EQ(theirs->width, kWidth);
-  ASSERT_EQ(theirs->height, kHeight);
-  const Difference d = compare(ours, *theirs, Comparable(published, style));
-  std::printf(
-      "compared %zu of %u pixels: mean difference %.3f of 255, worst %.0f, beyond the tolerance %zu\n",
-      d.compared, kWidth * kHeight, d.mean, d.worst, d.beyond);
-  EXPECT_GT(d.compared, kWidth * kHeight / 3);
-  // Slivers thinner than a pixel between equal neighbours show in one picture and not in the other.
-  EXPECT_LE(d.beyond, d.compared / 5000);
-  EXPECT_LT(d.mean, 0.5);
+  for (const std::string encoding : kEncodings) {
+    const std::string suffix = encoding == "masters" ? ".png" : "_" + encoding + ".png";
+    const fs::path shot = pictures / ("viewer" + suffix);
+    const auto browser = test::run_command(
+        test::node_script("screenshot.mjs") + " 'http://127.0.0.1:" + std::to_string((*server)->port()) +
+        "/docs/examples/three/index.html?folder=/bake/"
+        "&shading=plain&light=normal&encoding=" +
+        encoding +
+        "&curve=srgb&textures=off&normals=off"
+        "&exposure=0.5&ui=off&antialias=off&ratio=1' " +
+        std::to_string(kWidth) + " " + std::to_string(kHeight) + " '" + shot.string() + "'");
+    ASSERT_EQ(browser.exit_status, 0) << browser.output;
+    const Status taken = take_encoding(encoding, out, published->map);
+    ASSERT_TRUE(taken) << taken.error().message;
+    const Picture ours = render_view(published->imported, published->atlas, published->map,
+                                     *published->imported.camera, kWidth, kHeight, style);
+    ASSERT_TRUE(write_png(pictures / ("reference" + suffix), kWidth, kHeight, ours.rgb));
+    const auto theirs = decode_image(*read_file(shot), "screenshot");
+    ASSERT_TRUE(theirs);
+    ASSERT_EQ(theirs->width, kWidth);
+    ASSERT_EQ(theirs->height, kHeight);
+    const Difference d = compare(ours, *theirs, Comparable(*published, style));
+    std::printf(
+        "%s: compared %zu of %u pixels: mean difference %.3f of 255, worst %.0f, beyond the tolerance %zu\n",
+        encoding.c_str(), d.compared, kWidth * kHeight, d.mean, d.worst, d.beyond);
+    EXPECT_GT(d.compared, kWidth * kHeight / 3);
+    // Slivers thinner than a pixel between equal neighbours show in one picture and not in the other.
+    EXPECT_LE(d.beyond, d.compared / 5000) << encoding;
+    EXPECT_LT(d.mean, 0.5);
+  }
 }
 
 }  // namespace

@@ -46,7 +46,7 @@ ${diagnostics.declarations}
 ${hasBasis ? fetchL1('kilnFetch', maps) : 'KilnL1 kilnFetch(vec3 place) { return KilnL1(vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0)); }'}
 ${!hasBasis || masters === maps ? 'KilnL1 kilnFetchMaster(vec3 place) { return kilnFetch(place); }' : fetchL1('kilnFetchMaster', masters)}
 vec3 kilnFetchE(vec3 place) {
-${masters.code}
+${(maps.known.has('E.R') ? maps : masters).code}
 return vec3(E_R, E_G, E_B);
 }
 vec3 kilnFetchDiagnostics(vec3 place) {
