@@ -12,9 +12,9 @@ namespace {
 // A step along one texel's length of seam counts as much as this many texels that are off by it.
 constexpr double kSeamShare = 4;
 constexpr float kSeamWeight = 4;  // of seam texels while a block is encoded anew
-constexpr int kRounds = 3;
+constexpr int kRounds[] = {1, 2, 3};  // by effort
 // Steps below this share of the light (or of a ratio's range) are nobody's to see: their blocks stay.
-constexpr double kEnough = 0.0025;
+constexpr double kEnough = 0.005;
 
 struct Block {
   size_t first_texel = 0;  // its upper left one, pages stacked
@@ -40,7 +40,7 @@ class Matcher {
     out.equations = equations_.size();
     out.blocks = blocks_.size();
     measure(out.rms_before, out.largest_before);
-    for (int round = 0; round < kRounds; ++round) {
+    for (int round = 0; round < kRounds[static_cast<int>(in_.choice.effort)]; ++round) {
       const uint64_t changed = improve();
       out.changed += changed;
       if (changed == 0) break;
