@@ -186,11 +186,6 @@ Expected<Bytes> encode_png(uint32_t width, uint32_t height, std::span<const uint
   return encode("png", width, height, channels, OIIO::TypeDesc::UINT8, texels.data());
 }
 
-Expected<Bytes> encode_hdr(uint32_t width, uint32_t height, std::span<const float> rgb) {
-  KILN_CHECK(width > 0 && height > 0 && rgb.size() == size_t{width} * height * 3);
-  return encode("hdr", width, height, 3, OIIO::TypeDesc::FLOAT, rgb.data());
-}
-
 Status write_png(const std::filesystem::path& path, uint32_t width, uint32_t height,
                  std::span<const uint8_t> rgb) {
   KILN_TRY(const Bytes png, encode_png(width, height, rgb));

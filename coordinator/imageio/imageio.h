@@ -25,7 +25,5 @@ Status write_png(const std::filesystem::path& path, uint32_t width, uint32_t hei
 // The same in memory, for embedding in a page. `channels`: 3, or 4 with alpha that is not premultiplied.
 Expected<Bytes> encode_png(uint32_t width, uint32_t height, std::span<const uint8_t> texels,
                            uint32_t channels = 3);
-// Radiance HDR (RGBE), 3 floats a texel, row 0 on top.
-Expected<Bytes> encode_hdr(uint32_t width, uint32_t height, std::span<const float> rgb);
 
 }  // namespace kiln

@@ -11,7 +11,7 @@ namespace {
 
 // A step along one texel's length of seam counts as much as this many texels that are off by it.
 constexpr double kSeamShare = 4;
-constexpr float kSeamWeight = 4;  // of seam texels while a block is encoded anew
+constexpr float kSeamWeight = 4;      // of seam texels while a block is encoded anew
 constexpr int kRounds[] = {1, 2, 3};  // by effort
 // Steps below this share of the light (or of a ratio's range) are nobody's to see: their blocks stay.
 constexpr double kEnough = 0.005;

@@ -5,6 +5,7 @@
 #include "coordinator/imageio/exr.h"
 #include "coordinator/imageio/imageio.h"
 #include "coordinator/textures/pixel_codes.h"
+#include "coordinator/textures/radiance.h"
 
 namespace kiln {
 namespace {
@@ -80,19 +81,13 @@ Status write_png_pages(const Encoding& e, const FinishedTexture& t, const std::f
   return {};
 }
 
-// The values themselves: the file's own code is made by the library. `unpack` is what the reader's library
-// undoes.
+// The file's own code is undone by whoever reads it: there is nothing to unpack for the reader of the
+// texture.
 Status write_hdr_pages(const Encoding& e, const FinishedTexture& t, const std::filesystem::path& folder,
                        WrittenFiles& out) {
-  const size_t page_texels = size_t{t.width} * t.height;
   for (uint32_t page = 0; page < t.pages; ++page) {
-    std::vector<float> rgb;
-    rgb.reserve(3 * page_texels);
-    for (size_t i = 0; i < page_texels; ++i)
-      for (size_t c = 0; c < 3; ++c) rgb.push_back(t.values[4 * (page * page_texels + i) + c]);
-    KILN_TRY(const Bytes file, encode_hdr(t.width, t.height, rgb));
     const std::string name = file_name(e, t.layout.name, "hdr", page, t.pages);
-    KILN_TRY_STATUS(write_file_atomic(folder / name, file));
+    KILN_TRY_STATUS(write_file_atomic(folder / name, write_radiance(t.width, t.height, t.levels[0][page])));
     out.names.push_back(name);
     out.list.back().textures.push_back(describe(t, name, "hdr", page, 1));
     out.list.back().textures.back().unpack = "none";

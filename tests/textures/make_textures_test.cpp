@@ -5,6 +5,7 @@
 #include "common/base/files.h"
 #include "coordinator/container/container.h"
 #include "coordinator/imageio/exr.h"
+#include "coordinator/imageio/imageio.h"
 #include "coordinator/textures/encodings.h"
 #include "coordinator/textures/texel_codec.h"
 #include "coordinator/textures/texel_normals.h"
@@ -72,6 +73,48 @@ TEST(MakeTextures, FilesDecodeToWhatTheReportSays) {
   EXPECT_LT(error["half"], 4 * 0x1p-24 / 3);
   EXPECT_LT(error["bc6h"], error["bc6h-bc1"]);
   EXPECT_LT(error["astc-4x4"], error["astc-6x6"]);
+}
+
+// The same for files that are no textures of a graphics card: PNG, HDR and EXR as their own readers give
+// them.
+TEST(MakeTextures, ImagesDecodeToWhatTheReportSays) {
+  Baked b = with(baked_box(10, edge_of_light()), {"rgbe", "rgbm", "rgbd", "hdr", "exr"});
+  b.settings.encode_quantity = "irradiance";
+  const Made made(b);
+  ASSERT_TRUE(made.result) << made.result.error().message;
+  const MapLevel level = map_levels(b.map, b.atlas, 0)[0];
+  const BasisInfo& basis = basis_roster()[*find_basis("sh_l1")];
+  for (size_t k = 0; k < made.result->list.size(); ++k) {
+    const PublishedEncoding& e = made.result->list[k];
+    ASSERT_EQ(e.textures.size(), 1u);
+    const PublishedTexture& t = e.textures[0];
+    TextureLayout layout = layouts_of(encoding(e.name), basis, Quantity::kIrradiance)[0];
+    std::vector<float> texels;
+    if (t.container == "png") {
+      const Texture image = *decode_image(*read_file(made.folder.path() / t.uri), t.uri);
+      ASSERT_EQ(image.channels, 4u);
+      for (const std::byte c : image.texels)
+        texels.push_back(static_cast<float>(std::to_integer<int>(c)) / 255);
+      EXPECT_EQ(t.unpack, e.name);
+    } else if (t.container == "hdr") {
+      const Texture image = *read_environment(made.folder.path() / t.uri);
+      for (size_t i = 0; i < image.texels.size() / 4; ++i) {
+        float v;
+        std::memcpy(&v, &image.texels[4 * i], sizeof v);
+        texels.push_back(v);
+        if (i % 3 == 2) texels.push_back(1);
+      }
+      layout.unpack = Unpack::kNone;
+    } else {
+      const Planes file = *read_exr(made.folder.path() / t.uri);
+      for (size_t i = 0; i < file.data[0].size(); ++i)
+        for (const char* channel : {"R", "G", "B", "R"}) texels.push_back(file.plane(channel)[i]);
+    }
+    const DecodedTexture decoded{&layout, {t.channels[0].scale, t.channels[0].bias}, texels};
+    const TextureError again = measure_texture_error(level, {}, {&decoded, 1}, {&decoded, 1});
+    // Filtering before or after a product of two floats: a rounding.
+    EXPECT_NEAR(again.rel_mse, made.result->figures[k].error.rel_mse, 1e-5 * again.rel_mse) << e.name;
+  }
 }
 
 TEST(MakeTextures, PagesAreLayersAndLevelsShrink) {

@@ -3,6 +3,9 @@
 
 #include <bit>
 
+#include "common/base/files.h"
+#include "coordinator/imageio/imageio.h"
+#include "coordinator/textures/radiance.h"
 #include "tests/atlas/shapes.h"
 
 namespace kiln::test {
@@ -104,6 +107,38 @@ TEST(PixelCodes, BlackIsBlack) {
     unpack_texel(unpack, c, back);
     for (const float v : back) EXPECT_EQ(v, 0.0f) << unpack_name(unpack);
   }
+}
+
+// Any width, runs and none, read by OpenImageIO.
+TEST(Radiance, TexelsComeBackBitForBit) {
+  Random random(3);
+  TempDir dir;
+  for (const uint32_t width : {1u, 7u, 8u, 9u, 130u, 300u})
+    for (const int kind : {0, 1, 2}) {
+      const uint32_t height = 3;
+      Bytes rgbe(4 * size_t{width} * height);
+      for (size_t i = 0; i < rgbe.size(); ++i) {
+        const bool exponent = i % 4 == 3;
+        const uint32_t value = kind == 0              ? 7
+                               : kind == 1            ? random.below(256)
+                               : random.below(8) == 0 ? i / 4 % 250
+                                                      : 9;
+        rgbe[i] = static_cast<std::byte>(exponent ? 120 + value % 16 : value);
+      }
+      const std::filesystem::path path = dir.path() / "a.hdr";
+      ASSERT_TRUE(write_file_atomic(path, write_radiance(width, height, rgbe)));
+      const auto image = read_environment(path);
+      ASSERT_TRUE(image) << image.error().message;
+      ASSERT_EQ(image->width, width);
+      ASSERT_EQ(image->height, height);
+      for (size_t t = 0; t < size_t{width} * height; ++t) {
+        float got[3], want[3], c[4];
+        std::memcpy(got, &image->texels[12 * t], sizeof got);
+        for (size_t k = 0; k < 4; ++k) c[k] = static_cast<float>(std::to_integer<int>(rgbe[4 * t + k])) / 255;
+        unpack_texel(Unpack::kRgbe, c, want);
+        for (size_t k = 0; k < 3; ++k) ASSERT_NEAR(got[k], want[k], 1e-6f * want[k]) << width << " " << kind;
+      }
+    }
 }
 
 }  // namespace
