@@ -31,8 +31,10 @@ void print_result(const BakeReport& r, const std::string& folder) {
   std::printf(
       "look at:  %s/preview.png   the scene through its lightmap\n"
       "          %s/report.html   error against run time, maps, every setting\n"
-      "load:     %s/scene.glb and %s/irradiance.exr\n",
-      folder.c_str(), folder.c_str(), folder.c_str(), folder.c_str());
+      "          kiln view %s     the lit scene in a browser\n"
+      "load:     %s/scene.glb, and %s\n",
+      folder.c_str(), folder.c_str(), folder.c_str(), folder.c_str(),
+      r.textures.empty() ? "irradiance.exr" : "the lightmap_* textures that it names");
 }
 
 int run(const Arguments& a, const BakeSettings& settings) {
