@@ -109,5 +109,29 @@ TEST(SeamMatch, TexelsPayLittle) {
   EXPECT_LE(4 * steps_after + error(s.decoded), (4 * steps_before + error(before)) * (1 + 1e-9));
 }
 
+// Seams of no length count nothing: a block may change only to what is better for its texels.
+TEST(SeamMatch, WithoutLengthTexelsDecide) {
+  Strips s;
+  for (SeamEquation& e : s.equations) e.texels = 1e-9f;
+  const BlockFormat& format = *find_block_format("bc6h_ufloat");
+  const auto error = [&](const std::vector<float>& decoded, size_t block) {
+    double sum = 0;
+    for (size_t k = 0; k < 16; ++k) {
+      const size_t t = (4 * (block / 16) + k / 4) * Strips::kWidth + 4 * (block % 16) + k % 4;
+      for (size_t c = 0; c < 3; ++c) {
+        const double d = decoded[4 * t + c] - s.target[4 * t + c];
+        sum += s.norm[t] * d * d;
+      }
+    }
+    return sum;
+  };
+  const std::vector<float> before = *decode_blocks(
+      format, *encode_blocks(format, {Strips::kWidth, Strips::kHeight, s.target, s.weight}, s.choice),
+      Strips::kWidth, Strips::kHeight);
+  s.run(format);
+  for (size_t block = 0; block < 32; ++block)
+    EXPECT_LE(error(s.decoded, block), error(before, block) * (1 + 1e-6)) << block;
+}
+
 }  // namespace
 }  // namespace kiln::test
