@@ -213,7 +213,8 @@ class TreeReader final : public nlohmann::json_sax<nlohmann::json> {
     }
     JsonValue& parent = *open_.back();
     if (parent.kind == JsonValue::Kind::kList) return &parent.items.emplace_back(std::move(value));
-    return &parent.members.emplace_back(std::move(key_), std::move(value)).second;
+    parent.members.push_back({std::move(key_), std::move(value)});
+    return &parent.members.back().second;
   }
   bool open(JsonValue::Kind kind) {
     if (open_.size() == kDeepest) return refuse("it is nested too deeply");
