@@ -349,7 +349,9 @@ void FarmLedger::waive_audits(int64_t now, Actions& out) {
 // while others wait that it was closed to, the job begins anew with the class that most of them have: results
 // of two classes are never mixed.
 void FarmLedger::change_class(int64_t now, Actions& out) {
-  for (auto& [id, job] : jobs_) {
+  for (auto& entry : jobs_) {
+    const JobId id = entry.first;
+    auto& job = entry.second;
     const bool could_go_on = std::any_of(workers_.begin(), workers_.end(), [&](const auto& w) {
       return w.second.presence == Presence::kActive && may_work(id, job, w.second) && has_work(job, w.second);
     });

@@ -29,7 +29,7 @@ Expected<ChunkBytes> ChunkCache::add(const ChunkPiece& piece) {
     if (piece.bytes.empty()) return fail(ErrorKind::kProtocol, "an empty piece of a chunk");
     return ChunkBytes{};
   }
-  Partial done = std::move(*partial_);
+  PartialChunk done = std::move(*partial_);
   partial_.reset();
   if (done.hash->finish() != done.id)
     return fail(ErrorKind::kProtocol, text("chunk {} arrived with other bytes", done.id.hex()));

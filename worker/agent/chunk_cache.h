@@ -12,6 +12,14 @@ namespace kiln {
 
 using ChunkBytes = std::shared_ptr<const Bytes>;  // shared with threads that read or store it
 
+// A chunk of which pieces have come.
+struct PartialChunk {
+  Digest id;
+  uint64_t total = 0;
+  Bytes bytes;
+  std::unique_ptr<Sha256> hash = std::make_unique<Sha256>();
+};
+
 class ChunkCache {
  public:
   ChunkBytes find(const Digest& id) const;  // null: not here
@@ -25,14 +33,8 @@ class ChunkCache {
   uint64_t total_bytes() const { return total_; }
 
  private:
-  struct Partial {
-    Digest id;
-    uint64_t total = 0;
-    Bytes bytes;
-    std::unique_ptr<Sha256> hash = std::make_unique<Sha256>();
-  };
   std::unordered_map<Digest, ChunkBytes> chunks_;
-  std::optional<Partial> partial_;
+  std::optional<PartialChunk> partial_;
   uint64_t total_ = 0;
 };
 
