@@ -36,6 +36,7 @@ void for_each_texcoord(Json& value, const std::function<void(Json&)>& visit) {
 }  // namespace
 
 void GltfOutput::free_texcoord_1() {
+  if (!doc.contains("materials")) return;
   bool taken = false;
   for_each_texcoord(doc["materials"], [&](Json& set) { taken |= set == 1; });
   if (!taken) return;

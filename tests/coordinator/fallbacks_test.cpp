@@ -4,6 +4,7 @@
 #include <set>
 
 #include "common/base/files.h"
+#include "coordinator/document/gltf_document.h"
 #include "coordinator/encode/output.h"
 #include "coordinator/imageio/imageio.h"
 #include "coordinator/import/import.h"
@@ -154,6 +155,24 @@ TEST_F(Fallbacks, AreLeftOutWhenNotAskedFor) {
   EXPECT_EQ(plain.doc.dump().find("MOZ_lightmap"), std::string::npos);
   EXPECT_EQ(plain.doc.dump().find("KILN_lightmap"), std::string::npos);
   EXPECT_FALSE(plain.doc.contains("images"));
+}
+
+// No object may come to be null: glTF has no such value.
+TEST_F(Fallbacks, AFileWithoutMaterialsGetsNoneThatAreNothing) {
+  Glb room(*read_file(dir_.path() / "room.glb"));
+  room.doc.erase("materials");
+  for (json& mesh : room.doc["meshes"])
+    for (json& primitive : mesh["primitives"]) primitive.erase("material");
+  ASSERT_TRUE(write_file_atomic(dir_.path() / "bare.glb", write_glb(room.doc.dump(), room.bin)));
+  const auto bare = import_scene(dir_.path() / "bare.glb", {});
+  ASSERT_TRUE(bare) << bare.error().message;
+  for (const bool moz : {false, true}) {
+    settings_.gltf_lightmap = {true, moz, moz};
+    ASSERT_TRUE(write_gltf({settings_, bare->scene, atlas_, bare->document, map_, dir_.path()}));
+    const Glb written(*read_file(dir_.path() / "scene.glb"));
+    EXPECT_EQ(written.doc.dump().find(":null"), std::string::npos);
+    EXPECT_EQ(written.doc.contains("materials"), moz);
+  }
 }
 
 }  // namespace
