@@ -62,9 +62,9 @@ struct JsonValue {
   bool is_whole = false, negative = false;
   uint64_t whole = 0;
   std::string text;
-  std::vector<JsonValue> items;                            // of a list
-  std::vector<JsonMember> members;  // of an object, in their order
-  const JsonValue* find(std::string_view name) const;      // nullptr: no such member
+  std::vector<JsonValue> items;                        // of a list
+  std::vector<JsonMember> members;                     // of an object, in their order
+  const JsonValue* find(std::string_view name) const;  // nullptr: no such member
 };
 
 struct JsonMember {

@@ -1,7 +1,7 @@
 #include "common/wire/blocks.h"
 
-#include "common/zstd/compress.h"
 #include "common/wire/limits.h"
+#include "common/zstd/compress.h"
 
 namespace kiln::blocks {
 namespace {

@@ -1,7 +1,7 @@
 #include "common/base/format.h"
 #include "common/basis/basis.h"
-#include "coordinator/imageio/exr.h"
 #include "coordinator/encode/output.h"
+#include "coordinator/imageio/exr.h"
 
 namespace kiln {
 namespace {

@@ -4,8 +4,8 @@
 #include <random>
 #include <set>
 
-#include "common/zstd/compress.h"
 #include "common/wire/limits.h"
+#include "common/zstd/compress.h"
 #include "tests/wire/samples.h"
 
 namespace kiln {

@@ -1,6 +1,6 @@
 // Three bytes of size, then what zstd shall unpack to exactly that.
-#include "common/zstd/compress.h"
 #include "common/wire/limits.h"
+#include "common/zstd/compress.h"
 #include "tests/fuzz/target.h"
 
 namespace kiln::fuzz {
