@@ -67,7 +67,7 @@ Status parse_resolution(BakeSettings& b, const std::string& s) {
   return store_number(b.height, s.substr(x + 1), 1, 16384);
 }
 
-Status parse_sun(BakeSettings& b, const std::string& s) {
+Status parse_one_sun(BakeSettings& b, const std::string& s) {
   const size_t colon = s.find(':');
   if (colon == s.npos) return refuse("a sun is X,Y,Z:R,G,B (direction to it, irradiance)");
   KILN_TRY(const auto d, numbers(s.substr(0, colon)));
@@ -77,6 +77,16 @@ Status parse_sun(BakeSettings& b, const std::string& s) {
   for (double v : e)
     if (v < 0) return refuse("the irradiance of the sun is negative");
   b.suns.push_back({{d[0], d[1], d[2]}, {e[0], e[1], e[2]}});
+  return {};
+}
+
+// Several are separated by blanks, as print gives them.
+Status parse_sun(BakeSettings& b, const std::string& s) {
+  for (size_t at = 0; at <= s.size();) {
+    const size_t end = std::min(s.find(' ', at), s.size());
+    KILN_TRY_STATUS(parse_one_sun(b, s.substr(at, end - at)));
+    at = end + 1;
+  }
   return {};
 }
 
@@ -165,7 +175,7 @@ Status parse_basis(BakeSettings& b, const std::string& s) {
 
 constexpr std::string_view kEncodings[] = {"bc6h",     "bc6h-bc1", "bc6h-plain", "astc-4x4", "astc-6x6",
                                            "astc-8x8", "half",     "rgb9e5",     "rgbe",     "rgbm",
-                                           "rgbd",     "exr",      "hdr"};
+                                           "rgbd",     "exr",      "hdr",        "png"};
 
 std::vector<std::string> words(const std::string& s) {
   std::vector<std::string> out;
@@ -343,7 +353,7 @@ const Setting kTable[] = {
     {"encode", "LIST", "",
      "textures for engines: bc6h, bc6h-bc1, bc6h-plain, astc-4x4|6x6|8x8, half, rgb9e5, rgbe, rgbm, rgbd, "
      "exr, "
-     "hdr; none",
+     "hdr, png; none",
      parse_encodings,
      [](const B& b) { return b.encodings.empty() ? std::string("none") : joined(b.encodings); }},
     {"container", "LIST", "", "files of block-compressed and float textures: dds, ktx2", parse_containers,

@@ -32,6 +32,8 @@ constexpr Encoding kRoster[] = {
     {"rgbd", "8-bit PNG, c^2.2 / a", kPng, F::kRgba8Unorm, U::kRgbd, F::kRgba8Unorm, true, false, true},
     {"exr", "16-bit EXR, all planes in one file", FileKind::kExr, F::kRgba16Float, U::kNone, F::kRgba16Float,
      false, false, true},
+    {"png", "8-bit PNG of E, sRGB; hardware decodes it before it filters", kPng, F::kRgba8Unorm, U::kSrgb,
+     F::kRgba8Unorm, true, false, false},
     {"hdr", "Radiance HDR of E", FileKind::kHdr, F::kRgba8Unorm, U::kRgbe, F::kRgba8Unorm, true, false,
      false},
 };

@@ -66,7 +66,7 @@ Status write_gpu(const Encoding& e, const FinishedTexture& t, bool ktx2, const B
 
 Status write_png_pages(const Encoding& e, const FinishedTexture& t, const std::filesystem::path& folder,
                        WrittenFiles& out) {
-  const bool alpha = t.layout.unpack != Unpack::kNone;
+  const bool alpha = t.layout.unpack != Unpack::kNone && t.layout.unpack != Unpack::kSrgb;
   for (uint32_t page = 0; page < t.pages; ++page) {
     const Bytes& rgba = t.levels[0][page];
     std::vector<uint8_t> texels;

@@ -130,10 +130,11 @@ void lookup_planes(std::span<const DecodedTexture> textures, std::span<const siz
   for (size_t k = 0; k < textures.size(); ++k) {
     const DecodedTexture& d = textures[k];
     const Unpack unpack = d.layout->unpack;
+    const bool before = unpack == Unpack::kRgbe || unpack == Unpack::kSrgb;
     float rgb[3] = {0, 0, 0}, filtered[4] = {0, 0, 0, 0};
     for (size_t i = 0; i < texel.size(); ++i) {
       const float* c = &d.texels[4 * texel[i]];
-      if (unpack == Unpack::kRgbe) {
+      if (before) {
         float one[3];
         unpack_texel(unpack, c, one);
         for (int j = 0; j < 3; ++j) rgb[j] += weight[i] * one[j];
@@ -141,7 +142,7 @@ void lookup_planes(std::span<const DecodedTexture> textures, std::span<const siz
         for (int j = 0; j < 4; ++j) filtered[j] += weight[i] * c[j];
       }
     }
-    if (unpack != Unpack::kRgbe) unpack_texel(unpack, filtered, rgb);
+    if (!before) unpack_texel(unpack, filtered, rgb);
     for (int j = 0; j < 3; ++j) {
       planes[3 * k + j] = static_cast<float>(d.scale.scale * rgb[j] + d.scale.bias);
       // What a ratio is of comes first among the layouts.

@@ -24,7 +24,7 @@ struct EncodeTextures {
 struct TextureFigures {
   std::string encoding, quantity;  // "bc6h", "sh_l1" or "irradiance"
   std::string effort;              // that was used; empty: the format knows none
-  double seconds = 0;              // of compression, of all threads together about
+  double seconds = 0;              // of compression, on the clock
   uint64_t texels = 0;             // of level 0, times textures
   double bits = 0;                 // a texel of the atlas, all textures together, level 0
   uint64_t bytes = 0;              // of its files

@@ -17,6 +17,18 @@ TEST(Settings, EveryRowReadsWhatItPrints) {
   }
 }
 
+TEST(Settings, SeveralSunsReadAsTheyPrint) {
+  BakeSettings two, again;
+  ASSERT_TRUE(set_option(two, "sun", "0,1,0:1,2,3", "test"));
+  ASSERT_TRUE(set_option(two, "sun", "1,0.5,0:4,5,6", "test"));
+  const auto row = std::find_if(settings_table().begin(), settings_table().end(),
+                                [](const Setting& r) { return std::string(r.name) == "sun"; });
+  ASSERT_TRUE(row->parse(again, row->print(two)));
+  ASSERT_EQ(again.suns.size(), 2u);
+  EXPECT_EQ(row->print(again), row->print(two));
+  EXPECT_FALSE(set_option(again, "sun", "0,1,0:1,2,3 ", "test"));
+}
+
 TEST(Settings, ErrorsNameTheOptionAndTheValue) {
   BakeSettings s;
   for (const auto& [name, value] : std::vector<std::pair<std::string, std::string>>{{"error", "abc"},

@@ -70,7 +70,9 @@ async function loadOthers(descriptions, folder, renderer, pages) {
   for (const d of descriptions) {
     const key = JSON.stringify([d.channels, d.unpack, d.unpackRange]);
     if (!slots.has(key)) slots.set(key, { channels: d.channels, unpack: d.unpack ?? 'none', range: d.unpackRange ?? 1, files: [] });
-    slots.get(key).files.push({ first: d.page, layers: d.layers, texture: setUp(await loadImage(d, folder, renderer)) });
+    const texture = setUp(await loadImage(d, folder, renderer));
+    if (d.unpack === 'srgb') texture.colorSpace = THREE.SRGBColorSpace;  // the hardware unpacks, before it filters
+    slots.get(key).files.push({ first: d.page, layers: d.layers, texture });
   }
   for (const slot of slots.values())
     slot.byPage = (page) => slot.files.find((f) => page >= f.first && page < f.first + Math.max(1, f.layers)) ?? slot.files[0];
