@@ -47,6 +47,7 @@ struct BakeSettings {
   double error = 0.05, confidence = 0.95;
   uint32_t min_samples = 64, max_samples = 16384;
   double time_limit = 0;  // seconds; 0: none
+  bool cache = false, denoise = false;
   std::string basis = "sh_l1";
   bool seams = true;
   double seam_angle = 5;              // degrees

@@ -46,6 +46,8 @@ Expected<JobSpec> read_job(std::span<const std::byte> bytes);
 struct WorkUnit {
   uint64_t id = 0;  // unique in the job
   uint32_t first_sample = 0, sample_count = 0;
+  uint32_t replicate = 0;       // which of the independent sequences of random numbers the samples are of
+  Digest cache;                 // irradiance cache that paths end at (irradiance_cache.h); zero: none
   std::vector<uint32_t> sites;  // indices into TexelSites
 };
 

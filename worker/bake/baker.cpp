@@ -32,7 +32,7 @@ class PathBaker final : public Baker {
 
   std::vector<std::string> warnings() const override { return warnings_; }
 
-  Expected<UnitResult> bake(const WorkUnit& unit) const override {
+  Expected<UnitResult> bake(const WorkUnit& unit, const IrradianceCache* /*cache*/) const override {
     const Stopwatch watch;
     Run run{Film(settings_.basis), integrator_->make_workspace(), {}};
     Film& film = run.film;

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "common/atlas/atlas.h"
+#include "common/job/irradiance_cache.h"
 #include "common/job/unit.h"
 #include "common/scene/scene.h"
 
@@ -15,8 +16,9 @@ class Baker {
   static Expected<std::unique_ptr<Baker>> create(Scene scene, Atlas atlas, const TransportSettings& settings,
                                                  unsigned threads);
   virtual ~Baker() = default;
-  // Fails (kInvalidInput) if the unit names a site that does not exist. Reentrant: one call per thread.
-  virtual Expected<UnitResult> bake(const WorkUnit& unit) const = 0;
+  // `cache`: what unit.cache names, or null where it names none. Fails (kInvalidInput) if the unit names a
+  // site that does not exist. Reentrant: one call per thread.
+  virtual Expected<UnitResult> bake(const WorkUnit& unit, const IrradianceCache* cache = nullptr) const = 0;
   // What a light or material record held that nothing read, one sentence each.
   virtual std::vector<std::string> warnings() const = 0;
 };
