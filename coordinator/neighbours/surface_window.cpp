@@ -5,7 +5,6 @@
 namespace kiln {
 namespace {
 
-constexpr float kLeastCosine = 0.9f;
 constexpr float kMostOff = 0.25f;  // of the radius, and of a texel
 constexpr float kMostRatio = 3.0f;
 // Sites looked at: each found one has four neighbours and few more at seams. Where there are more (slivers in

@@ -11,7 +11,8 @@ namespace kiln {
 // what it needs to walk is kept.
 class SurfaceWindow {
  public:
-  static constexpr uint32_t kMost = 160;  // sites; those of 7 texels' radius
+  static constexpr uint32_t kMost = 160;       // sites; those of 7 texels' radius
+  static constexpr float kLeastCosine = 0.9f;  // between the shading normals
 
   // Both outlive the window.
   SurfaceWindow(const SiteGeometry& sites, const SurfaceLinks& links) : sites_(sites), links_(links) {}
