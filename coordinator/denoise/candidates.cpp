@@ -9,6 +9,9 @@ namespace {
 
 // Of a luminance: what float paths round.
 constexpr double kRounding = 0x1p-20;
+constexpr double kDark = 1e-6;  // of the brightest: below this nothing is relative
+constexpr uint32_t kRounds =
+    16;  // steps to a linked site or none: three texels of spread, as the widest filter
 
 std::vector<uint8_t> usable(const TexelStatistics& s, const SiteGeometry& sites) {
   std::vector<uint8_t> out(s.sites);
@@ -32,6 +35,52 @@ double sample_variance(const TexelStatistics& s, const Candidates& c, size_t i) 
   return std::isfinite(v) && v >= 0 ? v : mean * mean;
 }
 
+// Means over a site and those linked with it, the site counting twice.
+void average(const std::vector<float>& in, const std::vector<uint8_t>& known, const SurfaceLinks& links,
+             unsigned threads, std::vector<float>& out) {
+  out.assign(in.size(), 0);
+  for_each_site(in.size(), threads, [&](size_t i) {
+    if (!known[i]) return;
+    double sum = 2 * double{in[i]}, weight = 2;
+    for (const uint32_t j : links.of(static_cast<uint32_t>(i))) {
+      if (!known[j]) continue;
+      sum += in[j];
+      weight += 1;
+    }
+    out[i] = static_cast<float>(sum / weight);
+  });
+}
+
+// Where a sample in ten thousand is bright, most texels have met none and their own variance is far too low;
+// a filter chosen by that would take the light off the few that have and give it to nobody. So half of what
+// is expected of a texel is the relative variance around it, at its own brightness.
+void find_prior(const TexelStatistics& s, const SurfaceLinks& links, unsigned threads, Candidates& c) {
+  std::vector<float> own(s.sites, 0), brightness(s.sites, 0), local, relative(s.sites, 0), next;
+  for_each_site(s.sites, threads, [&](size_t i) {
+    if (!c.known[i]) return;
+    own[i] = static_cast<float>(sample_variance(s, c, i));
+    brightness[i] = 0.5f * (std::abs(c.value[0][0][i]) + std::abs(c.value[1][0][i]));
+  });
+  average(own, c.known, links, threads, local);
+  average(brightness, c.known, links, threads, next);
+  brightness.swap(next);
+  for_each_site(s.sites, threads, [&](size_t i) {
+    const double f = brightness[i];
+    if (c.known[i]) relative[i] = static_cast<float>(own[i] / (f * f + kDark * kDark));
+  });
+  for (uint32_t round = 0; round < kRounds; ++round) {
+    average(relative, c.known, links, threads, next);
+    relative.swap(next);
+  }
+  for_each_site(s.sites, threads, [&](size_t i) {
+    if (!c.known[i]) return;
+    const double f = brightness[i], around = relative[i] * (f * f + kDark * kDark);
+    const double variance = 0.5 * (local[i] + around);
+    c.prior[i] = static_cast<float>(variance / (2.0 * s.samples[i]) + kRounding * kRounding * f * f + 1e-30);
+    c.variance[0][i] = c.prior[i];
+  });
+}
+
 }  // namespace
 
 Candidates find_candidates(const TexelStatistics& s, const SiteGeometry& sites, const SurfaceLinks& links,
@@ -47,20 +96,7 @@ Candidates find_candidates(const TexelStatistics& s, const SiteGeometry& sites, 
     for (size_t i = 0; i < s.sites; ++i)
       if (c.known[i]) c.value[r][0][i] = static_cast<float>(s.luminance[r][i] / c.scale);
 
-  for_each_site(s.sites, threads, [&](size_t i) {
-    if (!c.known[i]) return;
-    // The site counts twice: where few are linked its own variance is the better guess.
-    double sum = 2 * sample_variance(s, c, i), weight = 2;
-    for (const uint32_t j : links.of(static_cast<uint32_t>(i))) {
-      if (!c.known[j]) continue;
-      sum += sample_variance(s, c, j);
-      weight += 1;
-    }
-    const double mean = 0.5 * (double{c.value[0][0][i]} + double{c.value[1][0][i]});
-    c.prior[i] =
-        static_cast<float>(sum / weight / (2.0 * s.samples[i]) + kRounding * kRounding * mean * mean + 1e-30);
-    c.variance[0][i] = c.prior[i];
-  });
+  find_prior(s, links, threads, c);
 
   for_each_run(s.sites, threads, [&](size_t begin, size_t end) {
     SurfaceKernel kernel(sites, links, c.known);
