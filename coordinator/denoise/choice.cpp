@@ -6,6 +6,8 @@
 // bright texel at its rim does not speak for dim ones.
 #include "coordinator/denoise/choice.h"
 
+#include <cmath>
+
 #include "coordinator/denoise/site_runs.h"
 
 namespace kiln {
@@ -25,7 +27,8 @@ double smooth_bias(const double (&growth)[kLevels], uint32_t k) {
 Choice choose(const Candidates& c, const SiteGeometry& sites, const SurfaceLinks& links, unsigned threads) {
   Choice out;
   out.level.assign(c.known.size(), 0);
-  out.risk.assign(c.known.size(), {});
+  out.factor.assign(c.known.size(), 0);
+  out.bias.assign(c.known.size(), {});
   for_each_run(c.known.size(), threads, [&](size_t begin, size_t end) {
     SurfaceKernel kernel(sites, links, c.known);
     for (size_t i = begin; i < end; ++i) {
@@ -33,12 +36,13 @@ Choice choose(const Candidates& c, const SiteGeometry& sites, const SurfaceLinks
       constexpr float kPooled = kBandwidth[kLevels - 1];
       kernel.enter(static_cast<uint32_t>(i), kPooled);
       const std::span<const uint32_t> window = kernel.window();
-      double weight = 0, noise = 0, bias[kLevels] = {}, growth[kLevels] = {};
+      double weight = 0, squares = 0, noise = 0, bias[kLevels] = {}, growth[kLevels] = {};
       for (size_t q = 0; q < window.size(); ++q) {
         const uint32_t j = window[q];
         const double w = kernel.falloff(q, kPooled), per = w / double{c.prior[j]};
         const double a = c.value[0][0][j], b = c.value[1][0][j];
         weight += w;
+        squares += w * w;
         noise += per * (a - b) * (a - b) / 4;
         for (uint32_t k = 1; k < kLevels; ++k) {
           const double fa = c.value[0][k][j], fb = c.value[1][k][j];
@@ -48,14 +52,22 @@ Choice choose(const Candidates& c, const SiteGeometry& sites, const SurfaceLinks
       }
       // What low-discrepancy sampling makes of the variance of independent samples.
       const double factor = noise / weight;
-      std::array<float, kLevels>& risk = out.risk[i];
-      for (uint32_t k = 0; k < kLevels; ++k) {
-        const double variance = factor * double{c.variance[k][i]};
-        const double square = k == 0 ? 0.0 : std::max(bias[k], smooth_bias(growth, k));
-        const double estimate = variance + square / weight * double{c.prior[i]};
-        if (k == 0 || estimate < double{risk[out.level[i]]}) out.level[i] = static_cast<uint8_t>(k);
-        // Stated is never less than the variance.
-        risk[k] = static_cast<float>(std::max(estimate, variance));
+      out.factor[i] = static_cast<float>(factor);
+      // Half the standard error of a mean of products of two differences, whose replicates have twice the
+      // variance of their mean. Measured: with none of it true errors are 0.8 of the stated ones where light
+      // is smooth, with all of it 1.3.
+      const double direct_error = factor * std::sqrt(squares) / weight;
+      double least = factor * double{c.variance[0][i]};
+      for (uint32_t k = 1; k < kLevels; ++k) {
+        const double smooth = smooth_bias(growth, k) / weight, direct = bias[k] / weight;
+        const double prior = c.prior[i];
+        const double risk = factor * double{c.variance[k][i]} + std::max(direct, smooth) * prior;
+        // The larger of two noisy numbers is too large in the mean: stated is what stands out.
+        const double stated = std::max({0.0, smooth, direct - direct_error});
+        out.bias[i][k] = static_cast<float>(std::sqrt(stated * prior));
+        if (risk >= least) continue;
+        least = risk;
+        out.level[i] = static_cast<uint8_t>(k);
       }
     }
   });

@@ -8,9 +8,9 @@
 namespace kiln {
 
 struct Choice {
-  std::vector<uint8_t> level;                    // by site: of the least estimated risk
-  std::vector<std::array<float, kLevels>> risk;  // by site: estimated mean squared error, scale^2; that of
-                                                 // level 0 is the variance of what was measured
+  std::vector<uint8_t> level;  // by site: of the least estimated risk
+  std::vector<float> factor;   // by site: variance of what was measured around it, over `prior`
+  std::vector<std::array<float, kLevels>> bias;  // by site: estimated size of the bias, not less than 0
 };
 
 Choice choose(const Candidates& candidates, const SiteGeometry& sites, const SurfaceLinks& links,

@@ -11,7 +11,7 @@ namespace {
 
 // Shares of the levels at a site: how often those around it chose each (Rousselle 2012, section 5.2, smooths
 // the choice for the same reason: its own noise would show).
-constexpr float kChoiceTexels = 1.6f;
+constexpr float kChoiceTexels = 3.2f;
 
 constexpr size_t kMostPlanes = 64;  // of a basis; sh_l1 has 15
 
@@ -63,15 +63,18 @@ class Blend {
 };
 
 void put_errors(const Candidates& c, const Choice& choice, const Blend& blend, size_t i, Denoised& out) {
-  double value = 0, risk = 0;
+  double value = 0, bias = 0, variance = 0;
   for (uint32_t k = 0; k < kLevels; ++k) {
     const double share = blend.shares()[k];
     value += share * 0.5 * (double{c.value[0][k][i]} + double{c.value[1][k][i]});
-    risk += share * double{choice.risk[i][k]};  // of a mixture it is at most the mixture of the risks
+    bias += share * double{choice.bias[i][k]};
   }
+  for (size_t q = 0; q < blend.window().size(); ++q)
+    variance += blend.weights()[q] * blend.weights()[q] * double{c.prior[blend.window()[q]]};
+  const double factor = choice.factor[i];
   out.luminance[i] = static_cast<float>(std::max(0.0, value) * c.scale);
-  out.standard_error[i] = static_cast<float>(std::sqrt(risk) * c.scale);
-  out.raw_error[i] = static_cast<float>(std::sqrt(double{choice.risk[i][0]}) * c.scale);
+  out.standard_error[i] = static_cast<float>(std::sqrt(factor * variance + bias * bias) * c.scale);
+  out.raw_error[i] = static_cast<float>(std::sqrt(factor * double{c.prior[i]}) * c.scale);
   out.strength[i] = static_cast<float>(std::clamp(1 - blend.weights()[0], 0.0, 1.0));
 }
 
