@@ -49,6 +49,8 @@ struct WorkUnit {
   uint32_t replicate = 0;       // which of the independent sequences of random numbers the samples are of
   Digest cache;                 // irradiance cache that paths end at (irradiance_cache.h); zero: none
   std::vector<uint32_t> sites;  // indices into TexelSites
+  uint32_t replicate = 0;       // which of the independent sequences of random numbers the samples are of
+  Digest cache;                 // irradiance cache that paths end at (irradiance_cache.h); zero: none
 };
 
 struct UnitResult {
