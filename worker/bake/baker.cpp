@@ -33,6 +33,7 @@ class PathBaker final : public Baker {
   }
 
   std::vector<std::string> warnings() const override { return warnings_; }
+  size_t sites() const override { return atlas_.sites.size(); }
 
   Expected<UnitResult> bake(const WorkUnit& unit, const IrradianceCache* cache) const override {
     const Stopwatch watch;
