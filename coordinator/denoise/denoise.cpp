@@ -1,0 +1,149 @@
+#include "coordinator/denoise/denoise.h"
+
+#include <cmath>
+
+#include "common/base/check.h"
+#include "coordinator/denoise/choice.h"
+#include "coordinator/denoise/site_runs.h"
+
+namespace kiln {
+namespace {
+
+// Shares of the levels at a site: how often those around it chose each (Rousselle 2012, section 5.2, smooths
+// the choice for the same reason: its own noise would show).
+constexpr float kChoiceTexels = 1.6f;
+
+constexpr size_t kMostPlanes = 64;  // of a basis; sh_l1 has 15
+
+using Shares = std::array<double, kLevels>;
+
+class Blend {
+ public:
+  Blend(const Candidates& candidates, const Choice& choice, const SiteGeometry& sites,
+        const SurfaceLinks& links)
+      : candidates_(candidates),
+        choice_(choice),
+        sites_(sites),
+        near_(sites, links),
+        kernel_(sites, links, candidates.known) {}
+
+  // Finds the weights of a known site.
+  void enter(uint32_t site) {
+    shares_ = {};
+    uint32_t count = 0, widest = 0;
+    for (const uint32_t j : near_.around(site, kChoiceTexels * sites_.texel_size[site])) {
+      if (!candidates_.known[j]) continue;
+      shares_[choice_.level[j]] += 1;
+      widest = std::max<uint32_t>(widest, choice_.level[j]);
+      ++count;
+    }
+    for (double& share : shares_) share /= count;
+    kernel_.enter(site, kBandwidth[widest]);
+    weight_.fill(0);
+    for (uint32_t k = 1; k <= widest; ++k) {
+      if (shares_[k] == 0) continue;
+      kernel_.regression(kBandwidth[k], level_weight_);
+      for (size_t q = 0; q < kernel_.window().size(); ++q) weight_[q] += shares_[k] * level_weight_[q];
+    }
+    weight_[0] += shares_[0];
+  }
+
+  std::span<const uint32_t> window() const { return kernel_.window(); }
+  const SurfaceKernel::Weights& weights() const { return weight_; }
+  const Shares& shares() const { return shares_; }
+
+ private:
+  const Candidates& candidates_;
+  const Choice& choice_;
+  const SiteGeometry& sites_;
+  SurfaceWindow near_;
+  SurfaceKernel kernel_;
+  SurfaceKernel::Weights weight_{}, level_weight_{};
+  Shares shares_{};
+};
+
+void put_errors(const Candidates& c, const Choice& choice, const Blend& blend, size_t i, Denoised& out) {
+  double value = 0, risk = 0;
+  for (uint32_t k = 0; k < kLevels; ++k) {
+    const double share = blend.shares()[k];
+    value += share * 0.5 * (double{c.value[0][k][i]} + double{c.value[1][k][i]});
+    risk += share * double{choice.risk[i][k]};  // of a mixture it is at most the mixture of the risks
+  }
+  out.luminance[i] = static_cast<float>(std::max(0.0, value) * c.scale);
+  out.standard_error[i] = static_cast<float>(std::sqrt(risk) * c.scale);
+  out.raw_error[i] = static_cast<float>(std::sqrt(double{choice.risk[i][0]}) * c.scale);
+  out.strength[i] = static_cast<float>(std::clamp(1 - blend.weights()[0], 0.0, 1.0));
+}
+
+// A sum of differences: where all are equal nothing is rounded.
+void mix_planes(const TexelStatistics& s, const Blend& blend, size_t i, float* out) {
+  double sum[kMostPlanes] = {};
+  const float* own[2] = {&s.mean[0][i * s.planes], &s.mean[1][i * s.planes]};
+  for (size_t q = 1; q < blend.window().size(); ++q) {
+    const double w = 0.5 * blend.weights()[q];
+    if (w == 0) continue;
+    const size_t j = blend.window()[q] * s.planes;
+    for (size_t p = 0; p < s.planes; ++p)
+      sum[p] += w * ((double{s.mean[0][j + p]} - own[0][p]) + (double{s.mean[1][j + p]} - own[1][p]));
+  }
+  for (size_t p = 0; p < s.planes; ++p)
+    out[p] = static_cast<float>(0.5 * (double{own[0][p]} + double{own[1][p]}) + sum[p]);
+}
+
+// No light is negative, and no direction longer than its light: what regression may give beside borders.
+void hold_bounds(std::span<const DirectionBound> bounds, float* plane, size_t planes) {
+  for (size_t p = 0; p < std::min<size_t>(3, planes); ++p) plane[p] = std::max(plane[p], 0.0f);
+  for (const DirectionBound& b : bounds) {
+    plane[b.light] = std::max(plane[b.light], 0.0f);
+    const DVec3 d(plane[b.direction[0]], plane[b.direction[1]], plane[b.direction[2]]);
+    const double size = length(d), light = plane[b.light];
+    if (!(size > light)) continue;
+    const double factor = light / size * (1 - 0x1p-23);
+    for (int axis = 0; axis < 3; ++axis) plane[b.direction[axis]] = static_cast<float>(d[axis] * factor);
+  }
+}
+
+Denoised run(const TexelStatistics& s, std::span<const DirectionBound> bounds, bool planes,
+             const SiteGeometry& sites, const SurfaceLinks& links, unsigned threads) {
+  KILN_CHECK(s.planes <= kMostPlanes && s.sites == sites.size());
+  const Candidates candidates = find_candidates(s, sites, links, threads);
+  const Choice choice = choose(candidates, sites, links, threads);
+  Denoised out;
+  out.luminance.assign(s.sites, 0);
+  out.standard_error.assign(s.sites, 0);
+  out.raw_error.assign(s.sites, 0);
+  out.strength.assign(s.sites, 0);
+  if (planes) out.mean.resize(s.sites * s.planes);
+  for_each_run(s.sites, threads, [&](size_t begin, size_t end) {
+    Blend blend(candidates, choice, sites, links);
+    for (size_t i = begin; i < end; ++i) {
+      if (candidates.known[i]) {
+        blend.enter(static_cast<uint32_t>(i));
+        put_errors(candidates, choice, blend, i, out);
+        if (!planes) continue;
+        mix_planes(s, blend, i, &out.mean[i * s.planes]);
+        hold_bounds(bounds, &out.mean[i * s.planes], s.planes);
+      } else {
+        out.luminance[i] = 0.5f * s.luminance[0][i] + 0.5f * s.luminance[1][i];
+        if (!planes) continue;
+        for (size_t p = i * s.planes; p < (i + 1) * s.planes; ++p)
+          out.mean[p] = 0.5f * s.mean[0][p] + 0.5f * s.mean[1][p];
+      }
+    }
+  });
+  return out;
+}
+
+}  // namespace
+
+Denoised denoise(const TexelStatistics& statistics, std::span<const DirectionBound> bounds,
+                 const SiteGeometry& sites, const SurfaceLinks& links, unsigned threads) {
+  return run(statistics, bounds, true, sites, links, threads);
+}
+
+Denoised denoise_luminance(const TexelStatistics& statistics, const SiteGeometry& sites,
+                           const SurfaceLinks& links, unsigned threads) {
+  return run(statistics, {}, false, sites, links, threads);
+}
+
+}  // namespace kiln
