@@ -332,6 +332,14 @@ const Setting kTable[] = {
     {"confidence", "C", "", "of that interval",
      [](B& b, S s) { return store_number(b.confidence, s, 0.01, 0.999999); },
      [](const B& b) { return print(b.confidence); }},
+    {"error-norm", "WORD", "",
+     "what is within the error: max (every texel), mean-square (the map as a whole), perceptual (every "
+     "texel, dark ones "
+     "less)",
+     [](B& b, S s) {
+       return store_word(b.error_norm, s, {"max", "mean-square", "perceptual"});
+     },
+     [](const B& b) { return b.error_norm; }},
     {"min-samples", "N", "", "samples every texel gets",
      [](B& b, S s) { return store_number(b.min_samples, s, 1, 1 << 30); },
      [](const B& b) { return text("{}", b.min_samples); }},

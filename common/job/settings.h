@@ -45,6 +45,7 @@ struct BakeSettings {
   bool direct = true, indirect = true;
   uint32_t max_bounces = 64;
   double error = 0.05, confidence = 0.95;
+  std::string error_norm = "max";  // max, mean-square, perceptual
   uint32_t min_samples = 64, max_samples = 16384;
   double time_limit = 0;  // seconds; 0: none
   bool cache = false, denoise = false;

@@ -41,14 +41,17 @@ struct JobSpec {
 Bytes write_job(const JobSpec& job);
 Expected<JobSpec> read_job(std::span<const std::byte> bytes);
 
+// Independent halves of every texel's samples: what they differ by is the error.
+constexpr uint32_t kReplicates = 2;
+
 // Sums over samples [first_sample, first_sample + sample_count) of each listed texel site. The result
 // does not depend on how a pass is cut into units: every texel's sums stand alone.
 struct WorkUnit {
   uint64_t id = 0;  // unique in the job
   uint32_t first_sample = 0, sample_count = 0;
-  uint32_t replicate = 0;       // which of the independent sequences of random numbers the samples are of
-  Digest cache;                 // irradiance cache that paths end at (irradiance_cache.h); zero: none
-  std::vector<uint32_t> sites;  // indices into TexelSites
+  std::vector<uint32_t> sites{};  // indices into TexelSites
+  uint32_t replicate = 0;         // below kReplicates: the sequence of random numbers that the samples are of
+  Digest cache{};                 // irradiance cache that paths end at (irradiance_cache.h); zero: none
 };
 
 struct UnitResult {

@@ -78,6 +78,11 @@ constexpr double refined(float u, uint64_t key) {
   return fine < 0.0 ? 0.0 : fine < 1.0 ? fine : 0x1.fffffffffffffp-1;
 }
 
+// The job's seed in a replicate: an independent randomisation of every sequence.
+constexpr uint64_t replicate_seed(uint64_t job_seed, uint32_t replicate) {
+  return replicate ? mix_bits(job_seed + replicate * 0x9e3779b97f4a7c15u) : job_seed;
+}
+
 // Both halves reversed in one go.
 constexpr uint64_t reverse_halves(uint64_t x) {
   x = __builtin_bswap64(x);

@@ -64,6 +64,10 @@ Bytes write(const Unit& unit) {
   w.put(unit.unit.first_sample);
   w.put(unit.unit.sample_count);
   w.put_array(unit.unit.sites);
+  if (needs_minor_2(unit)) {
+    w.put(unit.unit.replicate);
+    w.put(unit.unit.cache);
+  }
   return w.take();
 }
 
@@ -76,7 +80,11 @@ Expected<Message> read_unit(std::span<const std::byte> payload) {
   unit.unit.first_sample = r.get<uint32_t>();
   unit.unit.sample_count = r.get<uint32_t>();
   unit.unit.sites = r.get_array<uint32_t>();
-  if (!r.at_end()) return damaged("unit");
+  if (!r.at_end()) {
+    unit.unit.replicate = r.get<uint32_t>();
+    unit.unit.cache = r.get<Digest>();
+  }
+  if (!r.at_end() || unit.unit.replicate >= kReplicates) return damaged("unit");
   return Message(std::move(unit));
 }
 

@@ -7,7 +7,7 @@
 namespace kiln {
 
 // A peer of another major is refused; within a major, a feature newer than the peer's minor is not used.
-constexpr uint8_t kWireMajor = 1, kWireMinor = 1;
+constexpr uint8_t kWireMajor = 1, kWireMinor = 2;
 
 constexpr uint32_t kMaxControlBytes = 64u << 10;  // payload of a control message
 constexpr uint32_t kMaxDataBytes = 16u << 20;     // payload of a data message

@@ -55,7 +55,7 @@ struct ChunkPiece {  // c, or a client that uploads; data; pieces of a chunk com
 };
 struct Unit {  // c, data
   uint64_t job = 0, lease = 0;
-  WorkUnit unit;
+  WorkUnit unit;  // with replicate and cache in minor 2
 };
 struct Result {  // w, data; kept by the worker until its CommitAck
   uint64_t job = 0, lease = 0;
@@ -123,6 +123,11 @@ Bytes encode(const Message& message);
 // The message of a payload whose checksum was right. Fails (kProtocol) on another major (except Refused)
 // and on anything that is not well formed; never reads outside `payload`.
 Expected<Message> decode(const FrameHeader& header, std::span<const std::byte> payload);
+
+// What a peer of an earlier minor cannot read: it must not be sent to one.
+inline bool needs_minor_2(const Unit& unit) {
+  return unit.unit.replicate != 0 || unit.unit.cache != Digest{};
+}
 
 // Handlers of std::visit, one per message.
 template <class... F>

@@ -23,6 +23,8 @@ uint64_t unit_shape(const WorkUnit& unit) {
   w.put(unit.first_sample);
   w.put(unit.sample_count);
   w.put_array(unit.sites);
+  w.put(unit.replicate);
+  w.put(unit.cache);
   return xxh3(w.take());
 }
 

@@ -74,6 +74,9 @@ struct PassHandlers {
 class FarmJob {
  public:
   virtual ~FarmJob() = default;
+  // Keeps bytes for workers to fetch, beside those of FarmJobSpec::chunks, and yields the name that units of
+  // the next pass give them. What no unit of a pass names is dropped when the pass begins.
+  virtual Digest add_chunk(Bytes bytes) = 0;
   // Hands out all units in their order and calls the handlers on this thread. Returns when every unit has its
   // result, with the error of a handler, when the job failed or was stopped, when no worker can be had any
   // more, or at `deadline_ms` (clock of clock.h; 0: none) with the units that are there by then. After an
@@ -107,7 +110,7 @@ class Farm {
   virtual void post(std::function<void()> work) = 0;
 };
 
-// Of first sample, count and sites: a stored result of another shape is another unit's.
+// Of samples, replicate, cache and sites: a stored result of another shape is another unit's.
 uint64_t unit_shape(const WorkUnit& unit);
 
 }  // namespace kiln

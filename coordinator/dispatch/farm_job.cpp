@@ -22,6 +22,14 @@ FarmJobImpl::~FarmJobImpl() {
   farm_.run([&](Server& server) { server.close_job(spec_.id); });
 }
 
+Digest FarmJobImpl::add_chunk(Bytes bytes) {
+  const Digest id = sha256(bytes);
+  added_.insert(id);
+  const auto shared = std::make_shared<const Bytes>(std::move(bytes));
+  farm_.run([&](Server& server) { server.add_chunk(spec_.id, id, shared); });
+  return id;
+}
+
 Status FarmJobImpl::check_units(const std::vector<WorkUnit>& units) const {
   const size_t most = (kMaxDataBytes - 256) / (planes_ * sizeof(double));
   for (const WorkUnit& unit : units) {
@@ -29,8 +37,21 @@ Status FarmJobImpl::check_units(const std::vector<WorkUnit>& units) const {
       return fail(ErrorKind::kUsage,
                   text("a unit has {} texels; 1 to {} fit a message: choose another tile size",
                        unit.sites.size(), most));
+    if (unit.replicate >= kReplicates)
+      return fail(ErrorKind::kInternal, text("unit {} is of replicate {}", unit.id, unit.replicate));
+    if (unit.cache != Digest{} && !added_.count(unit.cache))
+      return fail(ErrorKind::kInternal,
+                  text("unit {} names cache {}, which was not added", unit.id, unit.cache.hex()));
   }
   return {};
+}
+
+// A cache has twelve bytes a texel, and every pass brings its own.
+void FarmJobImpl::keep_named_chunks(const std::vector<WorkUnit>& units) {
+  std::set<Digest> named;
+  for (const WorkUnit& unit : units) named.insert(unit.cache);
+  std::erase_if(added_, [&](const Digest& id) { return !named.count(id); });
+  farm_.run([&](Server& server) { server.keep_chunks(spec_.id, added_); });
 }
 
 Status FarmJobImpl::merge(const PassUnits& units, const DeliveredUnit& delivered,
@@ -64,6 +85,7 @@ Expected<PassEnd> FarmJobImpl::run_pass(std::vector<WorkUnit> list, int64_t dead
                                         const PassHandlers& handlers) {
   KILN_TRY_STATUS(check_units(list));
   if (const auto error = port_->error()) return tl::unexpected<Error>(*error);
+  keep_named_chunks(list);
   const auto units = std::make_shared<const PassUnits>(std::move(list));
   port_->clear();
   farm_.run([&](Server& server) { server.begin_pass(spec_.id, units); });

@@ -1,7 +1,7 @@
 // A conductor's end of a job. Internal to coordinator/dispatch.
 #pragma once
 
-#include <mutex>
+#include <set>
 
 #include "common/base/clock.h"
 #include "coordinator/dispatch/farm_port.h"
@@ -14,12 +14,14 @@ class FarmJobImpl final : public FarmJob {
  public:
   FarmJobImpl(FarmImpl& farm, const JobSpec& spec, std::shared_ptr<JobPort> port);
   ~FarmJobImpl() override;
+  Digest add_chunk(Bytes bytes) override;
   Expected<PassEnd> run_pass(std::vector<WorkUnit> units, int64_t deadline_ms,
                              const PassHandlers& handlers) override;
   FarmStatistics statistics() override;
 
  private:
   Status check_units(const std::vector<WorkUnit>& units) const;
+  void keep_named_chunks(const std::vector<WorkUnit>& units);
   Status merge(const PassUnits& units, const DeliveredUnit& delivered, const PassHandlers& handlers);
 
   FarmImpl& farm_;
@@ -27,7 +29,8 @@ class FarmJobImpl final : public FarmJob {
   const std::shared_ptr<JobPort> port_;
   const uint32_t planes_;
   SteadyClock clock_;
-  FarmStatistics sums_;  // of what was merged
+  FarmStatistics sums_;     // of what was merged
+  std::set<Digest> added_;  // chunks that the job has beside its scene
 };
 
 }  // namespace kiln

@@ -150,8 +150,10 @@ Expected<std::unique_ptr<ClientTalk>> Server::admit_client(const ClientHello& he
 }
 
 const Bytes* Server::chunk(const Digest& id) const {
-  for (const auto& [job_id, job] : jobs_)
+  for (const auto& [job_id, job] : jobs_) {
     if (const Bytes* bytes = job.chunks->find(id)) return bytes;
+    if (const auto it = job.added.find(id); it != job.added.end()) return it->second.get();
+  }
   return nullptr;
 }
 

@@ -7,6 +7,7 @@
 #include <map>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <thread>
 
 #include "common/base/clock.h"
@@ -29,6 +30,8 @@ class Server final : public SessionHost {
   Status open_job(const FarmJobSpec& job, std::shared_ptr<JobPort> port);
   void close_job(JobId job);
   void change_job(JobId job, int32_t priority, bool paused);
+  void add_chunk(JobId job, const Digest& id, std::shared_ptr<const Bytes> bytes);
+  void keep_chunks(JobId job, const std::set<Digest>& ids);  // of those that were added
   void begin_pass(JobId job, std::shared_ptr<const PassUnits> units);
   void end_pass(JobId job);
   void fail_job(JobId job, const Error& error);
@@ -48,6 +51,7 @@ class Server final : public SessionHost {
   struct OpenJob {
     JobSpec spec;
     const ChunkStore* chunks = nullptr;
+    std::map<Digest, std::shared_ptr<const Bytes>> added;  // chunks of the pass
     std::shared_ptr<JobPort> port;
     std::shared_ptr<const PassUnits> units;
     uint32_t planes = 0;
@@ -87,6 +91,7 @@ class Server final : public SessionHost {
   Session* session_of(WorkerId worker) const;
   OpenJob* find_job(JobId job);
   void fail_if_refused_by_all(JobId job, const std::string& reason);
+  void give(WorkerId worker, const kiln::Unit& unit);
   void take_result(WorkerId worker, OpenJob& job, Result&& result);
 
   // server_actions.cpp

@@ -36,7 +36,7 @@ void Server::carry_out(const Action& action) {
                  [&](const Grant& a) {
                    const OpenJob* job = find_job(a.job);
                    const WorkUnit* unit = job && job->units ? job->units->find(a.unit) : nullptr;
-                   if (unit) tell(a.worker, kiln::Unit{a.job, a.lease, *unit});
+                   if (unit) give(a.worker, {a.job, a.lease, *unit});
                  },
                  [&](const Recall& a) {
                    tell(a.worker, Withdraw{a.job, {a.unit}});
@@ -71,6 +71,17 @@ void Server::carry_out(const Action& action) {
                  [&](const Note& a) { note(a.job, a.text); },
              },
              action);
+}
+
+void Server::give(WorkerId worker, const kiln::Unit& unit) {
+  Session* session = session_of(worker);
+  if (!session) return;
+  if (needs_minor_2(unit) && session->peer_minor() < 2)
+    return expel(worker,
+                 text("its release {} knows no replicates and irradiance caches of units: install this "
+                      "coordinator's, {}",
+                      session->hello().version, KILN_VERSION));
+  session->send(unit);
 }
 
 void Server::store(const StoreAnswer& answer) {

@@ -61,6 +61,15 @@ void Server::change_job(JobId id, int32_t priority, bool paused) {
   perform(std::move(actions));
 }
 
+void Server::add_chunk(JobId id, const Digest& chunk, std::shared_ptr<const Bytes> bytes) {
+  if (OpenJob* job = find_job(id)) job->added.emplace(chunk, std::move(bytes));
+}
+
+void Server::keep_chunks(JobId id, const std::set<Digest>& chunks) {
+  if (OpenJob* job = find_job(id))
+    std::erase_if(job->added, [&](const auto& entry) { return !chunks.count(entry.first); });
+}
+
 void Server::begin_pass(JobId id, std::shared_ptr<const PassUnits> units) {
   OpenJob* job = find_job(id);
   if (!job || job->port->error()) return;

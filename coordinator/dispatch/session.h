@@ -51,6 +51,7 @@ class Session final : public ClientLink {
   WorkerId worker() const { return worker_; }  // 0: not a worker, or before the hand-shake
   bool is_client() const { return talk_ != nullptr; }
   const std::string& name() const { return name_; }
+  uint8_t peer_minor() const { return peer_minor_; }
   const Hello& hello() const { return hello_; }  // without its token
   const PeerIdentity& identity() const { return connection_->peer_identity(); }
 

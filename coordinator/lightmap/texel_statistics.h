@@ -7,9 +7,9 @@
 #include <cstdint>
 #include <vector>
 
-namespace kiln {
+#include "common/job/unit.h"
 
-constexpr uint32_t kReplicates = 2;
+namespace kiln {
 
 struct TexelStatistics {
   size_t sites = 0, planes = 0;               // planes: E.R E.G E.B, then the basis' (function major, R G B)

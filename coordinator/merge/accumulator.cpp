@@ -10,25 +10,29 @@
 namespace kiln {
 
 Accumulator::Accumulator(size_t sites, uint32_t basis)
-    : basis_(basis),
-      planes_(moment_plane_names(basis).size()),
-      samples_(sites, 0),
-      sums_(sites * planes_, 0.0) {}
+    : basis_(basis), planes_(moment_plane_names(basis).size()) {
+  for (uint32_t r = 0; r < kReplicates; ++r) {
+    samples_[r].assign(sites, 0);
+    sums_[r].assign(sites * planes_, 0.0);
+  }
+}
 
 Status Accumulator::add(const WorkUnit& unit, const UnitResult& result) {
   if (result.site_count != unit.sites.size() || result.plane_count != planes_ ||
       result.moments.size() != unit.sites.size() * planes_)
     return fail(ErrorKind::kProtocol, text("the result of unit {} has a wrong shape", unit.id));
   if (unit.sites.empty()) return {};
+  KILN_CHECK(unit.replicate < kReplicates);
   const uint32_t site = unit.sites.front();
-  if (unit.first_sample != samples_[site]) {
-    KILN_CHECK(unit.first_sample > samples_[site]);
-    waiting_[{site, unit.first_sample}] = {unit, result.moments};
+  const std::vector<uint32_t>& samples = samples_[unit.replicate];
+  if (unit.first_sample != samples[site]) {
+    KILN_CHECK(unit.first_sample > samples[site]);
+    waiting_[{unit.replicate, site, unit.first_sample}] = {unit, result.moments};
     return {};
   }
   add_in_order(unit, result.moments);
-  for (auto next = waiting_.find({site, samples_[site]}); next != waiting_.end();
-       next = waiting_.find({site, samples_[site]})) {
+  for (auto next = waiting_.find({unit.replicate, site, samples[site]}); next != waiting_.end();
+       next = waiting_.find({unit.replicate, site, samples[site]})) {
     add_in_order(next->second.unit, next->second.moments);
     waiting_.erase(next);
   }
@@ -36,40 +40,88 @@ Status Accumulator::add(const WorkUnit& unit, const UnitResult& result) {
 }
 
 void Accumulator::add_in_order(const WorkUnit& unit, const std::vector<double>& moments) {
+  std::vector<uint32_t>& samples = samples_[unit.replicate];
+  std::vector<double>& sums = sums_[unit.replicate];
   for (size_t i = 0; i < unit.sites.size(); ++i) {
     const uint32_t site = unit.sites[i];
-    KILN_CHECK(samples_[site] == unit.first_sample);
-    samples_[site] += unit.sample_count;
-    for (size_t p = 0; p < planes_; ++p) sums_[site * planes_ + p] += moments[i * planes_ + p];
+    KILN_CHECK(samples[site] == unit.first_sample);
+    samples[site] += unit.sample_count;
+    for (size_t p = 0; p < planes_; ++p) sums[site * planes_ + p] += moments[i * planes_ + p];
   }
 }
 
 void Accumulator::clear() {
-  std::fill(samples_.begin(), samples_.end(), 0u);
-  std::fill(sums_.begin(), sums_.end(), 0.0);
+  for (uint32_t r = 0; r < kReplicates; ++r) {
+    std::fill(samples_[r].begin(), samples_[r].end(), 0u);
+    std::fill(sums_[r].begin(), sums_[r].end(), 0.0);
+  }
   waiting_.clear();
 }
 
 Accumulator::Estimate Accumulator::estimate(uint32_t site) const {
-  const double n = samples_[site];
-  const double* sum = &sums_[site * planes_];
+  const double n = samples(site);
   Estimate e;
-  e.inside = n > 0 && sum[kMomentInside] > 0.5 * n;
-  e.pushed = n > 0 && sum[kMomentPushed] > 0.5 * n;
+  e.inside = n > 0 && sum(site, kMomentInside) > 0.5 * n;
+  e.pushed = n > 0 && sum(site, kMomentPushed) > 0.5 * n;
+  e.mean = n > 0 ? sum(site, kMomentLum) / n : 0;
   if (n < 2) {
-    e.mean = n > 0 ? sum[kMomentLum] / n : 0;
     e.standard_error = std::numeric_limits<double>::infinity();
     return e;
   }
-  e.mean = sum[kMomentLum] / n;
-  const double variance = std::max(0.0, (sum[kMomentLum2] - n * e.mean * e.mean) / (n - 1));
+  const double variance = std::max(0.0, (sum(site, kMomentLum2) - n * e.mean * e.mean) / (n - 1));
   e.standard_error = std::sqrt(variance / n) + 0x1p-20 * e.mean;
   return e;
 }
 
-bool Accumulator::converged(uint32_t site, double error, double z) const {
-  const Estimate e = estimate(site);
-  return e.inside || z * e.standard_error <= error * e.mean;
+TexelStatistics Accumulator::statistics() const {
+  TexelStatistics out;
+  const size_t count = sites();
+  out.sites = count;
+  out.planes = 3 + planes_ - kMomentBasis;
+  out.variance.assign(count, 0.0f);
+  out.samples.assign(count, 0);
+  out.reach.assign(count, std::numeric_limits<float>::infinity());
+  out.known.assign(count, 0);
+  for (uint32_t r = 0; r < kReplicates; ++r) {
+    out.mean[r].assign(count * out.planes, 0.0f);
+    out.luminance[r].assign(count, 0.0f);
+  }
+  for (uint32_t site = 0; site < count; ++site) {
+    out.samples[site] = std::min(samples_[0][site], samples_[1][site]);
+    const Estimate e = estimate(site);
+    if (e.inside || out.samples[site] == 0) continue;
+    out.known[site] = 1;
+    const double n = samples(site), near = sum(site, kMomentNear);
+    if (near > 0) out.reach[site] = static_cast<float>(n / near);
+    // Within the replicates: what the means differ by is not in it.
+    double squares = 0;
+    for (uint32_t r = 0; r < kReplicates; ++r) {
+      const double* sums = &sums_[r][site * planes_];
+      const double scale = 1.0 / samples_[r][site];
+      const double mean = sums[kMomentLum] * scale;
+      squares += std::max(0.0, sums[kMomentLum2] - mean * sums[kMomentLum]);
+      out.luminance[r][site] = static_cast<float>(mean);
+      float* means = &out.mean[r][site * out.planes];
+      for (size_t c = 0; c < 3; ++c) means[c] = static_cast<float>(sums[kMomentER + c] * scale);
+      for (size_t p = kMomentBasis; p < planes_; ++p)
+        means[3 + p - kMomentBasis] = static_cast<float>(sums[p] * scale);
+    }
+    out.variance[site] = static_cast<float>(squares / std::max(1.0, n - kReplicates));
+  }
+  return out;
+}
+
+IrradianceCache Accumulator::cache(uint32_t replicate) const {
+  IrradianceCache cache;
+  cache.irradiance.assign(sites(), Vec3(-1.0f));
+  for (uint32_t site = 0; site < sites(); ++site) {
+    const uint32_t n = samples_[replicate][site];
+    if (n == 0 || estimate(site).inside) continue;
+    const double* sums = &sums_[replicate][site * planes_];
+    const Vec3 e(DVec3(sums[kMomentER], sums[kMomentEG], sums[kMomentEB]) / static_cast<double>(n));
+    if (is_finite(e)) cache.irradiance[site] = e;
+  }
+  return cache;
 }
 
 Lightmap Accumulator::resolve(const Atlas& atlas) const {
@@ -91,16 +143,16 @@ Lightmap Accumulator::resolve(const Atlas& atlas) const {
   map.planes.add("samples");
   std::vector<float>& error = map.planes.plane("error");
   std::vector<float>& samples = map.planes.plane("samples");
-  for (uint32_t site = 0; site < samples_.size(); ++site) {
-    if (samples_[site] == 0) continue;
+  for (uint32_t site = 0; site < sites(); ++site) {
+    if (this->samples(site) == 0) continue;
     const uint32_t texel = atlas.sites.texel[site];
     const Estimate e = estimate(site);
     map.validity[texel] = e.inside ? Validity::kInside : e.pushed ? Validity::kPushed : Validity::kMeasured;
-    const double scale = 1.0 / samples_[site];
+    const double scale = 1.0 / this->samples(site);
     for (size_t i = 0; i < source.size(); ++i)
-      map.planes.data[i][texel] = static_cast<float>(sums_[site * planes_ + source[i]] * scale);
+      map.planes.data[i][texel] = static_cast<float>(sum(site, source[i]) * scale);
     error[texel] = static_cast<float>(e.standard_error);
-    samples[texel] = static_cast<float>(samples_[site]);
+    samples[texel] = static_cast<float>(this->samples(site));
   }
   return map;
 }

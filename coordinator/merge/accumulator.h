@@ -1,13 +1,17 @@
-// Sums of all texels, merged in sample order whatever the order of arrival, and what they resolve to.
+// Sums of all texels by replicate, merged in sample order whatever the order of arrival, and what they
+// resolve to.
 #pragma once
 
 #include <cstdint>
 #include <map>
+#include <tuple>
 #include <vector>
 
 #include "common/atlas/atlas.h"
+#include "common/job/irradiance_cache.h"
 #include "common/job/unit.h"
 #include "coordinator/lightmap/lightmap.h"
+#include "coordinator/lightmap/texel_statistics.h"
 
 namespace kiln {
 
@@ -18,19 +22,24 @@ class Accumulator {
   // Adds a unit's sums. A unit whose earlier range of the same sites is still missing waits for it.
   Status add(const WorkUnit& unit, const UnitResult& result);
 
-  uint32_t samples(uint32_t site) const { return samples_[site]; }
+  size_t sites() const { return samples_[0].size(); }
+  uint32_t samples(uint32_t site) const {
+    return samples_[0][site] + samples_[1][site];
+  }  // of all replicates
+  uint32_t samples(uint32_t site, uint32_t replicate) const { return samples_[replicate][site]; }
   struct Estimate {
     double mean = 0, standard_error = 0;  // luminance of E
     bool inside = false;                  // more than half of the primary rays met back faces
     bool pushed = false;                  // more than half of the samples were taken from a moved place
   };
-  // Stated standard error: sqrt(variance / n) of the samples, which for a stratified sequence is an upper
-  // estimate, plus 2^-20 of the mean for the rounding of float paths. n < 2: infinite.
+  // Of a texel by itself: sqrt(variance / n) of its samples as if they were independent, which for a
+  // stratified sequence is an upper estimate, plus 2^-20 of the mean for the rounding of float paths. n < 2:
+  // infinite. What a bake states is in coordinator/estimate.
   Estimate estimate(uint32_t site) const;
 
-  // True if the texel needs no more samples: its confidence interval z x SEM is within `error` of the mean
-  // (O'Donnell 2018, "Convergence detection"), or it lies inside geometry.
-  bool converged(uint32_t site, double error, double z) const;
+  TexelStatistics statistics() const;
+  // What paths of the next pass may read: means of one replicate.
+  IrradianceCache cache(uint32_t replicate) const;
 
   void clear();  // as new
 
@@ -39,15 +48,19 @@ class Accumulator {
 
  private:
   void add_in_order(const WorkUnit& unit, const std::vector<double>& moments);
+  double sum(uint32_t site, size_t plane) const {
+    return sums_[0][site * planes_ + plane] + sums_[1][site * planes_ + plane];
+  }
   uint32_t basis_;
   size_t planes_;
-  std::vector<uint32_t> samples_;  // by site
-  std::vector<double> sums_;       // [site][plane]
+  std::vector<uint32_t> samples_[kReplicates];  // by site
+  std::vector<double> sums_[kReplicates];       // [site][plane]
   struct Waiting {
     WorkUnit unit;
     std::vector<double> moments;
   };
-  std::map<std::pair<uint32_t, uint32_t>, Waiting> waiting_;  // by first site and first sample
+  std::map<std::tuple<uint32_t, uint32_t, uint32_t>, Waiting>
+      waiting_;  // by replicate, first site, first sample
 };
 
 }  // namespace kiln

@@ -2,27 +2,36 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "common/job/unit.h"
 
 namespace kiln {
 
-// Passes double: [0, min), [min, 2 min), [2 min, 4 min) ... up to max. At each bound the converged texels
-// leave. (Flux steps by a tenth of the budget; doubling keeps whole powers of two of the sequence and
-// bounds the oversampling at 2 for any budget.)
 struct SampleRange {
   uint32_t first = 0, count = 0;
 };
-std::vector<SampleRange> sample_passes(uint32_t min_samples, uint32_t max_samples);
+
+// Counts of samples that a texel may have in a replicate: four to each power of two (16, 20, 24, 28, 32, 40
+// ...), so that what is needed is overshot by a tenth on average, and texels of a pass share few ranges. This
+// is the least one that is not below `needed`. (Flux steps by a tenth of the budget.)
+uint32_t sample_count(double needed);
 
 // A pass is summed in ranges of at most this many samples, whoever does them.
 constexpr uint32_t kRangeSamples = 1024;
 std::vector<SampleRange> ranges_of(SampleRange pass);
 
-// Cuts a pass over `sites` (ascending: Morton order) into units of about tile_texels x 256 samples; all
-// ranges of a run of sites are cut alike. Ids continue from next_id.
-std::vector<WorkUnit> cut_pass(const std::vector<uint32_t>& sites, SampleRange pass, uint32_t tile_texels,
-                               uint64_t& next_id);
+// Samples that a site gets in a pass, in each replicate.
+struct SiteSamples {
+  uint32_t site;
+  SampleRange range;
+};
+
+// Cuts a pass over sites (ascending: Morton order) into units of about tile_texels x 256 samples of one
+// replicate and one range; all ranges of a run of sites are cut alike. `caches`: what the units of each
+// replicate name. Ids continue from next_id.
+std::vector<WorkUnit> cut_pass(const std::vector<SiteSamples>& work, uint32_t tile_texels,
+                               std::span<const Digest> caches, uint64_t& next_id);
 
 }  // namespace kiln

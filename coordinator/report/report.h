@@ -21,7 +21,7 @@ namespace kiln {
 
 // State after a pass: one point of the curve of error against run time.
 struct PassPoint {
-  uint32_t samples = 0;     // of the texels still active
+  double samples = 0;       // of a texel, in the mean
   uint64_t active = 0;      // texels that took part
   double seconds = 0;       // since the first unit was handed out
   uint64_t rays = 0;        // since then

@@ -89,6 +89,8 @@ TEST(Replay, WithoutItsChunksItSaysWhich) {
 
 TEST(Replay, WhatIsWrittenIsReadAndNothingElse) {
   Replay replay{TestJob().spec, make_units(~uint64_t{0} - 3, 1, 64)[0]};
+  replay.unit.replicate = 1;
+  replay.unit.cache = sha256({});
   const std::string content = write_replay(replay, {replay.job.scene, replay.job.atlas});
   const auto read = read_replay(content);
   ASSERT_TRUE(read) << read.error().message;
@@ -97,10 +99,13 @@ TEST(Replay, WhatIsWrittenIsReadAndNothingElse) {
   EXPECT_EQ(read->unit.first_sample, 64u);
   EXPECT_EQ(read->unit.sample_count, replay.unit.sample_count);
   EXPECT_EQ(read->unit.sites, replay.unit.sites);
+  EXPECT_EQ(read->unit.replicate, 1u);
+  EXPECT_EQ(read->unit.cache, replay.unit.cache);
   for (size_t cut = 0; cut + 2 < content.size(); cut += 7) EXPECT_FALSE(read_replay(content.substr(0, cut)));
   for (const auto& [from, to] :
        {std::pair("\"sites\": \"0,", "\"sites\": \"-1,"), std::pair("\"sites\": \"0,", "\"sites\": \",,"),
-        std::pair("\"job\": \"", "\"job\": \"zz"), std::pair("\"unit\"", "\"units\"")}) {
+        std::pair("\"job\": \"", "\"job\": \"zz"), std::pair("\"unit\"", "\"units\""),
+        std::pair("\"replicate\": 1", "\"replicate\": 2"), std::pair("\"cache\": \"", "\"cache\": \"zz")}) {
     std::string wrong = content;
     const size_t at = wrong.find(from);
     ASSERT_NE(at, std::string::npos) << from << content;

@@ -171,7 +171,10 @@ TEST(AgentUnits, AHangEndsTheProcessWithItsReason) {
 // Bakes with the stub's numbers inside this process.
 class PlainBaker final : public Baker {
  public:
-  Expected<UnitResult> bake(const WorkUnit& unit) const override { return stub_bake(unit, 19); }
+  Expected<UnitResult> bake(const WorkUnit& unit, const IrradianceCache* cache) const override {
+    return stub_bake(unit, 19, cache);
+  }
+  size_t sites() const override { return kStubSites; }
   std::vector<std::string> warnings() const override { return {}; }
 };
 

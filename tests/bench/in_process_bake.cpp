@@ -3,6 +3,7 @@
 // holds the time of `kiln bake` against it. NAME=VALUE: settings by their names of the job file.
 #include <condition_variable>
 #include <cstdio>
+#include <map>
 #include <mutex>
 #include <queue>
 #include <thread>
@@ -25,7 +26,19 @@ class InProcessJob final : public FarmJob {
     return std::unique_ptr<FarmJob>(new InProcessJob(std::move(baker), threads));
   }
 
+  Digest add_chunk(Bytes bytes) override {
+    const Digest id = sha256(bytes);
+    added_.emplace(id, std::move(bytes));
+    return id;
+  }
+
   Expected<PassEnd> run_pass(std::vector<WorkUnit> units, int64_t, const PassHandlers& handlers) override {
+    std::map<Digest, IrradianceCache> caches;
+    for (const WorkUnit& unit : units)
+      if (unit.cache != Digest{} && !caches.count(unit.cache)) {
+        KILN_TRY(caches[unit.cache], read_irradiance_cache(added_.at(unit.cache), baker_->sites()));
+      }
+    std::erase_if(added_, [&](const auto& entry) { return !caches.count(entry.first); });
     std::mutex mutex;
     std::condition_variable came;
     std::queue<std::pair<size_t, Expected<UnitResult>>> results;
@@ -38,7 +51,9 @@ class InProcessJob final : public FarmJob {
           if (next == units.size()) return;
           const size_t i = next++;
           lock.unlock();
-          Expected<UnitResult> result = baker_->bake(units[i]);
+          const auto cache = caches.find(units[i].cache);
+          Expected<UnitResult> result =
+              baker_->bake(units[i], cache == caches.end() ? nullptr : &cache->second);
           lock.lock();
           results.emplace(i, std::move(result));
           came.notify_one();
@@ -72,6 +87,7 @@ class InProcessJob final : public FarmJob {
       : baker_(std::move(baker)), threads_(threads) {}
   std::unique_ptr<Baker> baker_;
   unsigned threads_;
+  std::map<Digest, Bytes> added_;
   FarmStatistics statistics_;
 };
 

@@ -68,7 +68,7 @@ class StubBaker final : public Baker {
   explicit StubBaker(uint32_t basis)
       : options_(options()), planes_(static_cast<uint32_t>(moment_plane_names(basis).size())) {}
 
-  Expected<UnitResult> bake(const WorkUnit& unit) const override {
+  Expected<UnitResult> bake(const WorkUnit& unit, const IrradianceCache* cache) const override {
     if (options_.count("dir"))
       first(options_, "unit-" + std::to_string(unit.id) + "-" + std::to_string(::getpid()));
     if (options_.count("slow")) {
@@ -80,7 +80,7 @@ class StubBaker final : public Baker {
     while (is("hang", unit)) ::pause();
     if (is("fail", unit)) return fail(ErrorKind::kNoSpace, "not enough memory, says the stub");
     if (is("invalid", unit)) return fail(ErrorKind::kInvalidInput, "site does not exist, says the stub");
-    UnitResult result = stub_bake(unit, planes_);
+    UnitResult result = stub_bake(unit, planes_, cache);
     if (is("nan", unit)) result.moments.back() = std::numeric_limits<double>::quiet_NaN();
     if (is("wrong", unit))
       for (double& m : result.moments) m = 1.25 * m + 0.5;
@@ -93,6 +93,7 @@ class StubBaker final : public Baker {
     }
     return result;
   }
+  size_t sites() const override { return kStubSites; }
   std::vector<std::string> warnings() const override { return {}; }
 
  private:

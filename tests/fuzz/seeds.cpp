@@ -65,6 +65,7 @@ void wire_seeds() {
   text_seed("head", "get",
             "GET /api/jobs/7.json?x=1 HTTP/1.1\r\nHost: localhost:7801\r\nAuthorization: Bearer abc\r\n\r\n");
   text_seed("replay", "unit", write_replay({{7, {}, {}, {}}, {9, 64, 32, {1, 2, 3}}}, {}));
+  text_seed("replay", "cached", write_replay({{7, {}, {}, {}}, {9, 64, 32, {1, 2, 3}, 1, sha256({})}}, {}));
   const auto head = write_spool_head({1, 9, 77, result_digest(result), "w", false}, payload);
   ByteWriter spool;
   spool.put(static_cast<uint32_t>(payload.size()));

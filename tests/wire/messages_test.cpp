@@ -47,6 +47,31 @@ TEST(Messages, FieldsKeepTheirValues) {
   EXPECT_EQ(result_digest(result.result), result.digest);
 }
 
+// A unit of neither is written as minor 1 writes it: an older worker reads it.
+TEST(Messages, AUnitCarriesReplicateAndCacheWhereItHasThem) {
+  const auto size = [](const Unit& unit) { return encode(unit).size(); };
+  Digest cache;
+  cache.bytes[31] = 1;
+  const Unit plain{7, 11, {9, 64, 32, {1, 2, 3}}};
+  Unit second = plain, cached = plain;
+  second.unit.replicate = 1;
+  cached.unit.cache = cache;
+  EXPECT_EQ(size(plain), kFrameHeaderBytes + 3 * 8 + 2 * 4 + 8 + 3 * 4);
+  EXPECT_FALSE(needs_minor_2(plain));
+  for (const Unit& unit : {second, cached}) {
+    EXPECT_TRUE(needs_minor_2(unit));
+    EXPECT_EQ(size(unit), size(plain) + 4 + 32);
+    const auto back = decode_frame(encode(unit));
+    ASSERT_TRUE(back);
+    const WorkUnit& read = std::get<Unit>(*back).unit;
+    EXPECT_EQ(read.replicate, unit.unit.replicate);
+    EXPECT_EQ(read.cache, unit.unit.cache);
+    EXPECT_EQ(read.sites, unit.unit.sites);
+  }
+  cached.unit.replicate = kReplicates;
+  EXPECT_FALSE(decode_frame(encode(cached)));
+}
+
 TEST(Messages, LongTextsAreCutAndStayBelowTheCap) {
   const std::string endless(1 << 20, 'y');
   Hello hello{endless, endless, endless, 1, 1, 1, endless, endless};

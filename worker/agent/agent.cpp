@@ -148,6 +148,9 @@ void Agent::on_closed(const std::string& reason) {
   asked_.clear();
   outbox_.clear();
   for (auto& [id, job] : jobs_) job.awaited.clear();
+  // A coordinator that was started again has not made their caches yet: it gives the units anew when it has.
+  for (const Unit& unit : waiting_) taken_.erase({unit.job, unit.unit.id});
+  stop_waiting([](const Unit&) { return true; });
   if (leaving_) return finish(*leaving_);
   if (draining_) leave_if_drained();
   retry(text("lost the coordinator: {}", reason));
@@ -215,7 +218,7 @@ void Agent::set_pace(uint32_t heartbeat_ms) {
 }
 
 void Agent::beat() {
-  const size_t queued = pool_->queued();
+  const size_t queued = pool_->queued() + waiting_.size();
   const auto oldest = pool_->oldest();
   const int64_t age_ms = oldest ? clock_.now_ms() - oldest->at_ms : 0;
   send(Heartbeat{static_cast<uint32_t>(taken_.size() - std::min(taken_.size(), queued)),
@@ -242,7 +245,7 @@ void Agent::drain(const std::string& reason) {
   if (draining_) return;
   draining_ = true;
   Drain message{{}, reason};
-  for (const Unit& unit : pool_->take_unbegun([](const Unit&) { return true; })) {
+  for (const Unit& unit : take_unbegun([](const Unit&) { return true; })) {
     taken_.erase({unit.job, unit.unit.id});
     // Those of an earlier job go back when the connection ends: Drain names no job.
     if (current_ == unit.job) message.units.push_back(unit.unit.id);

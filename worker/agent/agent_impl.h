@@ -12,6 +12,7 @@
 #include "common/wire/listener.h"
 #include "worker/agent/agent.h"
 #include "worker/agent/bake_pool.h"
+#include "worker/agent/cache_shelf.h"
 #include "worker/agent/disk_cache.h"
 #include "worker/agent/job_fetch.h"
 #include "worker/agent/ready_job.h"
@@ -37,11 +38,12 @@ class Agent {
     std::string numeric_class;           // once known
     std::shared_ptr<const Baker> baker;  // when it is ready
     std::unordered_set<Digest> chunks;   // all it needs, when it is ready
+    CacheShelf caches;                   // while it is ready
     uint64_t bytes = 0;                  // ready_bytes()
     uint64_t last_use = 0;
     std::map<uint64_t, Result> kept;  // by unit, until acknowledged
   };
-  struct TakenUnit {  // queued or running here
+  struct TakenUnit {  // here: it waits for its cache, is queued or runs
     uint64_t lease = 0;
     bool withdrawn = false;
     WorkUnit unit;
@@ -88,6 +90,7 @@ class Agent {
   void offer();  // says that the current job is ready and delivers what is kept of it
   void grant(const KnownJob& job);
   void take_unit(Unit& unit);
+  void begin(const KnownJob& job, Unit unit, std::shared_ptr<const SharedCache> cache);
   void on_done(const Unit& unit, Expected<UnitResult> result);
   void report_failure(const UnitKey& key, const TakenUnit& taken, const Error& error);
   std::string keep_replay(const UnitKey& key, const WorkUnit& unit);  // the line to paste, or ""
@@ -100,6 +103,14 @@ class Agent {
   void drop_taken(uint64_t job, const std::function<bool(uint64_t unit)>& wanted);
   void settle_credits();
   void stop_if_stuck();
+  std::vector<Unit> take_unbegun(const std::function<bool(const Unit&)>& wanted);
+
+  // agent_caches.cpp: units that wait for an irradiance cache.
+  void feed_waiting();
+  std::shared_ptr<const SharedCache> shelve(KnownJob& job, const Digest& id);  // null: not in memory
+  void on_caches_looked_up(uint64_t connection, const std::vector<Digest>& ids,
+                           const std::vector<ChunkBytes>& found);
+  void stop_waiting(const std::function<bool(const Unit&)>& wanted);
 
   const AgentSettings settings_;
   SteadyClock clock_;
@@ -124,6 +135,8 @@ class Agent {
   uint64_t uses_ = 0;
   std::map<std::string, std::string> classes_;  // by kernels; of this machine
   std::map<UnitKey, TakenUnit> taken_;
+  std::deque<Unit> waiting_;                   // for their caches, in the order of arrival; of ready jobs
+  std::unordered_set<Digest> awaited_caches_;  // looked for on disk or asked for on this connection
   uint64_t kept_bytes_ = 0;
   bool full_ = false;               // of kept results: no units are wanted
   std::set<uint64_t> undelivered_;  // jobs of which results were kept when the connection began

@@ -126,6 +126,8 @@ void Agent::on_piece(const ChunkPiece& piece) {
   if (!*chunk) return;
   if (disk_) disk_thread_->add([this, id = piece.id, bytes = *chunk] { disk_->write(id, *bytes); });
   for (auto& [id, job] : jobs_) job.awaited.erase(piece.id);
+  awaited_caches_.erase(piece.id);
+  feed_waiting();
   fetch();
 }
 
@@ -138,7 +140,7 @@ bool Agent::make_room(uint64_t bytes) {
     std::map<uint64_t, KnownJob>::iterator oldest = jobs_.end();
     for (auto it = jobs_.begin(); it != jobs_.end(); ++it) {
       if (!it->second.baker) continue;
-      used += it->second.bytes;
+      used += it->second.bytes + it->second.caches.bytes();
       const auto first = taken_.lower_bound({it->first, 0});
       const bool in_use = first != taken_.end() && first->first.first == it->first;
       busy = busy || in_use;
@@ -148,6 +150,7 @@ bool Agent::make_room(uint64_t bytes) {
     if (oldest == jobs_.end()) return !busy;  // alone it may fit all the same: the factor is an allowance
     log_info(text("the scene of job {} leaves memory", oldest->first));
     oldest->second.baker.reset();
+    oldest->second.caches.clear();
     forget_unready();
   }
 }

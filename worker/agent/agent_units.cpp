@@ -45,10 +45,16 @@ void Agent::take_unit(Unit& unit) {
   }
   if (draining_) return send(Drain{{key.second}, "draining"});
   taken_.emplace(key, TakenUnit{unit.lease, false, unit.unit});
-  BakeTask task{{}, job->baker, {}, {}};
+  if (unit.unit.cache == Digest{}) return begin(*job, std::move(unit), nullptr);
+  waiting_.push_back(std::move(unit));
+  feed_waiting();
+}
+
+void Agent::begin(const KnownJob& job, Unit unit, std::shared_ptr<const SharedCache> cache) {
+  BakeTask task{{}, job.baker, std::move(cache), {}, {}};
   if (disk_) {
-    task.replay_file = disk_->replay_file(key.first, key.second).string();
-    task.replay = write_replay({job->spec, unit.unit}, {});
+    task.replay_file = disk_->replay_file(unit.job, unit.unit.id).string();
+    task.replay = write_replay({job.spec, unit.unit}, {});
   }
   task.unit = std::move(unit);
   pool_->add(std::move(task));
@@ -81,7 +87,9 @@ std::string Agent::keep_replay(const UnitKey& key, const WorkUnit& unit) {
   const KnownJob* job = known(key.first);
   if (!disk_ || !job) return "";
   const std::string file = disk_->replay_file(key.first, key.second).string();
-  if (const Status s = write_file_atomic(file, write_replay({job->spec, unit}, job->chunks)); !s) {
+  std::unordered_set<Digest> chunks = job->chunks;
+  if (unit.cache != Digest{}) chunks.insert(unit.cache);
+  if (const Status s = write_file_atomic(file, write_replay({job->spec, unit}, chunks)); !s) {
     log_warning(s.error().message);
     return "";
   }
@@ -148,10 +156,16 @@ void Agent::withdraw(const Withdraw& withdraw) {
   leave_if_drained();
 }
 
+std::vector<Unit> Agent::take_unbegun(const std::function<bool(const Unit&)>& wanted) {
+  std::vector<Unit> units = pool_->take_unbegun(wanted);
+  std::copy_if(waiting_.begin(), waiting_.end(), std::back_inserter(units), wanted);
+  stop_waiting(wanted);
+  return units;
+}
+
 // A unit that runs cannot be interrupted: its result is dropped when it comes.
 void Agent::drop_taken(uint64_t job, const std::function<bool(uint64_t unit)>& wanted) {
-  for (const Unit& unit :
-       pool_->take_unbegun([&](const Unit& u) { return u.job == job && wanted(u.unit.id); }))
+  for (const Unit& unit : take_unbegun([&](const Unit& u) { return u.job == job && wanted(u.unit.id); }))
     taken_.erase({job, unit.unit.id});
   for (auto& [key, taken] : taken_)
     if (key.first == job && wanted(key.second)) taken.withdrawn = true;

@@ -11,9 +11,14 @@ namespace kiln {
 namespace {
 
 // Memory may run out in the middle of a unit: that is this machine's trouble, not the unit's.
-Expected<UnitResult> bake_guarded(const Baker& baker, const WorkUnit& unit) {
+Expected<UnitResult> bake_guarded(const BakeTask& task) {
+  const WorkUnit& unit = task.unit.unit;
   try {
-    return baker.bake(unit);
+    const IrradianceCache* cache = nullptr;
+    if (task.cache) {
+      KILN_TRY(cache, task.cache->get());
+    }
+    return task.baker->bake(unit, cache);
   } catch (const std::bad_alloc&) {
     return fail(ErrorKind::kNoSpace,
                 text("not enough memory for unit {} of {} texels", unit.id, unit.sites.size()));
@@ -81,12 +86,13 @@ void BakePool::run() {
     }
     auto result = [&] {
       const CrashNote note(task.replay_file, task.replay);
-      return bake_guarded(*task.baker, task.unit.unit);
+      return bake_guarded(task);
     }();
     {
       const std::lock_guard lock(mutex_);
       begun_.erase(begun);
     }
+    task.cache.reset();
     task.baker.reset();  // before the unit is reported done: an evicted scene is gone by then
     on_done_(task.unit, std::move(result));
   }

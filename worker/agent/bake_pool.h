@@ -13,6 +13,7 @@
 
 #include "common/base/clock.h"
 #include "common/wire/messages.h"
+#include "worker/agent/shared_cache.h"
 #include "worker/bake/baker.h"
 
 namespace kiln {
@@ -20,7 +21,8 @@ namespace kiln {
 struct BakeTask {
   Unit unit;
   std::shared_ptr<const Baker> baker;
-  std::string replay_file, replay;  // what a crash of this unit leaves behind; empty: nothing
+  std::shared_ptr<const SharedCache> cache;  // what the unit names; null: nothing
+  std::string replay_file, replay;           // what a crash of this unit leaves behind; empty: nothing
 };
 
 class BakePool {

@@ -43,6 +43,15 @@ void ChunkCache::put(const Digest& id, ChunkBytes bytes) {
   if (chunks_.emplace(id, std::move(bytes)).second) total_ += size;
 }
 
+ChunkBytes ChunkCache::take(const Digest& id) {
+  const auto it = chunks_.find(id);
+  if (it == chunks_.end()) return nullptr;
+  ChunkBytes bytes = std::move(it->second);
+  chunks_.erase(it);
+  total_ -= bytes->size();
+  return bytes;
+}
+
 void ChunkCache::shrink(const std::unordered_set<Digest>& needed, uint64_t max_bytes) {
   if (total_ <= max_bytes) return;
   std::erase_if(chunks_, [&](const auto& chunk) {

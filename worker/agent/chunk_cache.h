@@ -27,6 +27,7 @@ class ChunkCache {
   // another; a chunk whose bytes do not have its id is an error (kProtocol) and is not kept.
   Expected<ChunkBytes> add(const ChunkPiece& piece);
   void put(const Digest& id, ChunkBytes bytes);  // whose SHA-256 was seen to be `id`
+  ChunkBytes take(const Digest& id);             // out of here; null: it was not
   void forget_partial() { partial_.reset(); }    // the connection that was sending it is gone
   // Drops what is not in `needed` if all together take more than max_bytes.
   void shrink(const std::unordered_set<Digest>& needed, uint64_t max_bytes);

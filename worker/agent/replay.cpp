@@ -10,6 +10,7 @@
 #include "common/scene/prepared.h"
 #include "worker/agent/disk_cache.h"
 #include "worker/agent/ready_job.h"
+#include "worker/agent/shared_cache.h"
 
 namespace kiln {
 namespace {
@@ -53,6 +54,8 @@ std::string write_replay(const Replay& replay, const std::unordered_set<Digest>&
   json.pair("unit", text("{}", replay.unit.id));  // as text: a number of JSON may lose bits
   json.pair("first_sample", replay.unit.first_sample);
   json.pair("sample_count", replay.unit.sample_count);
+  json.pair("replicate", replay.unit.replicate);
+  if (replay.unit.cache != Digest{}) json.pair("cache", replay.unit.cache.hex());
   std::string sites;
   for (const uint32_t site : replay.unit.sites) sites += text("{}{}", sites.empty() ? "" : ",", site);
   json.pair("sites", sites);
@@ -67,7 +70,7 @@ std::string write_replay(const Replay& replay, const std::unordered_set<Digest>&
 Expected<Replay> read_replay(std::string_view content) {
   KILN_TRY(const auto pairs, parse_flat_json(content));
   std::map<std::string, std::string> values(pairs.begin(), pairs.end());
-  for (const char* key : {"job", "unit", "first_sample", "sample_count", "sites"})
+  for (const char* key : {"job", "unit", "first_sample", "sample_count", "replicate", "sites"})
     if (!values.count(key)) return fail(ErrorKind::kInvalidInput, text("\"{}\" is missing", key));
   Replay replay;
   KILN_TRY(const Bytes job, from_hex(values["job"]));
@@ -75,6 +78,13 @@ Expected<Replay> read_replay(std::string_view content) {
   KILN_TRY(replay.unit.id, to_number<uint64_t>("unit", values["unit"]));
   KILN_TRY(replay.unit.first_sample, to_number<uint32_t>("first_sample", values["first_sample"]));
   KILN_TRY(replay.unit.sample_count, to_number<uint32_t>("sample_count", values["sample_count"]));
+  KILN_TRY(replay.unit.replicate, to_number<uint32_t>("replicate", values["replicate"]));
+  if (replay.unit.replicate >= kReplicates)
+    return fail(ErrorKind::kInvalidInput,
+                text("\"replicate\" is {}, of 0 to {}", replay.unit.replicate, kReplicates - 1));
+  if (values.count("cache")) {
+    KILN_TRY(replay.unit.cache, Digest::from_hex(values["cache"]));
+  }
   std::string_view rest = values["sites"];
   while (!rest.empty()) {
     const size_t comma = rest.find(',');
@@ -94,22 +104,33 @@ Expected<std::string> run_replay(const std::string& file, const AgentSettings& s
   if (!replay) return fail(replay.error().kind, text("{}: {}", file, replay.error().message));
   const auto disk = DiskCache::open(settings.cache_folder, settings.cache_bytes);
   if (!disk) return fail(ErrorKind::kIo, text("the cache in {} cannot be used", settings.cache_folder));
+  const auto load = [&](const Digest& id) -> Expected<ChunkBytes> {
+    ChunkBytes bytes = disk->read(id);
+    if (!bytes)
+      return fail(ErrorKind::kUnavailable,
+                  text("chunk {} is not in {} any more: copy the cache of a worker that bakes this job",
+                       id.hex(), settings.cache_folder));
+    return bytes;
+  };
   ChunkCache chunks;
   JobFetch fetch(replay->job, chunks);
   for (;;) {
     KILN_TRY(const auto missing, fetch.missing());
     if (missing.empty()) break;
     for (const Digest& id : missing) {
-      const ChunkBytes bytes = disk->read(id);
-      if (!bytes)
-        return fail(ErrorKind::kUnavailable,
-                    text("chunk {} is not in {} any more: copy the cache of a worker that bakes this job",
-                         id.hex(), settings.cache_folder));
-      chunks.put(id, bytes);
+      KILN_TRY(ChunkBytes bytes, load(id));
+      chunks.put(id, std::move(bytes));
     }
   }
   KILN_TRY(const auto baker, make_ready_baker(replay->job, chunks_of(chunks, fetch), settings));
-  KILN_TRY(const UnitResult result, baker->bake(replay->unit));
+  std::optional<SharedCache> shared;
+  const IrradianceCache* cache = nullptr;
+  if (const Digest& id = replay->unit.cache; id != Digest{}) {
+    KILN_TRY(ChunkBytes bytes, load(id));
+    shared.emplace(id, std::move(bytes), baker->sites());
+    KILN_TRY(cache, shared->get());
+  }
+  KILN_TRY(const UnitResult result, baker->bake(replay->unit, cache));
   return text("digest {}\nrays {}\nsamples dropped, not finite {}\nseconds {:.3f}\n",
               result_digest(result).hex(), result.rays, result.nonfinite, result.seconds);
 }

@@ -1,6 +1,8 @@
 #include "worker/bake/baker.h"
 
 #include <algorithm>
+#include <mutex>
+#include <optional>
 
 #include "common/atlas/site_picker.h"
 #include "common/base/clock.h"
@@ -31,10 +33,19 @@ class PathBaker final : public Baker {
   }
 
   std::vector<std::string> warnings() const override { return warnings_; }
+  size_t sites() const override { return atlas_.sites.size(); }
 
-  Expected<UnitResult> bake(const WorkUnit& unit, const IrradianceCache* /*cache*/) const override {
+  Expected<UnitResult> bake(const WorkUnit& unit, const IrradianceCache* cache) const override {
     const Stopwatch watch;
-    Run run{Film(settings_.basis), integrator_->make_workspace(), {}};
+    std::optional<KnownIrradiance> known;
+    if (cache) {
+      if (cache->irradiance.size() != atlas_.sites.size())
+        return fail(ErrorKind::kInvalidInput,
+                    text("unit {} has an irradiance cache of {} texel sites, and there are {}", unit.id,
+                         cache->irradiance.size(), atlas_.sites.size()));
+      known.emplace(KnownIrradiance{lookup(), *cache});
+    }
+    Run run{Film(settings_.basis), integrator_->make_workspace(), {}, known ? &*known : nullptr};
     Film& film = run.film;
     UnitResult& result = run.result;
     result.unit = unit.id;
@@ -49,7 +60,7 @@ class PathBaker final : public Baker {
       const uint32_t texel = atlas_.sites.texel[site];
       Texel of{texel, SitePicker(atlas_, site), SitePlaces(*surfaces_, *tracer_)};
       for (uint32_t done = 0; done < unit.sample_count; done += kBatch)
-        sample(of, unit.first_sample + done, std::min(kBatch, unit.sample_count - done), run);
+        sample(of, unit.replicate, unit.first_sample + done, std::min(kBatch, unit.sample_count - done), run);
       result.moments.insert(result.moments.end(), film.sums().begin(), film.sums().begin() + film.planes());
     }
     result.seconds = watch.seconds();
@@ -64,6 +75,7 @@ class PathBaker final : public Baker {
     Film film;
     std::unique_ptr<Integrator::Workspace> workspace;
     UnitResult result;
+    const KnownIrradiance* known;
   };
   struct Texel {
     uint32_t index;
@@ -87,20 +99,27 @@ class PathBaker final : public Baker {
       if (place->moved) run.film.count_pushed();
     }
     if (count == 0) return;
-    integrator_->sample(std::span(again, count), *run.workspace);
+    integrator_->sample(std::span(again, count), *run.workspace, run.known);
     for (size_t k = 0; k < count; ++k) tasks[from[k]] = again[k];
   }
 
+  // Made by the first unit that asks: only a job with irradiance caches needs it.
+  const SiteLookup& lookup() const {
+    std::call_once(lookup_made_, [&] { lookup_.emplace(atlas_, surfaces_->scene()); });
+    return *lookup_;
+  }
+
   // Samples [first, first + count) of one texel, added in their order.
-  void sample(Texel& texel, uint32_t first, uint32_t count, Run& run) const {
+  void sample(Texel& texel, uint32_t replicate, uint32_t first, uint32_t count, Run& run) const {
     UnitResult& result = run.result;
+    const uint64_t seed = replicate_seed(settings_.seed, replicate);
     Integrator::Task tasks[kBatch];
     for (uint32_t i = 0; i < count; ++i) {
-      const SampleStream stream(settings_.seed, texel.index, first + i, settings_.sampler);
+      const SampleStream stream(seed, texel.index, first + i, settings_.sampler);
       const SitePick pick = texel.picker.pick(stream.single(0));
       tasks[i] = {surfaces_->at(pick.instance, pick.triangle, pick.b1, pick.b2), stream, {}};
     }
-    integrator_->sample(std::span(tasks, count), *run.workspace);
+    integrator_->sample(std::span(tasks, count), *run.workspace, run.known);
     if (std::any_of(tasks, tasks + count, [](const auto& t) { return t.splats.inside; }))
       take_again(texel, std::span(tasks, count), run);
     for (uint32_t i = 0; i < count; ++i) {
@@ -119,6 +138,8 @@ class PathBaker final : public Baker {
   std::unique_ptr<Tracer> tracer_;
   Lights lights_;
   std::unique_ptr<Integrator> integrator_;
+  mutable std::once_flag lookup_made_;
+  mutable std::optional<SiteLookup> lookup_;
 };
 
 }  // namespace

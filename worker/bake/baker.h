@@ -19,6 +19,7 @@ class Baker {
   // `cache`: what unit.cache names, or null where it names none. Fails (kInvalidInput) if the unit names a
   // site that does not exist. Reentrant: one call per thread.
   virtual Expected<UnitResult> bake(const WorkUnit& unit, const IrradianceCache* cache = nullptr) const = 0;
+  virtual size_t sites() const = 0;  // of the atlas: entries of a cache
   // What a light or material record held that nothing read, one sentence each.
   virtual std::vector<std::string> warnings() const = 0;
 };

@@ -12,6 +12,7 @@
 #include "common/job/unit.h"
 #include "common/math/sequence.h"
 #include "worker/accel/tracer.h"
+#include "worker/integrators/known_irradiance.h"
 #include "worker/lights/lights.h"
 #include "worker/surface/surfaces.h"
 
@@ -26,6 +27,7 @@ struct Splats {
   int count = 0;
   bool inside = false;  // the primary ray met a back face
   uint32_t rays = 0;
+  float nearness = 0.0f;  // 1 / distance of what the primary ray met, per metre; 0: nothing
 
   void add(const Vec3& direction, const Vec3& contribution) { items[count++] = {direction, contribution}; }
 };
@@ -68,7 +70,9 @@ class Integrator {
     virtual ~Workspace() = default;
   };
   virtual std::unique_ptr<Workspace> make_workspace() const = 0;
-  virtual void sample(std::span<Task> tasks, Workspace& workspace) const = 0;  // at most kBatch
+  // At most kBatch tasks. `known`: where paths may end; null: nowhere.
+  virtual void sample(std::span<Task> tasks, Workspace& workspace,
+                      const KnownIrradiance* known = nullptr) const = 0;
 };
 
 }  // namespace kiln

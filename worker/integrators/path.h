@@ -36,7 +36,7 @@ class PathIntegrator final : public Integrator {
                  const TransportSettings& settings)
       : surfaces_(surfaces), tracer_(tracer), lights_(lights), settings_(settings) {}
   std::unique_ptr<Workspace> make_workspace() const override { return std::make_unique<Wave>(); }
-  void sample(std::span<Task> tasks, Workspace& workspace) const override;
+  void sample(std::span<Task> tasks, Workspace& workspace, const KnownIrradiance* known) const override;
 
  private:
   static constexpr bool has(Feature f) { return kFeatures & f; }
@@ -66,6 +66,7 @@ class PathIntegrator final : public Integrator {
     Vec3 throughput, sum;        // what a unit of light is worth, and what was gathered
     Vec3 first_direction;
     float first_pdf;
+    bool parted;  // the closure of the vertex is made already, without its Lambert layer
     Hit hit;
     [[no_unique_address]] std::conditional_t<has(kGlass), Glass, NoGlass> glass;
   };
@@ -78,6 +79,7 @@ class PathIntegrator final : public Integrator {
   // The batch. `live` lists the paths that are on their way.
   struct Wave final : Workspace {
     std::span<Task> tasks;
+    const KnownIrradiance* known;
     Path paths[kBatch];
     uint32_t live[kBatch];
     size_t count = 0;
@@ -100,9 +102,11 @@ class PathIntegrator final : public Integrator {
   void trace_shadows(Wave& w) const;
   void leave_texel(Wave& w) const;
   void trace(Wave& w, uint32_t bounces) const;
-  Arrival arrive(Path& p, Task& task, uint32_t bounces) const;
+  Arrival arrive(Path& p, Task& task, const KnownIrradiance* known, uint32_t bounces) const;
+  bool ends_at_known(Path& p, const Task& task, const Vec3& irradiance, uint32_t bounces) const;
   bool passes_glass(Path& p, const SurfacePoint& at, const Bsdf& layers, bool leaves, Task& task,
                     uint32_t bounces) const;
+  void look(Path& p, uint32_t bounces) const;
   void reflect(Wave& w, uint32_t bounces) const;
   void finish(Wave& w, uint32_t i) const;
   // Radiance of the emissive surface that was hit or of the environment, weighted against light sampling.
@@ -307,7 +311,7 @@ void PathIntegrator<kFeatures>::trace(Wave& w, uint32_t bounces) const {
     size_t again = 0;
     for (size_t k = 0; k < left; ++k) {
       const uint32_t i = todo[k];
-      const Arrival arrival = arrive(w.paths[i], w.tasks[i], bounces);
+      const Arrival arrival = arrive(w.paths[i], w.tasks[i], w.known, bounces);
       if (arrival == Arrival::kReflects)
         w.live[kept++] = i;
       else if (has(kGlass) && arrival == Arrival::kPasses)
@@ -322,18 +326,24 @@ void PathIntegrator<kFeatures>::trace(Wave& w, uint32_t bounces) const {
 
 // What the ray met; at a surface that reflects it becomes the path's vertex.
 template <uint32_t kFeatures>
-auto PathIntegrator<kFeatures>::arrive(Path& p, Task& task, uint32_t bounces) const -> Arrival {
+auto PathIntegrator<kFeatures>::arrive(Path& p, Task& task, const KnownIrradiance* known,
+                                       uint32_t bounces) const -> Arrival {
   const Hit& hit = p.hit;
   if (!hit.valid()) {
     p.sum += p.throughput * missed(p, bounces);
     return Arrival::kEnds;
   }
+  if (bounces == 0) task.splats.nearness = 1.0f / std::max(hit.t, 1e-6f);
   const SurfaceKind& kind = surfaces_.kind(hit.instance);
   SurfacePoint& at = p.vertices[slot(bounces + 1)];
   surfaces_.at(hit.instance, hit.triangle, hit.b1, hit.b2, at);
   // The map belongs to the front; seen from behind its normals are turned round as a whole.
-  if (kind.normal_map && may_reflect(bounces))
+  bool agrees = true;
+  if (kind.normal_map && may_reflect(bounces)) {
+    const Vec3 smooth = at.ns;
     at.ns = surfaces_.mapped_normal(hit.instance, hit.triangle, at);
+    agrees = dot(smooth, at.ns) > KnownIrradiance::kLeastAgreement;
+  }
   if constexpr (has(kGlass)) {
     p.glass.distance += hit.t;
     if (max_component(p.glass.absorption) > 0.0f)
@@ -356,7 +366,50 @@ auto PathIntegrator<kFeatures>::arrive(Path& p, Task& task, uint32_t bounces) co
       return Arrival::kPasses;
     p.glass = {0.0f, p.glass.absorption, 0};
   }
-  return may_reflect(bounces) ? Arrival::kReflects : Arrival::kEnds;
+  if (!may_reflect(bounces)) return Arrival::kEnds;
+  p.parted = false;
+  if (known && agrees && !leaves && !kind.glass)
+    if (const Vec3* irradiance = known->find(hit); irradiance && ends_at_known(p, task, *irradiance, bounces))
+      return Arrival::kEnds;
+  return Arrival::kReflects;
+}
+
+// Takes what the Lambert layer of the vertex reflects of its known irradiance. What lies above that layer is
+// looked at by a share of the paths, which then see it alone.
+template <uint32_t kFeatures>
+bool PathIntegrator<kFeatures>::ends_at_known(Path& p, const Task& task, const Vec3& irradiance,
+                                              uint32_t bounces) const {
+  SurfacePoint& at = p.vertices[slot(bounces + 1)];
+  const SurfaceKind& kind = surfaces_.kind(p.hit.instance);
+  if constexpr (!has(kLayers)) {
+    p.sum += p.throughput * albedo_at(*kind.material, at.attributes) * irradiance * kInvPi;
+    return true;
+  } else {
+    look(p, bounces + 1);
+    const Vec3 share = p.bsdf.diffuse_share();
+    if (!(max_component(share) > 0.0f)) return false;
+    p.sum += p.throughput * share * irradiance * kInvPi;
+    const float chance = p.bsdf.drop_diffuse();
+    const float u = unit_float(task.stream.bits(dimension(bounces + 1, kLayer) | 1u << 31));
+    if (!(u < chance)) return true;
+    p.throughput /= chance;
+    p.parted = true;
+    return false;
+  }
+}
+
+// Makes the closure of the vertex that was met.
+template <uint32_t kFeatures>
+void PathIntegrator<kFeatures>::look(Path& p, uint32_t bounces) const {
+  SurfacePoint& at = p.vertices[slot(bounces)];
+  if (dot(p.direction, at.ns) >= 0.0f) at.ns = at.ng;  // seen from below the shading horizon
+  p.frame = Frame(at.ns);
+  const Material& material = *surfaces_.kind(p.hit.instance).material;
+  const Vec3 wo = p.frame.to_local(-p.direction);
+  if constexpr (has(kLayers))
+    ::new (&p.bsdf.layers()) Bsdf(bsdf_at(material, at.attributes)), p.bsdf.look(wo);
+  else
+    p.bsdf = SeenLambert(albedo_at(material, at.attributes), wo);
 }
 
 // Does the path go straight on through glass? If not, its throughput makes up for those that do. To light
@@ -396,15 +449,8 @@ template <uint32_t kFeatures>
 void PathIntegrator<kFeatures>::reflect(Wave& w, uint32_t bounces) const {
   for (size_t k = 0; k < w.count; ++k) {
     Path& p = w.paths[w.live[k]];
-    SurfacePoint& at = p.vertices[slot(bounces)];
-    if (dot(p.direction, at.ns) >= 0.0f) at.ns = at.ng;  // seen from below the shading horizon
-    p.frame = Frame(at.ns);
-    const Material& material = *surfaces_.kind(p.hit.instance).material;
-    const Vec3 wo = p.frame.to_local(-p.direction);
-    if constexpr (has(kLayers))
-      ::new (&p.bsdf.layers()) Bsdf(bsdf_at(material, at.attributes)), p.bsdf.look(wo);
-    else
-      p.bsdf = SeenLambert(albedo_at(material, at.attributes), wo);
+    const SurfacePoint& at = p.vertices[slot(bounces)];
+    if (!p.parted) look(p, bounces);
     p.origin = offset_origin(at.position, at.ng, at.error);
   }
   gather<false>(w, bounces);
@@ -444,8 +490,10 @@ void PathIntegrator<kFeatures>::finish(Wave& w, uint32_t i) const {
 }
 
 template <uint32_t kFeatures>
-void PathIntegrator<kFeatures>::sample(std::span<Task> tasks, Workspace& workspace) const {
+void PathIntegrator<kFeatures>::sample(std::span<Task> tasks, Workspace& workspace,
+                                       const KnownIrradiance* known) const {
   auto& w = static_cast<Wave&>(workspace);
+  w.known = known;
   w.tasks = tasks;
   w.samples.clear();
   start(w);

@@ -178,6 +178,20 @@ BsdfValue SeenBsdf::covered(const Vec3& wi) const {
   return v;
 }
 
+// Of base(): (1 - F(o)) / (1 - mean F) times the mean of 1 - F(i) over the cosine-weighted hemisphere, which
+// is the same 1 - mean F.
+Vec3 SeenBsdf::diffuse_share() const {
+  if (wo_.z <= 0.0f || covered_) return Vec3(0.0f);
+  return layered_ ? bsdf_.diffuse * std::max(0.0f, 1.0f - over_diffuse(bsdf_, wo_.z)) : bsdf_.diffuse;
+}
+
+float SeenBsdf::drop_diffuse() {
+  const float share = layered_ && wo_.z > 0.0f ? p_specular_ : 0.0f;
+  bsdf_.diffuse = Vec3(0.0f);
+  look(wo_);
+  return share;
+}
+
 BsdfSample SeenBsdf::sample(float u_layer, const Vec2& u) const {
   BsdfSample s;
   if (wo_.z <= 0.0f || (!layered_ && !bsdf_.has_diffuse())) return s;

@@ -65,6 +65,13 @@ class SeenBsdf {
   }
   BsdfSample sample(float u_layer, const Vec2& u) const;
 
+  // What the Lambert layer sends towards wo of an irradiance that comes evenly from all sides, as a share,
+  // where that layer stands apart from the ones above it (no sheen, no coat); black where it does not.
+  Vec3 diffuse_share() const;
+  // Takes the Lambert layer away: what is left is what diffuse_share() leaves out. Returns the share of
+  // samples that go there; 0: nothing is left.
+  float drop_diffuse();
+
  private:
   void cover();
   BsdfValue base(const Vec3& wi) const;

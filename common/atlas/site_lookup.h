@@ -1,0 +1,35 @@
+// From a point of a surface to the texel site that holds it: the way back from what a ray met to the map.
+#pragma once
+
+#include "common/atlas/atlas.h"
+
+namespace kiln {
+
+class SiteLookup {
+ public:
+  static constexpr uint32_t kNone = ~0u;
+
+  // `atlas` outlives the lookup; `scene` is read here alone.
+  SiteLookup(const Atlas& atlas, const Scene& scene);
+
+  struct Place {
+    uint32_t site = kNone;    // kNone: no texel was measured there
+    float texel_size = 0.0f;  // metres: the mean over the chart
+  };
+  // The texel that holds the point of a triangle with these barycentrics of vertices 1 and 2.
+  Place find(uint32_t instance, uint32_t triangle, float b1, float b2) const;
+
+ private:
+  // Faces by triangle, of charts that were cut through triangles.
+  struct FacesOf {
+    std::vector<uint32_t> first, face;
+  };
+  uint32_t face_at(uint32_t charts, uint32_t triangle, Vec2& b) const;
+
+  const Atlas& atlas_;
+  std::vector<uint32_t> site_of_texel_;
+  std::vector<float> texel_size_;  // by placement
+  std::vector<FacesOf> faces_;     // by charts; empty where face i is triangle i
+};
+
+}  // namespace kiln

@@ -1,0 +1,70 @@
+#include "coordinator/estimate/texel_errors.h"
+
+#include <cmath>
+#include <limits>
+
+namespace kiln {
+namespace {
+
+// Sums over runs of the order, from sums over its beginnings.
+class RunSums {
+ public:
+  void add(double value) { sums_.push_back(sums_.back() + value); }
+  double around(size_t i, size_t reach) const {
+    const size_t count = sums_.size() - 1;
+    return sums_[std::min(count, i + reach + 1)] - sums_[i > reach ? i - reach : 0];
+  }
+
+ private:
+  std::vector<double> sums_ = {0.0};
+};
+
+// Of one sample: the texel's own and its neighbourhood's, half and half.
+double pooled_variance(const TexelStatistics& s, std::span<const uint32_t> chart_of_site, size_t i) {
+  double near = 0;
+  size_t neighbours = 0;
+  const size_t last = std::min(s.sites, i + kVarianceNeighbours + 1);
+  for (size_t j = i > kVarianceNeighbours ? i - kVarianceNeighbours : 0; j < last; ++j) {
+    if (j == i || !s.known[j] || chart_of_site[j] != chart_of_site[i]) continue;
+    near += double{s.variance[j]};
+    ++neighbours;
+  }
+  return neighbours ? 0.5 * (s.variance[i] + near / static_cast<double>(neighbours)) : s.variance[i];
+}
+
+}  // namespace
+
+TexelErrors estimate_errors(const TexelStatistics& s, std::span<const uint32_t> chart_of_site) {
+  TexelErrors out;
+  out.mean.assign(s.sites, 0.0f);
+  out.standard_error.assign(s.sites, std::numeric_limits<float>::infinity());
+  std::vector<double> independent(s.sites, 0.0);  // variance of the mean, if samples were
+  RunSums ratio, count;
+  for (size_t i = 0; i < s.sites; ++i) {
+    if (s.known[i]) independent[i] = pooled_variance(s, chart_of_site, i) / (2.0 * s.samples[i]);
+    const double half = 0.5 * (double{s.luminance[0][i]} - double{s.luminance[1][i]});
+    ratio.add(independent[i] > 0 ? half * half / independent[i] : 0.0);
+    count.add(independent[i] > 0 ? 1.0 : 0.0);
+  }
+  for (size_t i = 0; i < s.sites; ++i) {
+    if (!s.known[i]) continue;
+    const double freedom = count.around(i, kReplicateNeighbours);
+    const double q = freedom > 0 ? ratio.around(i, kReplicateNeighbours) / freedom : 1.0;
+    // Student's t of so many degrees of freedom over the normal's, at 95 %: 1 + (z^2 + 1) / (4 freedom) + ...
+    const double student = 1.0 + 1.21 / std::max(1.0, freedom);
+    const double mean = 0.5 * (double{s.luminance[0][i]} + double{s.luminance[1][i]});
+    out.mean[i] = static_cast<float>(mean);
+    out.standard_error[i] =
+        static_cast<float>(student * std::sqrt(q * independent[i]) + 0x1p-20 * std::abs(mean));
+  }
+  return out;
+}
+
+std::vector<uint32_t> charts_of_sites(const Atlas& atlas) {
+  std::vector<uint32_t> charts;
+  charts.reserve(atlas.sites.size());
+  for (const uint32_t texel : atlas.sites.texel) charts.push_back(atlas.owner[texel]);
+  return charts;
+}
+
+}  // namespace kiln

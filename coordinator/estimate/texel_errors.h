@@ -1,0 +1,35 @@
+// The stated error of texels, before filters: how far the mean of both replicates may be from the truth.
+//
+// What is asked of it: true for low-discrepancy samples (whose error is below sqrt(variance / n)), with
+// irradiance caches (whose own error all texels of a replicate share), for texels that have not met a rare
+// bright path that their neighbours have, and when it also decides when to stop (Kirk & Arvo 1991, Unbiased
+// Sampling Techniques for Image Synthesis: a texel's own variance stops the texels that underestimate it).
+//
+// Hence  SE^2 = q S^2 / (2 n):  S^2, the variance of one sample, is the mean of the texel's own and of its
+// neighbourhood's; q, by how much the replicates differ more or less than independent samples would, is
+// pooled over a wider one:  q = mean of (A - B)^2/4 / (S^2/(2 n)).  (Replicates: Cranley & Patterson 1976;
+// Owen 1997.)
+#pragma once
+
+#include <span>
+
+#include "common/atlas/atlas.h"
+#include "coordinator/lightmap/texel_statistics.h"
+
+namespace kiln {
+
+struct TexelErrors {
+  std::vector<float> mean, standard_error;  // by site: luminance of E; infinite where nothing is known
+};
+
+// Neighbourhoods are runs of the sites' order (Morton: near each other in the world): of the same chart for
+// S, of any for q.
+constexpr uint32_t kVarianceNeighbours = 24;  // on either side
+constexpr uint32_t kReplicateNeighbours = 128;
+
+TexelErrors estimate_errors(const TexelStatistics& statistics, std::span<const uint32_t> chart_of_site);
+
+// Placement of each site's texel; coordinator only (Atlas::owner).
+std::vector<uint32_t> charts_of_sites(const Atlas& atlas);
+
+}  // namespace kiln

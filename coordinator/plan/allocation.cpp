@@ -1,0 +1,78 @@
+#include "coordinator/plan/allocation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "common/base/format.h"
+
+namespace kiln {
+namespace {
+
+bool is_lit(const SampleState& s, size_t i) {
+  return s.samples[i] > 0 && s.mean[i] > 0 && std::isfinite(s.standard_error[i]);
+}
+
+double least_mean(const SampleState& s, ErrorNorm norm) {
+  if (norm != ErrorNorm::kPerceptual) return 0;
+  double sum = 0;
+  size_t count = 0;
+  for (size_t i = 0; i < s.mean.size(); ++i) {
+    if (!is_lit(s, i)) continue;
+    sum += s.mean[i];
+    ++count;
+  }
+  return count ? kDarkest * sum / static_cast<double>(count) : 0;
+}
+
+}  // namespace
+
+Expected<ErrorNorm> find_error_norm(std::string_view name) {
+  if (name == "max") return ErrorNorm::kMax;
+  if (name == "mean-square") return ErrorNorm::kMeanSquare;
+  if (name == "perceptual") return ErrorNorm::kPerceptual;
+  return fail(ErrorKind::kUsage,
+              text("there is no error norm '{}': choose one of max, mean-square, perceptual", name));
+}
+
+std::vector<double> needed_samples(const SampleState& s, ErrorNorm norm, double error, double z) {
+  std::vector<double> needed(s.samples.begin(), s.samples.end());
+  const double floor = least_mean(s, norm);
+  // Relative deviation of one sample, as if errors came from independent ones.
+  const auto deviation = [&](size_t i) {
+    return s.standard_error[i] / std::max<double>(s.mean[i], floor) * std::sqrt(s.samples[i]);
+  };
+  double factor = z / error;  // on the deviation: needed = (factor x deviation)^2
+  if (norm == ErrorNorm::kMeanSquare) {
+    double sum = 0;
+    size_t count = 0;
+    for (size_t i = 0; i < needed.size(); ++i) {
+      if (!is_lit(s, i)) continue;
+      sum += deviation(i);
+      ++count;
+    }
+    factor *= factor * (count ? sum / static_cast<double>(count) : 0);  // needed = factor x deviation
+  }
+  for (size_t i = 0; i < needed.size(); ++i)
+    if (is_lit(s, i)) {
+      const double wanted = factor * deviation(i);
+      needed[i] = norm == ErrorNorm::kMeanSquare ? wanted : wanted * wanted;
+    }
+  return needed;
+}
+
+double reached_error(const SampleState& s, ErrorNorm norm, double z) {
+  const double floor = least_mean(s, norm);
+  double worst = 0, squares = 0;
+  size_t count = 0;
+  for (size_t i = 0; i < s.mean.size(); ++i) {
+    if (!is_lit(s, i)) continue;
+    const double relative = s.standard_error[i] / std::max<double>(s.mean[i], floor);
+    worst = std::max(worst, relative);
+    squares += relative * relative;
+    ++count;
+  }
+  return z * (norm == ErrorNorm::kMeanSquare ? std::sqrt(squares / std::max<double>(1.0, count)) : worst);
+}
+
+}  // namespace kiln

@@ -1,0 +1,34 @@
+// Where samples go: so many to each texel that the asked-for norm of the error is reached with the fewest.
+#pragma once
+
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "common/base/status.h"
+
+namespace kiln {
+
+// What of the map shall be within the asked-for error.
+enum class ErrorNorm {
+  kMax,         // every texel's interval, relative to its own mean
+  kMeanSquare,  // z times the root of the mean over texels of (standard error / mean)^2
+  kPerceptual,  // every texel's interval, relative to its mean or kDarkest of the map's, whichever is more
+};
+constexpr double kDarkest = 0.1;
+Expected<ErrorNorm> find_error_norm(std::string_view name);  // of --error-norm
+
+struct SampleState {
+  std::span<const float> mean, standard_error;  // by site; an infinite error: not known
+  std::span<const uint32_t> samples;            // by site: in each replicate
+};
+
+// Samples (in each replicate) that every site needs for z x error <= `error` in that norm, as far as the
+// present standard errors tell: they fall as 1 / sqrt(n). Sites without an error or light need what they
+// have. kMeanSquare: Neyman 1934, n_i proportional to the relative deviation of one sample.
+std::vector<double> needed_samples(const SampleState& state, ErrorNorm norm, double error, double z);
+
+// The norm itself, z included: what is reached now, to be compared with the asked-for error.
+double reached_error(const SampleState& state, ErrorNorm norm, double z);
+
+}  // namespace kiln

@@ -1,0 +1,243 @@
+#include "coordinator/run/baking.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "common/base/clock.h"
+#include "common/base/format.h"
+#include "common/base/statistics.h"
+#include "coordinator/plan/allocation.h"
+#include "coordinator/plan/schedule.h"
+#include "coordinator/run/nonfinite.h"
+#include "coordinator/run/pace.h"
+
+namespace kiln {
+namespace {
+
+constexpr uint32_t kPilotSamples = 16;  // of a replicate: of a pass whose samples are dropped
+constexpr double kGrowth = 4;           // a texel's samples grow by this much at most: then is looked again
+constexpr uint32_t kMostPasses = 64;
+
+class Baking {
+ public:
+  explicit Baking(const BakingTask& task)
+      : request_(task.request),
+        settings_(task.request.settings),
+        farm_(task.farm),
+        sums_(task.sums),
+        report_(task.report),
+        progress_(task.progress),
+        nonfinite_(task.preflight.atlas, task.preflight.imported.scene),
+        charts_(charts_of_sites(task.preflight.atlas)),
+        z_(normal_interval(settings_.confidence)),
+        pace_(settings_.time_limit) {}
+
+  Expected<TexelErrors> run() {
+    KILN_TRY(norm_, find_error_norm(settings_.error_norm));
+    for (;;) {
+      KILN_TRY(const PassEnd end, run_passes());
+      if (end == PassEnd::kTimeUp) report_.complete = false;
+      if (end != PassEnd::kRewound) break;
+      sums_.clear();
+      report_.passes.clear();
+      nonfinite_.clear();
+      next_unit_ = 1;
+    }
+    report_.nonfinite = nonfinite_.places();
+    if (const std::string s = nonfinite_.sentence(); !s.empty()) report_.warnings.push_back(s);
+    if (!skipped_.empty())
+      report_.warnings.push_back(
+          text("{} units failed on every worker that tried them and were left out; their {} "
+               "texels have fewer samples or none: {}",
+               skipped_units_, skipped_.size(), skip_reason_));
+    return std::move(errors_);
+  }
+
+ private:
+  Expected<PassEnd> run_passes() {
+    skipped_.clear();
+    skipped_units_ = 0;
+    pass_ = 0;
+    caches_.clear();
+    const uint32_t least = std::max(1u, (settings_.min_samples + 1) / 2);
+    if (settings_.cache)
+      for (int k = 0; k < 2; ++k) {
+        KILN_TRY(const PassEnd end, run_pass(all_sites({0, std::min(kPilotSamples, least)})));
+        record();
+        if (end != PassEnd::kComplete) return end;
+        renew_caches();
+        sums_.clear();
+      }
+    std::vector<SiteSamples> work = all_sites({0, least});
+    while (!work.empty() && pass_ < kMostPasses) {
+      KILN_TRY(const PassEnd end, run_pass(std::move(work)));
+      record();
+      if (end != PassEnd::kComplete) return end;
+      if (settings_.cache) renew_caches();
+      work = next_work();
+    }
+    return PassEnd::kComplete;
+  }
+
+  std::vector<SiteSamples> all_sites(SampleRange range) const {
+    std::vector<SiteSamples> work(sums_.sites());
+    for (uint32_t i = 0; i < work.size(); ++i) work[i] = {i, range};
+    return work;
+  }
+
+  // Decided at the barrier, from merged sums only: every run of the job decides alike (unless time is
+  // limited).
+  std::vector<SiteSamples> next_work() {
+    const uint32_t most = std::max(1u, settings_.max_samples / 2);
+    needed_ = needed_samples(state(), norm_, settings_.error, z_);
+    std::vector<SiteSamples> work;
+    for (uint32_t site = 0; site < needed_.size(); ++site) {
+      const uint32_t have = samples_[site];
+      if (!(needed_[site] > have) || have == 0 || have >= most || skipped_.count(site)) continue;
+      const uint32_t to = std::min(sample_count(std::min(needed_[site], kGrowth * have)), most);
+      if (to > have) work.push_back({site, {have, to - have}});
+    }
+    return work;
+  }
+
+  SampleState state() const { return {errors_.mean, errors_.standard_error, samples_}; }
+
+  void renew_caches() {
+    caches_.clear();
+    for (uint32_t r = 0; r < kReplicates; ++r)
+      caches_.push_back(farm_.add_chunk(write_irradiance_cache(sums_.cache(r))));
+  }
+
+  Expected<PassEnd> run_pass(std::vector<SiteSamples> work) {
+    // A pass that is run again after a rewind is cut as before: its units are known by their numbers.
+    const uint32_t index = pass_++;
+    double samples = 0;
+    for (const SiteSamples& s : work) samples += kReplicates * s.range.count;
+    if (index == cuts_.size()) {
+      uint32_t chosen = pace_.unit_texels(samples, settings_.tile_texels);
+      if (request_.cut) {
+        KILN_TRY(chosen, request_.cut(index, chosen));
+      }
+      cuts_.push_back(chosen);
+    }
+    std::vector<WorkUnit> units = cut_pass(work, cuts_[index], caches_, next_unit_);
+    order_by_gain(units);
+    active_ = work.size();
+    const FarmStatistics earlier = farm_.statistics();
+    pace_.begin_pass(samples);
+    PassHandlers handlers;
+    handlers.on_result = [&](const WorkUnit& unit, const UnitResult& result) {
+      nonfinite_.add(unit, result);
+      return sums_.add(unit, result);
+    };
+    handlers.on_skipped = [&](const WorkUnit& unit, const std::string& reason) {
+      ++skipped_units_;
+      skip_reason_ = reason;
+      skipped_.insert(unit.sites.begin(), unit.sites.end());
+    };
+    handlers.on_progress = [&](const FarmProgress& f) { progress_(progress_of(f)); };
+    KILN_TRY(const PassEnd end, farm_.run_pass(std::move(units), pace_.deadline_ms(), handlers));
+    const FarmStatistics later = farm_.statistics();
+    pace_.end_pass(cuts_[index], later.units - earlier.units, later.worker_seconds - earlier.worker_seconds);
+    return end;
+  }
+
+  BakeProgress progress_of(const FarmProgress& f) {
+    BakeProgress b;
+    b.stage = "bake";
+    b.pass = pass_;
+    b.done = f.weight > 0 ? f.weight_done / f.weight : 0;
+    b.rays = f.rays;
+    b.rays_per_second = pace_.seconds() > 0 ? static_cast<double>(f.rays) / pace_.seconds() : 0;
+    b.workers = f.workers;
+    pace_.heard_of_threads(f.threads);
+    b.converged_share = report_.passes.empty() ? 0 : report_.passes.back().converged_share;
+    b.seconds_left = pace_.seconds_left(b.done);
+    return b;
+  }
+
+  // Units whose texels are farthest from what is asked for go first: a bake that is stopped by time has spent
+  // it where the error was. Runs of texels stay whole, so neighbours stay together. The order changes no
+  // byte.
+  void order_by_gain(std::vector<WorkUnit>& units) const {
+    if (errors_.mean.empty()) return;
+    std::vector<std::pair<double, size_t>> order;
+    for (size_t i = 0; i < units.size(); ++i) {
+      double gain = 0;
+      for (const uint32_t site : units[i].sites) {
+        const double mean = errors_.mean[site], error = errors_.standard_error[site];
+        if (mean > 0 && std::isfinite(error)) gain += error * error / (mean * mean);
+      }
+      // In steps of two: smaller differences are not worth jumping over the scene.
+      order.emplace_back(
+          gain > 0 ? -std::floor(std::log2(gain / static_cast<double>(units[i].sites.size()))) : 1e9, i);
+    }
+    std::stable_sort(order.begin(), order.end(),
+                     [](const auto& a, const auto& b) { return a.first < b.first; });
+    std::vector<WorkUnit> sorted;
+    sorted.reserve(units.size());
+    for (const auto& entry : order) sorted.push_back(std::move(units[entry.second]));
+    units = std::move(sorted);
+  }
+
+  // What is known after a pass: the errors, and the point of the curve.
+  void record() {
+    const TexelStatistics statistics = sums_.statistics();
+    errors_ = estimate_errors(statistics, charts_);
+    samples_ = statistics.samples;
+    PassPoint point;
+    double squares = 0, samples = 0;
+    uint64_t lit = 0, measured = 0, converged = 0;
+    for (uint32_t site = 0; site < samples_.size(); ++site) {
+      if (!statistics.known[site]) continue;
+      const double mean = errors_.mean[site], error = errors_.standard_error[site];
+      ++measured;
+      samples += kReplicates * samples_[site];
+      converged += z_ * error <= settings_.error * mean;
+      if (!(mean > 0) || !std::isfinite(error)) continue;
+      const double relative = error / mean;
+      squares += relative * relative;
+      point.worst_relative = std::max(point.worst_relative, relative);
+      ++lit;
+    }
+    point.rms_relative = lit ? std::sqrt(squares / static_cast<double>(lit)) : 0;
+    point.converged_share = measured ? static_cast<double>(converged) / static_cast<double>(measured) : 0;
+    point.samples = measured ? samples / static_cast<double>(measured) : 0;
+    point.active = active_;
+    point.seconds = pace_.seconds();
+    point.rays = farm_.statistics().rays;
+    report_.passes.push_back(point);
+  }
+
+  const BakeRequest& request_;
+  const BakeSettings& settings_;
+  FarmJob& farm_;
+  Accumulator& sums_;
+  BakeReport& report_;
+  const std::function<void(const BakeProgress&)>& progress_;
+  NonfiniteLog nonfinite_;
+  const std::vector<uint32_t> charts_;  // by site
+  const double z_;
+  ErrorNorm norm_ = ErrorNorm::kMax;
+  BakePace pace_;
+  uint32_t pass_ = 0;
+  uint64_t active_ = 0;
+  std::vector<Digest> caches_;  // by replicate; empty: none
+  TexelErrors errors_;
+  std::vector<uint32_t> samples_;  // by site, of each replicate
+  std::vector<double> needed_;
+  std::set<uint32_t> skipped_;  // sites of units that failed for good: no more samples
+  uint64_t skipped_units_ = 0;
+  std::string skip_reason_;
+  std::vector<uint32_t> cuts_;  // texels of a unit, by pass
+  uint64_t next_unit_ = 1;
+};
+
+}  // namespace
+
+Expected<TexelErrors> bake_passes(const BakingTask& task) {
+  return Baking(task).run();
+}
+
+}  // namespace kiln

@@ -1,0 +1,25 @@
+// Pass after pass until every texel is as good as was asked for, has its most samples, or time is up.
+//
+// With irradiance caches: a first pass of whole paths, whose irradiance the second pass's paths end at; what
+// the second finds is better lit evenly than noisy (each texel has gathered from all others) and is what the
+// lasting passes begin with. The samples of the first two are dropped: whole paths are noisier than what they
+// are replaced by, and the error of the first cache is shared by all texels that see it.
+#pragma once
+
+#include "coordinator/estimate/texel_errors.h"
+#include "coordinator/merge/accumulator.h"
+#include "coordinator/run/bake_run.h"
+
+namespace kiln {
+
+struct BakingTask {
+  const BakeRequest& request;
+  const Preflight& preflight;
+  FarmJob& farm;
+  Accumulator& sums;   // empty; filled with what lasts
+  BakeReport& report;  // gets passes, warnings, non-finite samples, completeness
+  const std::function<void(const BakeProgress&)>& progress;
+};
+Expected<TexelErrors> bake_passes(const BakingTask& task);
+
+}  // namespace kiln

@@ -1,0 +1,41 @@
+// How fast a bake goes: how large units should be, how long is left, when to stop. Wall-clock time decides
+// nothing here that changes a byte, but for a bake whose time is limited.
+#pragma once
+
+#include <cstdint>
+
+#include "common/base/clock.h"
+
+namespace kiln {
+
+class BakePace {
+ public:
+  explicit BakePace(double time_limit);  // seconds from now; 0: none
+
+  // Texels that units of a pass of so many samples should have: about a second of a thread's time, less where
+  // that would leave threads without work at the end. `first`: before anything is known.
+  uint32_t unit_texels(double samples, uint32_t first) const;
+
+  void begin_pass(double samples);
+  void end_pass(uint32_t unit_texels, uint64_t units, double worker_seconds);
+  void heard_of_threads(uint32_t threads) { threads_ = threads > threads_ ? threads : threads_; }
+
+  void expect_later(double samples) { later_ = samples; }  // of passes after the present one
+  double seconds() const { return watch_.seconds(); }
+  // At the speed of this pass, of which a share is done; negative: not known yet.
+  double seconds_left(double done) const;
+  double samples_per_second() const { return speed_; }  // of the last pass; 0: not known
+  double limit_left() const;                            // seconds; infinite without a limit
+  int64_t deadline_ms() const { return deadline_ms_; }
+
+ private:
+  SteadyClock clock_;
+  Stopwatch watch_;
+  int64_t deadline_ms_ = 0;
+  double unit_seconds_ = 0;  // of the last pass
+  uint32_t unit_texels_ = 0;
+  uint32_t threads_ = 1;
+  double began_ = 0, samples_ = 0, later_ = 0, speed_ = 0;
+};
+
+}  // namespace kiln
