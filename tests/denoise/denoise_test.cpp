@@ -1,0 +1,314 @@
+#include "coordinator/denoise/denoise.h"
+
+#include <cmath>
+#include <functional>
+#include <random>
+
+#include "coordinator/neighbours/surface_window.h"
+#include "tests/analytic/scene_maker.h"
+#include "tests/denoise/replicates.h"
+#include "tests/denoise/scenes.h"
+#include "tests/seams/pieces.h"
+
+namespace kiln {
+namespace {
+
+const DirectionBound kBounds[3] = {{3, {6, 9, 12}}, {4, {7, 10, 13}}, {5, {8, 11, 14}}};
+
+struct Surface {
+  Scene scene;
+  Atlas atlas;
+  SiteGeometry sites;
+  SurfaceLinks links;
+  Surface(const Scene& s, float density)
+      : scene(s),
+        atlas(test::packed(s, density)),
+        sites(site_geometry(s, atlas, 2)),
+        links(surface_links(s, atlas, sites, 2)) {}
+  Denoised denoise(const TexelStatistics& s, unsigned threads = 2) const {
+    return kiln::denoise(s, kBounds, sites, links, threads);
+  }
+};
+
+using Field = std::function<double(const Vec3&)>;
+
+// A known field with noise of a given standard deviation in the mean of both replicates. Planes: colours of E
+// are 1, 1/2 and 1/4 of it, L0 a fourth of E, L1 an eighth along x; all with the same noise, relative.
+TexelStatistics noisy(const SiteGeometry& sites, const Field& field, const Field& deviation, uint64_t seed) {
+  TexelStatistics s;
+  s.sites = sites.size();
+  s.planes = 15;
+  s.samples.assign(s.sites, 32);
+  s.known.assign(s.sites, 1);
+  s.reach.assign(s.sites, 1);
+  s.variance.resize(s.sites);
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> normal;
+  for (uint32_t r = 0; r < kReplicates; ++r) {
+    s.mean[r].assign(s.sites * s.planes, 0);
+    s.luminance[r].resize(s.sites);
+    for (size_t i = 0; i < s.sites; ++i) {
+      const double sigma = deviation(sites.position[i]);
+      const double e = field(sites.position[i]) + std::sqrt(2.0) * sigma * normal(random);
+      float* plane = &s.mean[r][i * s.planes];
+      for (int c = 0; c < 3; ++c) {
+        plane[c] = static_cast<float>(std::ldexp(e, -c));
+        plane[3 + c] = plane[c] / 4;
+        plane[6 + c] = plane[c] / 8;
+      }
+      s.luminance[r][i] = luminance(Vec3(plane[0], plane[1], plane[2]));
+      const double share = luminance(Vec3(1, 0.5f, 0.25f));
+      s.variance[i] = static_cast<float>(64 * sigma * sigma * share * share);
+    }
+  }
+  return s;
+}
+
+const double kShare = luminance(Vec3(1, 0.5f, 0.25f));
+
+struct Squares {
+  double raw = 0, denoised = 0, ratio = 0, sum = 0, sites = 0;
+};
+Squares squares(const SiteGeometry& sites, const TexelStatistics& s, const Denoised& d, const Field& field) {
+  Squares q;
+  for (size_t i = 0; i < s.sites; ++i) {
+    const double t = field(sites.position[i]) * kShare;
+    const double raw = (double{s.luminance[0][i]} + s.luminance[1][i]) / 2 - t, after = d.luminance[i] - t;
+    q.raw += raw * raw;
+    q.denoised += after * after;
+    q.ratio += after * after / (double{d.standard_error[i]} * d.standard_error[i]);
+    q.sum += after;
+    q.sites += 1;
+  }
+  return q;
+}
+
+const Field kNone = [](const Vec3&) { return 0.0; };
+Field constant(double v) {
+  return [v](const Vec3&) { return v; };
+}
+
+TEST(Denoise, KeepsAConstantFieldExactly) {
+  const Surface wall(test::wall_of_eight().scene, 8);
+  for (const float value : {0.3f, 7.0f, 0.0f}) {
+    const TexelStatistics s = noisy(wall.sites, constant(value), kNone, 1);
+    const Denoised d = wall.denoise(s);
+    EXPECT_EQ(d.mean, s.mean[0]);
+  }
+}
+
+// Where there is no noise the field stays, whatever its slope; where there is, a slope costs nothing: the
+// error is that of a constant field.
+TEST(Denoise, KeepsALinearField) {
+  const Surface wall(test::wall_of_eight().scene, 8);
+  const Field slope = [](const Vec3& p) { return 3 + 0.7 * p.x + 0.4 * p.y; };
+  const TexelStatistics clean = noisy(wall.sites, slope, kNone, 1);
+  const Denoised kept = wall.denoise(clean);
+  for (size_t i = 0; i < clean.sites; ++i) ASSERT_NEAR(kept.luminance[i], clean.luminance[0][i], 1e-4 * 9);
+  const Squares sloped = squares(wall.sites, noisy(wall.sites, slope, constant(0.2), 2),
+                                 wall.denoise(noisy(wall.sites, slope, constant(0.2), 2)), slope);
+  const Squares flat = squares(wall.sites, noisy(wall.sites, constant(5), constant(0.2), 2),
+                               wall.denoise(noisy(wall.sites, constant(5), constant(0.2), 2)), constant(5));
+  EXPECT_NEAR(sloped.denoised, flat.denoised, 0.02 * flat.denoised);
+  EXPECT_LT(flat.denoised, flat.raw / 15);  // windows of 128 texels, but a choice that has noise of its own
+}
+
+// Smooth fields at several levels of noise: better than raw, and as wrong as it says.
+TEST(Denoise, StatesItsErrorOnSmoothFields) {
+  const Surface wall(test::wall_of_eight().scene, 8);
+  const Field wave = [](const Vec3& p) { return 3 + std::sin(1.5 * p.x) + std::cos(1.1 * p.y); };
+  for (const double noise : {0.01, 0.05, 0.2, 0.6}) {
+    Squares all;
+    for (uint64_t seed = 0; seed < 6; ++seed) {
+      const TexelStatistics s = noisy(wall.sites, wave, constant(noise), 10 + seed);
+      const Squares q = squares(wall.sites, s, wall.denoise(s), wave);
+      all.raw += q.raw, all.denoised += q.denoised, all.ratio += q.ratio, all.sites += q.sites;
+    }
+    EXPECT_LT(all.denoised, all.raw / (noise > 0.02 ? 4 : 1.5)) << noise;
+    EXPECT_GT(all.ratio / all.sites, 0.8) << noise;
+    EXPECT_LT(all.ratio / all.sites, 1.25) << noise;
+                all.ratio / all.sites);
+  }
+}
+
+// Edges of a shadow within a chart: where the step is many times the noise nothing is mixed across it, and
+// nowhere is the mean error of the chart above raw.
+TEST(Denoise, KeepsSteps) {
+  const Surface wall(test::wall_of_eight().scene, 8);
+  for (const double step : {0.02, 0.1, 0.4, 2.0}) {
+    const Field edge = [step](const Vec3& p) { return 2 + (p.x + 0.3 * p.y > 4 ? step : 0.0); };
+    const TexelStatistics s = noisy(wall.sites, edge, constant(0.1), 5);
+    const Squares q = squares(wall.sites, s, wall.denoise(s), edge);
+    EXPECT_LT(q.denoised, q.raw) << step;
+  }
+}
+
+// Floors on either side of a wall, with light on one side: not a bit of it comes across.
+TEST(Denoise, LeavesTheDarkSideOfAWallDark) {
+  test::SceneMaker maker;
+  const uint32_t grey = maker.lambert(Vec3(0.5f));
+  maker.quad({0, 0, 0}, {0, 0, 4}, {4, 0, 0}, grey);
+  maker.box({1.98f, 0, -1}, {2.02f, 3, 5}, false, grey);
+  const Surface rooms(maker.take(), 8);
+  const Field lit = [](const Vec3& p) { return p.x < 2 ? 5.0 : 0.0; };
+  const Field noise = [](const Vec3& p) { return p.x < 2 ? 1.0 : 0.0; };
+  const Denoised d = rooms.denoise(noisy(rooms.sites, lit, noise, 3));
+  size_t dark = 0;
+  for (size_t i = 0; i < rooms.sites.size(); ++i)
+    if (rooms.sites.normal[i].y > 0.5f && rooms.sites.position[i].y < 0.1f && rooms.sites.position[i].x > 2) {
+      ++dark;
+      ASSERT_EQ(d.luminance[i], 0) << i;
+      for (size_t p = 0; p < 15; ++p) ASSERT_EQ(d.mean[15 * i + p], 0);
+    }
+  EXPECT_GT(dark, 400u);
+}
+
+// Rare bright samples in one replicate: their energy goes to the texels around. Over many seeds the sum stays
+// as it was, within three standard errors of what it changes from seed to seed.
+TEST(Denoise, KeepsTheEnergyOfRareBrightTexels) {
+  const Surface wall(test::wall_of_eight().scene, 6);
+  constexpr uint32_t kSeeds = 24;
+  double mean = 0, square = 0;
+  for (uint32_t seed = 0; seed < kSeeds; ++seed) {
+    TexelStatistics s = noisy(wall.sites, constant(1), constant(0.02), seed);
+    std::mt19937_64 random(seed);
+    for (size_t i = 0; i < s.sites; ++i)
+      for (uint32_t r = 0; r < kReplicates; ++r)
+        if (random() % 400 == 0) {
+          for (size_t p = 0; p < 15; ++p) s.mean[r][15 * i + p] *= 30;
+          const double before = s.luminance[r][i];
+          s.luminance[r][i] *= 30;
+          s.variance[i] += static_cast<float>(0.5 * 32 * 29 * 29 * before * before);  // one sample of 32
+        }
+    const Denoised d = wall.denoise(s);
+    double raw = 0, after = 0;
+    for (size_t i = 0; i < s.sites; ++i) {
+      raw += 0.5 * (double{s.luminance[0][i]} + s.luminance[1][i]);
+      after += d.luminance[i];
+    }
+    const double change = after / raw - 1;
+    mean += change / kSeeds;
+    square += change * change / kSeeds;
+  }
+  const double error = std::sqrt((square - mean * mean) / (kSeeds - 1));
+  EXPECT_LT(std::abs(mean), 3 * error);
+  EXPECT_LT(error, 0.01);
+}
+
+TEST(Denoise, IsTheSameForAnyNumberOfThreads) {
+  const Surface wall(test::wall_of_eight().scene, 8);
+  const TexelStatistics s = noisy(
+      wall.sites, [](const Vec3& p) { return 2 + std::sin(p.x); }, constant(0.3), 8);
+  const Denoised one = wall.denoise(s, 1), three = wall.denoise(s, 3);
+  EXPECT_EQ(one.mean, three.mean);
+  EXPECT_EQ(one.standard_error, three.standard_error);
+  EXPECT_EQ(one.strength, three.strength);
+  const Denoised plain = denoise_luminance(s, wall.sites, wall.links, 2);
+  EXPECT_EQ(one.luminance, plain.luminance);
+  EXPECT_EQ(one.standard_error, plain.standard_error);
+}
+
+// Whatever stands in unknown sites, even what is not a number.
+TEST(Denoise, LeavesUnknownSitesOut) {
+  const Surface wall(test::wall_of_eight().scene, 8);
+  const Field field = [](const Vec3& p) { return 2 + std::sin(p.x); };
+  TexelStatistics s = noisy(wall.sites, field, constant(0.3), 8), other = s;
+  for (size_t i = 0; i < s.sites; i += 7) {
+    s.known[i] = other.known[i] = 0;
+    other.luminance[0][i] = other.variance[i] = 1e9f;
+    for (size_t p = 0; p < 15; ++p) other.mean[0][15 * i + p] = std::nanf("");
+  }
+  const Denoised a = wall.denoise(s), b = wall.denoise(other);
+  for (size_t i = 0; i < s.sites; ++i) {
+    if (!s.known[i]) {
+      EXPECT_EQ(a.strength[i], 0);
+      continue;
+    }
+    ASSERT_EQ(a.luminance[i], b.luminance[i]);
+    ASSERT_EQ(a.standard_error[i], b.standard_error[i]);
+    for (size_t p = 0; p < 15; ++p) ASSERT_EQ(a.mean[15 * i + p], b.mean[15 * i + p]);
+  }
+}
+
+// Powers of two scale everything, down to what floats hold and up to where squares no longer do.
+TEST(Denoise, DoesNotDependOnTheUnitOfLight) {
+  const Surface wall(test::wall_of_eight().scene, 4);
+  const Field field = [](const Vec3& p) { return 2 + std::sin(p.x); };
+  const TexelStatistics s = noisy(wall.sites, field, constant(0.3), 8);
+  const Denoised d = wall.denoise(s);
+  for (const int power : {-90, -50, 20, 60, 100}) {
+    TexelStatistics scaled = s;
+    for (uint32_t r = 0; r < kReplicates; ++r) {
+      for (float& v : scaled.mean[r]) v = std::ldexp(v, power);
+      for (float& v : scaled.luminance[r]) v = std::ldexp(v, power);
+    }
+    for (float& v : scaled.variance) v = std::ldexp(v, 2 * power);
+    const Denoised e = wall.denoise(scaled);
+    for (size_t i = 0; i < s.sites; ++i) {
+      ASSERT_TRUE(std::isfinite(e.standard_error[i]));
+      if (power > -60 && power <= 60)
+        ASSERT_EQ(e.luminance[i], std::ldexp(d.luminance[i], power)) << power;
+      else
+        ASSERT_NEAR(std::ldexp(e.luminance[i], -power), d.luminance[i], 1) << power;
+    }
+  }
+}
+
+// Directions are no longer than their light and no light is negative, beside borders too.
+TEST(Denoise, HoldsTheBoundsOfLight) {
+  const Surface wall(test::wall_of_eight().scene, 8);
+  TexelStatistics s = noisy(
+      wall.sites, [](const Vec3& p) { return std::max(0.0, p.x - 1.0); }, constant(0.2), 9);
+  for (uint32_t r = 0; r < kReplicates; ++r)
+    for (size_t i = 0; i < s.sites; ++i)
+      for (size_t c = 0; c < 3; ++c) {
+        float* plane = &s.mean[r][15 * i];
+        plane[c] = std::max(0.0f, plane[c]);
+        plane[3 + c] = plane[c] / 4;
+        plane[6 + c] = 0;
+        plane[(wall.sites.position[i].y > 1 ? 9 : 12) + c] = plane[3 + c];  // as long as may be
+      }
+  const Denoised d = wall.denoise(s);
+  for (size_t i = 0; i < s.sites; ++i)
+    for (size_t c = 0; c < 3; ++c) {
+      const float* plane = &d.mean[15 * i];
+      ASSERT_GE(plane[c], 0);
+      ASSERT_GE(plane[3 + c], 0);
+      ASSERT_LE(length(DVec3(plane[6 + c], plane[9 + c], plane[12 + c])), plane[3 + c] * (1 + 1e-6));
+    }
+}
+
+// A baked room, many seeds: on no chart is the mean squared error above raw, beyond what the seeds' own
+// scatter explains (one-sided z of 3).
+TEST(Denoise, IsNeverWorseOnAChartOfABakedRoom) {
+  const test::ReplicateBake b = test::bake_replicates(test::lamp_room_scene(), 4, 16);
+  const TexelStatistics reference = test::statistics_of(b, 512, 99);
+  const size_t charts = 1 + *std::max_element(b.sites.placement.begin(), b.sites.placement.end());
+  constexpr uint32_t kSeeds = 8;
+  std::vector<std::vector<double>> gain(charts, std::vector<double>(kSeeds, 0));
+  std::vector<size_t> count(charts, 0);
+  double raw = 0, after = 0;
+  for (uint32_t seed = 0; seed < kSeeds; ++seed) {
+    const TexelStatistics s = test::statistics_of(b, 16, 1 + seed);
+    const Denoised d = denoise(s, kBounds, b.sites, b.links, 2);
+    for (size_t i = 0; i < s.sites; ++i) {
+      if (!s.known[i]) continue;
+      const double t = (double{reference.luminance[0][i]} + reference.luminance[1][i]) / 2;
+      const double r = (double{s.luminance[0][i]} + s.luminance[1][i]) / 2 - t, a = d.luminance[i] - t;
+      gain[b.sites.placement[i]][seed] += r * r - a * a;
+      raw += r * r, after += a * a;
+      ++count[b.sites.placement[i]];
+    }
+  }
+  for (size_t c = 0; c < charts; ++c) {
+    if (count[c] < 16 * kSeeds) continue;
+    double mean = 0, square = 0;
+    for (const double g : gain[c]) mean += g / kSeeds, square += g * g / kSeeds;
+    const double error = std::sqrt(std::max(0.0, square - mean * mean) / (kSeeds - 1));
+    EXPECT_GE(mean, -3 * error) << c;
+  }
+  EXPECT_LT(after, raw / 3);
+}
+
+}  // namespace
+}  // namespace kiln
