@@ -127,7 +127,6 @@ TEST(Denoise, StatesItsErrorOnSmoothFields) {
     EXPECT_LT(all.denoised, all.raw / (noise > 0.02 ? 4 : 1.5)) << noise;
     EXPECT_GT(all.ratio / all.sites, 0.8) << noise;
     EXPECT_LT(all.ratio / all.sites, 1.25) << noise;
-                all.ratio / all.sites);
   }
 }
 
