@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "common/base/clock.h"
 #include "common/base/files.h"
@@ -65,6 +66,19 @@ void state_errors(Lightmap& map, const Atlas& atlas, const TexelErrors& errors) 
   for (uint32_t site = 0; site < errors.standard_error.size(); ++site)
     if (std::isfinite(errors.standard_error[site]))
       plane[atlas.sites.texel[site]] = errors.standard_error[site];
+}
+
+// Puts the filtered planes in the place of the measured ones, and what is stated of them.
+void take_denoised(Lightmap& map, const Atlas& atlas, const TexelStatistics& statistics,
+                   const SurfaceGraph& surface, TexelErrors& errors) {
+  const Denoised d = denoise(statistics, map.bounds, surface.sites, surface.links, 0);
+  for (uint32_t site = 0; site < statistics.sites; ++site) {
+    if (!statistics.known[site]) continue;
+    for (size_t p = 0; p < statistics.planes; ++p)
+      map.planes.data[p][atlas.sites.texel[site]] = d.mean[site * statistics.planes + p];
+    errors.mean[site] = d.luminance[site];
+    errors.standard_error[site] = d.standard_error[site];
+  }
 }
 
 void count_classes(const Lightmap& map, const Atlas& atlas, BakeReport& report) {
@@ -142,14 +156,27 @@ Expected<BakeReport> run_bake(const BakeRequest& request, const Progress& progre
 
   Accumulator sums(pre.atlas.sites.size(), job.transport.basis);
   TexelErrors texel_errors;
+  std::optional<SurfaceGraph> surface;
+  if (request.settings.denoise) {
+    const StageTimer timer(report.stages, "neighbours");
+    surface.emplace();
+    surface->sites = site_geometry(pre.imported.scene, pre.atlas, 0);
+    surface->links = surface_links(pre.imported.scene, pre.atlas, surface->sites, 0);
+  }
   {
     const StageTimer timer(report.stages, "bake");
     KILN_TRY(const Workplace place, open_workplace(request, job, chunks));
-    KILN_TRY(texel_errors, bake_passes({request, pre, *place.job, sums, report, progress}));
+    KILN_TRY(texel_errors,
+             bake_passes({request, pre, surface ? &*surface : nullptr, *place.job, sums, report, progress}));
     report.farm = place.job->statistics();
   }
   KILN_TRY_STATUS(check_cancelled(request));
   Lightmap map = sums.resolve(pre.atlas);
+  if (surface) {
+    const StageTimer timer(report.stages, "denoise");
+    progress({.stage = "denoise"});
+    take_denoised(map, pre.atlas, sums.statistics(), *surface, texel_errors);
+  }
   state_errors(map, pre.atlas, texel_errors);
   for (const PostStage& stage : post_stages()) {
     const StageTimer timer(report.stages, std::string(stage.name));

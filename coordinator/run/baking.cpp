@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <set>
 
 #include "common/base/clock.h"
@@ -19,6 +20,13 @@ constexpr uint32_t kPilotSamples = 16;  // of a replicate: of a pass whose sampl
 constexpr double kGrowth = 4;           // a texel's samples grow by this much at most: then is looked again
 constexpr uint32_t kMostPasses = 64;
 
+TexelErrors filtered_errors(const TexelStatistics& statistics, const SurfaceGraph& surface) {
+  Denoised d = denoise_luminance(statistics, surface.sites, surface.links, 0);
+  for (size_t i = 0; i < statistics.sites; ++i)
+    if (!statistics.known[i]) d.standard_error[i] = std::numeric_limits<float>::infinity();
+  return {std::move(d.luminance), std::move(d.standard_error)};
+}
+
 class Baking {
  public:
   explicit Baking(const BakingTask& task)
@@ -28,6 +36,7 @@ class Baking {
         sums_(task.sums),
         report_(task.report),
         progress_(task.progress),
+        surface_(task.surface),
         nonfinite_(task.preflight.atlas, task.preflight.imported.scene),
         charts_(charts_of_sites(task.preflight.atlas)),
         z_(normal_interval(settings_.confidence)),
@@ -184,7 +193,7 @@ class Baking {
   // What is known after a pass: the errors, and the point of the curve.
   void record() {
     const TexelStatistics statistics = sums_.statistics();
-    errors_ = estimate_errors(statistics, charts_);
+    errors_ = surface_ ? filtered_errors(statistics, *surface_) : estimate_errors(statistics, charts_);
     samples_ = statistics.samples;
     PassPoint point;
     double squares = 0, samples = 0;
@@ -216,6 +225,7 @@ class Baking {
   Accumulator& sums_;
   BakeReport& report_;
   const std::function<void(const BakeProgress&)>& progress_;
+  const SurfaceGraph* const surface_;
   NonfiniteLog nonfinite_;
   const std::vector<uint32_t> charts_;  // by site
   const double z_;

@@ -6,15 +6,23 @@
 // are replaced by, and the error of the first cache is shared by all texels that see it.
 #pragma once
 
+#include "coordinator/denoise/denoise.h"
 #include "coordinator/estimate/texel_errors.h"
 #include "coordinator/merge/accumulator.h"
 #include "coordinator/run/bake_run.h"
 
 namespace kiln {
 
+// The surface that the denoiser walks; empty where it is off.
+struct SurfaceGraph {
+  SiteGeometry sites;
+  SurfaceLinks links;
+};
+
 struct BakingTask {
   const BakeRequest& request;
   const Preflight& preflight;
+  const SurfaceGraph* surface;  // null: texels are not denoised, and stated by themselves
   FarmJob& farm;
   Accumulator& sums;   // empty; filled with what lasts
   BakeReport& report;  // gets passes, warnings, non-finite samples, completeness
