@@ -22,6 +22,13 @@ AtlasLookup::AtlasLookup(const Atlas& atlas) : atlas_(atlas), parts_(atlas.chart
   }
 }
 
+bool AtlasLookup::holds(uint32_t instance, uint32_t triangle) const {
+  if (instance >= atlas_.charts_of_instance.size()) return false;
+  const Parts& parts = parts_[atlas_.charts_of_instance[instance]];
+  if (parts.first.empty()) return triangle < atlas_.of_instance(instance).face_count();
+  return triangle + 1 < parts.first.size() && parts.first[triangle] < parts.first[triangle + 1];
+}
+
 uint32_t AtlasLookup::face_at(uint32_t instance, uint32_t triangle, double& b1, double& b2) const {
   const Parts& parts = parts_[atlas_.charts_of_instance[instance]];
   if (parts.first.empty()) return triangle;

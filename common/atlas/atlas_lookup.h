@@ -14,6 +14,8 @@ class AtlasLookup {
  public:
   explicit AtlasLookup(const Atlas& atlas);  // outlives the lookup
 
+  // Does the triangle have a face in the atlas?
+  bool holds(uint32_t instance, uint32_t triangle) const;
   // Of the point with barycentrics (b1, b2) of vertices 1 and 2 of a triangle. On a line along which a
   // triangle was parted the face that comes first has it.
   AtlasPlace at(uint32_t instance, uint32_t triangle, double b1, double b2) const;

@@ -1,7 +1,7 @@
 // From a point of a surface to the texel site that holds it: the way back from what a ray met to the map.
 #pragma once
 
-#include "common/atlas/atlas.h"
+#include "common/atlas/atlas_lookup.h"
 
 namespace kiln {
 
@@ -20,16 +20,10 @@ class SiteLookup {
   Place find(uint32_t instance, uint32_t triangle, float b1, float b2) const;
 
  private:
-  // Faces by triangle, of charts that were cut through triangles.
-  struct FacesOf {
-    std::vector<uint32_t> first, face;
-  };
-  uint32_t face_at(uint32_t charts, uint32_t triangle, Vec2& b) const;
-
   const Atlas& atlas_;
   std::vector<uint32_t> site_of_texel_;
   std::vector<float> texel_size_;  // by placement
-  std::vector<FacesOf> faces_;     // by charts; empty where face i is triangle i
+  AtlasLookup places_;
 };
 
 }  // namespace kiln
