@@ -275,6 +275,16 @@ void FarmLedger::unit_failed(WorkerId worker_id, JobId job_id, uint64_t unit_id,
   serve_all(0, now, out);
 }
 
+void FarmLedger::hand_back(WorkerId worker_id, JobId job_id, uint64_t unit_id, int64_t now, Actions& out) {
+  Job* job = find_job(job_id);
+  Unit* unit = job ? find_unit(*job, unit_id) : nullptr;
+  if (!unit || !find_worker(worker_id)) return;
+  heard(worker_id, now, out);
+  release(lease_of(worker_id, *unit));
+  enqueue(*job, unit_id, *unit);
+  serve(worker_id, now, out);
+}
+
 void FarmLedger::damaged(JobId id, uint64_t unit_id, int64_t now, Actions& out) {
   Job* job = find_job(id);
   Unit* unit = job ? find_unit(*job, unit_id) : nullptr;

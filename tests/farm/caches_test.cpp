@@ -207,6 +207,82 @@ TEST(FarmCaches, AnOlderWorkerBakesWhatItKnowsAndIsRefusedInWordsForTheRest) {
   expect_complete(end);
 }
 
+TEST(FarmCaches, AnAnswerToWhatANumberStoodForBeforeIsDroppedAndTheUnitIsGivenAnew) {
+  PeerFarm place;
+  std::vector<WorkUnit> units = make_units(1, 1);
+  size_t merged = 0;
+  PassHandlers handlers;
+  handlers.on_result = [&](const WorkUnit&, const UnitResult&) -> Status {
+    ++merged;
+    return {};
+  };
+  Expected<PassEnd> end = PassEnd::kTimeUp;
+  std::thread conductor([&] { end = place.farm.job->run_pass(units, 0, handlers); });
+  RawPeer peer = place.worker(2);
+  const auto unit = peer.next<Unit>();
+  ASSERT_TRUE(unit);
+  Unit before = *unit;
+  before.unit.sites.pop_back();
+  Result stale = PeerFarm::answer(before);
+  stale.shape = unit_shape(before.unit);
+  peer.send(stale);
+  const auto forget = peer.next<CommitAck>();
+  ASSERT_TRUE(forget);
+  EXPECT_EQ(forget->digest, stale.digest);
+  const auto again = peer.next<Unit>();
+  ASSERT_TRUE(again);
+  EXPECT_EQ(again->unit.sites, unit->unit.sites);
+  Result good = PeerFarm::answer(*again);
+  good.shape = unit_shape(again->unit);
+  peer.send(good);
+  conductor.join();
+  expect_complete(end);
+  EXPECT_EQ(merged, 1u);
+}
+
+// Its results of an earlier run cannot be read.
+class DamagedStore final : public ResultStore {
+ public:
+  bool durable() const override { return true; }
+  void put(const StoreAnswer&, std::shared_ptr<const UnitResult>, std::function<void()> stored) override {
+    stored();
+  }
+  void settle(const Settle&) override {}
+  void revoke(const Revoke&) override { ++revoked; }
+  void pin_class(JobId, const std::string&) override {}
+  void trust(const Trust&) override {}
+  void quarantine(const Quarantine&) override {}
+  void note(JobId, const std::string&) override {}
+  void end_job(JobId) override {}
+  Expected<std::shared_ptr<const UnitResult>> read(JobId, uint64_t, const Digest&) override {
+    return fail(ErrorKind::kIo, "the disk is damaged");
+  }
+  std::atomic<size_t> revoked = 0;
+};
+
+TEST(FarmCaches, ARewoundJobAddsThemAgain) {
+  const StubOptions stub("slow=5");
+  const TestJob job;
+  const auto store = std::make_shared<DamagedStore>();
+  TestFarm farm;
+  farm.farm = std::move(*Farm::start(stub_settings(3), store));
+  std::vector<WorkUnit> first = make_units(1, kUnits);
+  first[4].replicate = 1;
+  const KnownAnswer known{5, unit_shape(first[4]), sha256({}), "somebody", true, false};
+  farm.job = std::move(*farm.farm->open_job({job.spec, &job.chunks, {}, {known}}));
+  Passes passes(*farm.job);
+  size_t rewinds = 0;
+  Expected<PassEnd> end = PassEnd::kRewound;
+  while (end && *end == PassEnd::kRewound) {
+    end = passes.run(3);
+    rewinds += end && *end == PassEnd::kRewound;
+  }
+  expect_complete(end);
+  EXPECT_EQ(passes.moments.size(), 3 * kUnits);
+  EXPECT_EQ(rewinds, 1u);
+  EXPECT_EQ(store->revoked, 1u);
+}
+
 TEST(FarmCaches, AStoredResultOfAnotherReplicateOrCacheIsAnotherUnits) {
   WorkUnit unit = make_units(1, 1)[0];
   const uint64_t shape = unit_shape(unit);
