@@ -41,6 +41,16 @@ Expected<JobSpec> read_job(std::span<const std::byte> bytes) {
   return job;
 }
 
+uint64_t unit_shape(const WorkUnit& unit) {
+  ByteWriter w;
+  w.put(unit.first_sample);
+  w.put(unit.sample_count);
+  w.put_array(unit.sites);
+  w.put(unit.replicate);
+  w.put(unit.cache);
+  return xxh3(w.take());
+}
+
 Bytes write_result(const UnitResult& result) {
   ByteWriter w;
   w.put(result.unit);

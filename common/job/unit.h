@@ -54,6 +54,10 @@ struct WorkUnit {
   Digest cache{};                 // irradiance cache that paths end at (irradiance_cache.h); zero: none
 };
 
+// Of all but the id: a result of another shape is another unit's. What ids stand for changes when a job is
+// rewound, or cut by another release.
+uint64_t unit_shape(const WorkUnit& unit);
+
 struct UnitResult {
   uint64_t unit = 0;
   uint32_t site_count = 0, plane_count = 0;

@@ -103,6 +103,7 @@ Bytes write(const Result& result) {
   w.put(u.seconds);
   w.put(result.digest);
   w.put_array(u.moments);
+  if (result.shape) w.put(result.shape);
   return w.take();
 }
 
@@ -122,6 +123,7 @@ Expected<Message> read_result(std::span<const std::byte> payload) {
   u.seconds = r.get<double>();
   result.digest = r.get<Digest>();
   u.moments = r.get_array<double>();
+  if (!r.at_end()) result.shape = r.get<uint64_t>();
   if (!r.at_end() || u.moments.size() != uint64_t{u.site_count} * u.plane_count) return damaged("result");
   return Message(std::move(result));
 }

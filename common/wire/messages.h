@@ -60,7 +60,8 @@ struct Unit {  // c, data
 struct Result {  // w, data; kept by the worker until its CommitAck
   uint64_t job = 0, lease = 0;
   UnitResult result;
-  Digest digest;  // result_digest() by the worker
+  Digest digest;       // result_digest() by the worker
+  uint64_t shape = 0;  // unit_shape() of what was baked (minor 2); 0: not said
 };
 struct UnitFailed {  // w
   uint64_t job = 0, unit = 0, lease = 0;

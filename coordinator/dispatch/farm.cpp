@@ -18,16 +18,6 @@ bool is_loopback(const std::string& host) {
 
 }  // namespace
 
-uint64_t unit_shape(const WorkUnit& unit) {
-  ByteWriter w;
-  w.put(unit.first_sample);
-  w.put(unit.sample_count);
-  w.put_array(unit.sites);
-  w.put(unit.replicate);
-  w.put(unit.cache);
-  return xxh3(w.take());
-}
-
 FarmImpl::FarmImpl(const FarmSettings& settings, std::shared_ptr<ResultStore> store)
     : settings_(settings), store_(std::move(store)) {
   const bool revocable = settings_.rules.audit_first > 0;

@@ -110,7 +110,4 @@ class Farm {
   virtual void post(std::function<void()> work) = 0;
 };
 
-// Of samples, replicate, cache and sites: a stored result of another shape is another unit's.
-uint64_t unit_shape(const WorkUnit& unit);
-
 }  // namespace kiln

@@ -87,8 +87,12 @@ Expected<PassEnd> FarmJobImpl::run_pass(std::vector<WorkUnit> list, int64_t dead
   if (const auto error = port_->error()) return tl::unexpected<Error>(*error);
   keep_named_chunks(list);
   const auto units = std::make_shared<const PassUnits>(std::move(list));
-  port_->clear();
-  farm_.run([&](Server& server) { server.begin_pass(spec_.id, units); });
+  bool rewound = false;
+  farm_.run([&](Server& server) {
+    rewound = port_->clear();
+    if (!rewound) server.begin_pass(spec_.id, units);
+  });
+  if (rewound) return forget_sums();
   int64_t next_progress = clock_.now_ms();
   const auto report = [&] {
     FarmProgress progress = port_->progress();
@@ -145,12 +149,14 @@ Expected<PassEnd> FarmJobImpl::run_pass(std::vector<WorkUnit> list, int64_t dead
   }
   report();
   if (failed) return tl::unexpected<Error>(*failed);
-  if (*end == PassEnd::kRewound) {
-    const std::vector<std::string> events = std::move(sums_.events);
-    sums_ = {};
-    sums_.events = events;
-  }
-  return *end;
+  return *end == PassEnd::kRewound ? forget_sums() : *end;
+}
+
+PassEnd FarmJobImpl::forget_sums() {
+  std::vector<std::string> events = std::move(sums_.events);
+  sums_ = {};
+  sums_.events = std::move(events);
+  return PassEnd::kRewound;
 }
 
 FarmStatistics FarmJobImpl::statistics() {

@@ -22,6 +22,7 @@ class FarmJobImpl final : public FarmJob {
  private:
   Status check_units(const std::vector<WorkUnit>& units) const;
   void keep_named_chunks(const std::vector<WorkUnit>& units);
+  PassEnd forget_sums();  // the job is rewound
   Status merge(const PassUnits& units, const DeliveredUnit& delivered, const PassHandlers& handlers);
 
   FarmImpl& farm_;

@@ -1,5 +1,7 @@
 #include "coordinator/dispatch/farm_port.h"
 
+#include <algorithm>
+
 namespace kiln {
 namespace {
 
@@ -47,10 +49,15 @@ void JobPort::set_progress(const FarmProgress& progress) {
   progress_ = progress;
 }
 
-void JobPort::clear() {
+bool JobPort::clear() {
   const std::lock_guard lock(mutex_);
+  const bool rewound = std::any_of(events_.begin(), events_.end(), [](const PassEvent& event) {
+    const auto* ended = std::get_if<PassEnded>(&event);
+    return ended && ended->end == PassEnd::kRewound;
+  });
   events_.clear();
   result_bytes_ = 0;
+  return rewound;
 }
 
 std::optional<PassEvent> JobPort::pop(int64_t ms) {

@@ -36,7 +36,8 @@ class JobPort {
   void push(PassEvent event);
   void fail_with(const Error& error);  // sticky
   void set_progress(const FarmProgress& progress);
-  void clear();
+  // Drops what the last pass left. True: the job was rewound since, and its conductor has not heard it.
+  bool clear();
 
   // The conductor's thread. Waits at most `ms` for an event; nothing: none came, or there is an error.
   std::optional<PassEvent> pop(int64_t ms);

@@ -221,6 +221,13 @@ void Server::take_result(WorkerId worker, OpenJob& job, Result&& result) {
   const WorkUnit* known = job.units ? job.units->find(unit) : nullptr;
   const int64_t now = clock_.now_ms();
   Actions actions;
+  if (known && result.shape && result.shape != unit_shape(*known)) {
+    note(job_id, text("{} answered unit {} as it was before the job began anew: it is not used",
+                      member->second.session->name(), unit));
+    member->second.session->send(CommitAck{job_id, unit, result.digest});
+    ledger_.hand_back(worker, job_id, unit, now, actions);
+    return perform(std::move(actions));
+  }
   if (const Status good = check_result(result, known, job.planes); !good) {
     const std::string reason = good.error().message;
     ledger_.unit_failed(worker, job_id, unit, Error{ErrorKind::kInternal, reason}, now, actions);

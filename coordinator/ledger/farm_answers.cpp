@@ -120,19 +120,27 @@ void FarmLedger::vote(JobId id, Job& job, uint64_t unit_id, Unit& unit, WorkerId
   conclude(id, job, unit_id, unit, now, out);
 }
 
-// Two answers to one unit: a third decides.
+// Two answers to one unit: a third decides, when the unit's pass is worked on.
 void FarmLedger::dispute(JobId id, Job& job, uint64_t unit_id, Unit& unit, Actions& out) {
+  const bool of_pass = job.open && unit.pass == job.pass;
   if (unit.phase == Phase::kSettled) {
     unit.phase = Phase::kOpen;
     --job.totals.unverified;  // a verified result is not disputed: whoever differs is wrong
-    if (job.open && unit.pass == job.pass) {
+    if (of_pass) {
       --job.counts.done;
       job.counts.weight_done -= unit.weight;
     }
   }
+  unit.needed = std::max(unit.needed, 2u);
+  if (!of_pass) {
+    if (unit.delivered)
+      rewind(id, job,
+             text("unit {} of an earlier pass was answered with different bytes by another worker", unit_id),
+             out);
+    return;
+  }
   unit.disputed = true;
   ++job.disputes;
-  unit.needed = std::max(unit.needed, 2u);
   out.push_back(Note{
       id, text("unit {} was answered with different bytes by different workers: others are asked", unit_id)});
 }
@@ -228,7 +236,10 @@ void FarmLedger::give_up(JobId id, Job& job, uint64_t unit_id, Unit& unit, const
                          Actions& out) {
   unit.phase = Phase::kFailed;
   const std::vector<uint64_t> leases = unit.leases;
-  for (const uint64_t lease : leases) release(lease);
+  for (const uint64_t lease : leases) {
+    out.push_back(Recall{leases_.at(lease).worker, id, unit_id});
+    release(lease);
+  }
   if (job.open && unit.pass == job.pass) ++job.counts.failed;
   if (job.traits.poison == PoisonPolicy::kFail) {
     out.push_back(FailJob{id, Error{ErrorKind::kInternal, reason}});
@@ -262,6 +273,16 @@ void FarmLedger::unit_failed(WorkerId worker_id, JobId job_id, uint64_t unit_id,
   enqueue(job, unit_id, unit);
   bench(worker_id, *worker, now, out);
   serve_all(0, now, out);
+}
+
+void FarmLedger::hand_back(WorkerId worker_id, JobId job_id, uint64_t unit_id, int64_t now, Actions& out) {
+  Job* job = find_job(job_id);
+  Unit* unit = job ? find_unit(*job, unit_id) : nullptr;
+  if (!unit || !find_worker(worker_id)) return;
+  heard(worker_id, now, out);
+  release(lease_of(worker_id, *unit));
+  enqueue(*job, unit_id, *unit);
+  serve(worker_id, now, out);
 }
 
 void FarmLedger::damaged(JobId id, uint64_t unit_id, int64_t now, Actions& out) {

@@ -238,12 +238,19 @@ const std::string& FarmLedger::user(JobId id) const {
 // What was merged cannot be taken out of the sums: they are made again from what is left.
 void FarmLedger::rewind(JobId id, Job& job, const std::string& reason, Actions& out) {
   if (job.pass == 0) return;
-  for (uint64_t unit : job.order) {
-    Unit& u = job.units.at(unit);
-    if (u.queue != Queue::kSecond) dequeue(job, unit, u);
-  }
   job.open = false;
-  for (auto& [unit_id, unit] : job.units) unit.delivered = false;
+  // Nothing of the later passes is worked on until they come again: the farm has only the units of the
+  // present one, and with other sums they may be others.
+  const std::set<uint64_t> leases = job.leases;
+  for (uint64_t lease : leases) {
+    out.push_back(Recall{leases_.at(lease).worker, id, leases_.at(lease).unit});
+    release(lease);
+  }
+  for (auto& [unit_id, unit] : job.units) {
+    dequeue(job, unit_id, unit);
+    unit.delivered = unit.disputed = false;
+  }
+  job.disputes = 0;
   out.push_back(Rewind{id, reason});
 }
 

@@ -94,6 +94,8 @@ class FarmLedger {
   void result(WorkerId worker, JobId job, uint64_t unit, const Digest& digest, int64_t now, Actions& out);
   void stored(JobId job, uint64_t unit, uint64_t ticket, int64_t now, Actions& out);
   void unit_failed(WorkerId worker, JobId job, uint64_t unit, const Error& error, int64_t now, Actions& out);
+  // The worker had another unit by this number, of before a rewind or a restart: nobody's fault.
+  void hand_back(WorkerId worker, JobId job, uint64_t unit, int64_t now, Actions& out);
   // A stored answer cannot be read back: it is asked for again.
   void damaged(JobId job, uint64_t unit, int64_t now, Actions& out);
 

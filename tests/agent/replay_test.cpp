@@ -5,7 +5,7 @@
 
 #include "common/base/files.h"
 #include "common/basis/basis.h"
-#include "tests/farm/stub_bake.h"
+#include "tests/farm/stub_caches.h"
 #include "tests/farm/worker_process.h"
 
 namespace kiln {
@@ -15,17 +15,24 @@ namespace fs = std::filesystem;
 using namespace test;
 
 // Gives unit 4 to a worker with a cache; returns when the worker has failed it or died.
-void give_unit_4(const TempDir& cache, std::string& said) {
+void give_unit_4(const TempDir& cache, std::string& said, const Bytes& blob = {}) {
   RawListener listener;
   const TestJob job;
   WorkerProcess worker(listener.port(), {"--cache", cache.path().string()});
   auto peer = listener.accept();
   ASSERT_TRUE(peer && make_ready(*peer, job));
-  peer->send(unit_of(job, 4));
+  Unit unit = unit_of(job, 4);
+  if (!blob.empty()) unit.unit.cache = sha256(blob);
+  peer->send(unit);
+  if (!blob.empty()) {
+    ASSERT_TRUE(peer->next<ChunkRequest>());
+    peer->send(ChunkPiece{unit.unit.cache, 0, blob.size(), blob, false});
+  }
+  const size_t chunks = job.chunks.size() + !blob.empty();
   (void)peer->next<UnitFailed>();
   const SteadyClock clock;
   size_t files = 0;  // chunks are written behind the bake
-  for (const int64_t limit = clock.now_ms() + 5000; files < job.chunks.size() && clock.now_ms() < limit;) {
+  for (const int64_t limit = clock.now_ms() + 5000; files < chunks && clock.now_ms() < limit;) {
     files = 0;
     for (const auto& entry : fs::recursive_directory_iterator(cache.path() / "chunks"))
       files += entry.is_regular_file() && entry.path().filename().string()[0] != '.';
@@ -61,6 +68,32 @@ TEST(Replay, AFailedUnitFailsAgainAndTheFixedProgramBakesIt) {
   EXPECT_EQ(good.exit_status, 0) << good.output;
   EXPECT_NE(good.output.find("digest " + true_digest()), std::string::npos) << good.output;
   EXPECT_NE(good.output.find("rays 128"), std::string::npos) << good.output;
+}
+
+TEST(Replay, TheIrradianceCacheOfAUnitIsReplayedToo) {
+  const TempDir cache;
+  const IrradianceCache irradiance = stub_cache(7);
+  const Bytes blob = write_irradiance_cache(irradiance);
+  std::string said;
+  {
+    const StubOptions stub("fail=4");
+    give_unit_4(cache, said, blob);
+  }
+  const auto file = read_file(replay_file(cache));
+  ASSERT_TRUE(file);
+  const std::string content(reinterpret_cast<const char*>(file->data()), file->size());
+  const std::string name = sha256(blob).hex();
+  EXPECT_NE(content.find(name, content.find("\"chunks\"")), std::string::npos) << content;
+  const auto good = replay(cache);
+  EXPECT_EQ(good.exit_status, 0) << good.output;
+  const auto planes = static_cast<uint32_t>(moment_plane_names(TransportSettings{}.basis).size());
+  const UnitResult truth = stub_bake(make_units(4, 1)[0], planes, &irradiance);
+  EXPECT_NE(good.output.find("digest " + result_digest(truth).hex()), std::string::npos) << good.output;
+  EXPECT_NE(result_digest(truth).hex(), true_digest());
+  fs::remove(cache.path() / "chunks" / name.substr(0, 2) / name);
+  const auto lost = replay(cache);
+  EXPECT_EQ(lost.exit_status, 1);
+  EXPECT_NE(lost.output.find("chunk " + name + " is not in"), std::string::npos) << lost.output;
 }
 
 TEST(Replay, ACrashLeavesItsUnitBehind) {

@@ -1,5 +1,6 @@
 // Units and results of a worker: withdrawn, held, kept, hanging.
 #include <chrono>
+#include <set>
 #include <thread>
 
 #include "common/wire/limits.h"
@@ -125,6 +126,41 @@ TEST(AgentUnits, AUnitWhoseResultIsKeptIsAnsweredFromIt) {
   ASSERT_TRUE(second);
   EXPECT_EQ(second->digest, result->digest);
   EXPECT_EQ(second->lease, 4711u);
+}
+
+// After a rewind a number may stand for other work: what is kept, runs or waits of the earlier is not its
+// answer.
+TEST(AgentUnits, ANumberThatIsGivenToOtherWorkIsBakedAnew) {
+  const StubOptions stub("slow=300");
+  RawListener listener;
+  const TestJob job;
+  WorkerProcess worker(listener.port());
+  auto peer = listener.accept();
+  ASSERT_TRUE(peer && make_ready(*peer, job));
+  const auto other = [&](uint64_t id) {
+    Unit unit = unit_of(job, id);
+    unit.lease += 1000;
+    unit.unit.replicate = 1;
+    return unit;
+  };
+  peer->send(unit_of(job, 1));
+  const auto first = peer->next<Result>();
+  ASSERT_TRUE(first);
+  EXPECT_EQ(first->shape, unit_shape(unit_of(job, 1).unit));
+  for (const uint64_t id : {2, 3}) peer->send(unit_of(job, id));
+  ASSERT_TRUE(runs_one(*peer));
+  for (const uint64_t id : {1, 2, 3}) peer->send(other(id));  // kept, runs, is queued
+  std::set<uint64_t> answered;
+  while (answered.size() < 3) {
+    const auto result = peer->next<Result>();
+    ASSERT_TRUE(result);
+    const Unit unit = other(result->result.unit);
+    EXPECT_EQ(result->lease, unit.lease);
+    EXPECT_EQ(result->shape, unit_shape(unit.unit));
+    EXPECT_EQ(result->result.moments, stub_bake(unit.unit, result->result.plane_count).moments);
+    EXPECT_TRUE(answered.insert(unit.unit.id).second);
+  }
+  EXPECT_FALSE(peer->next<Result>(700));
 }
 
 TEST(AgentUnits, HeartbeatsTellTheAgeOfTheOldest) {

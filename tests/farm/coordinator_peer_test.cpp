@@ -285,6 +285,45 @@ TEST(Coordinator, AResumedJobKeepsResultsOfPassesToCome) {
   EXPECT_TRUE(two && *two == PassEnd::kComplete);
 }
 
+// What is said while the conductor is at work on the next pass.
+TEST(Coordinator, ARewindBetweenPassesIsHeardByTheNext) {
+  const TestJob job;
+  FarmSettings settings;
+  settings.local_workers = 0;
+  settings.token = "right token";
+  settings.others_may_come = true;
+  auto farm = start_farm(settings, job);
+  ASSERT_TRUE(farm);
+  const std::vector<WorkUnit> first = make_units(1, 1);
+  Expected<PassEnd> end = PassEnd::kTimeUp;
+  std::thread conductor([&] { end = farm->job->run_pass(first, 0, {}); });
+  const auto join = [&](uint64_t instance) {
+    RawPeer peer = RawPeer::connect(farm->farm->port());
+    peer.send(good_hello(instance));
+    EXPECT_TRUE(peer.next<Welcome>());
+    peer.send(JobClass{job.spec.id, "class"});
+    return peer;
+  };
+  RawPeer one = join(1), two = join(2);
+  one.send(Credits{job.spec.id, 1});
+  const auto unit = one.next<Unit>();
+  ASSERT_TRUE(unit);
+  one.send(WaitingFarm::answer(*unit));
+  conductor.join();
+  ASSERT_TRUE(end && *end == PassEnd::kComplete);
+  Result other = WaitingFarm::answer(*unit);
+  other.result.moments[0] *= 0.5;
+  other.digest = result_digest(other.result);
+  two.send(other);
+  const SteadyClock clock;
+  for (const int64_t limit = clock.now_ms() + 5000;
+       farm->job->statistics().duplicates == 0 && clock.now_ms() < limit;)
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  const auto next = farm->job->run_pass(make_units(2, 1), clock.now_ms() + 3000, {});
+  ASSERT_TRUE(next) << next.error().message;
+  EXPECT_EQ(*next, PassEnd::kRewound);
+}
+
 TEST(Coordinator, ListeningBeyondThisMachineNeedsAToken) {
   FarmSettings settings;
   settings.local_workers = 0;

@@ -131,6 +131,64 @@ TEST(Trust, AfterAChangeOfClassTheOldOnesWorkersGetNothing) {
   EXPECT_EQ(b.ledger.held(2), 1u);
 }
 
+// The farm has the units of the present pass alone.
+TEST(Trust, ARewindRecallsWhatIsOutAndBeginsWithTheFirstPass) {
+  LedgerBench b;
+  b.job(1, {1, 2});
+  for (const Grant& g : all<Grant>(b.join(1, 2, 2))) b.result(g);
+  ASSERT_TRUE(b.ledger.pass_complete(1));
+  const auto out = all<Grant>(b.pass(1, {3, 4}));
+  ASSERT_EQ(out.size(), 2u);
+  b.last.clear();
+  b.ledger.damaged(1, 1, b.now, b.last);
+  EXPECT_EQ(all<Rewind>(b.last).size(), 1u);
+  EXPECT_EQ(all<Recall>(b.last).size(), 2u);
+  EXPECT_EQ(b.ledger.held(1), 0u);
+  const auto again = all<Grant>(b.pass(1, {1, 2}));
+  ASSERT_EQ(again.size(), 1u);
+  EXPECT_EQ(again[0].unit, 1u);
+  b.result(again[0]);
+  EXPECT_EQ(all<Grant>(b.pass(1, {3, 4})).size(), 2u);
+  EXPECT_EQ(b.ledger.audit(), "");
+}
+
+TEST(Trust, ALateDisputeOfAnEarlierPassIsDecidedWhenThatPassComesAgain) {
+  LedgerBench b;
+  b.job(1, {1, 2});
+  const auto first = all<Grant>(b.join(1, 2, 2));
+  ASSERT_EQ(first.size(), 2u);
+  const Grant late{2, 1, 0, 1};  // what another process was given and brings when its pass is over
+  b.join(2);
+  for (const Grant& g : first) b.result(g);
+  ASSERT_EQ(all<Grant>(b.pass(1, {3, 4, 5})).back().worker, 2u);  // it has proven its class
+  const Actions disputed = b.result(late, 66);
+  EXPECT_EQ(all<Rewind>(disputed).size(), 1u);
+  EXPECT_EQ(b.ledger.counts(1).disputes, 0u);
+  EXPECT_TRUE(all<Grant>(disputed).empty());
+  b.join(3);
+  const auto third = all<Grant>(b.pass(1, {1, 2}));
+  ASSERT_EQ(third.size(), 1u);
+  EXPECT_EQ(third[0].unit, 1u);
+  EXPECT_EQ(third[0].worker, 3u);
+  EXPECT_EQ(all<Quarantine>(b.result(third[0], 1)).size(), 1u);
+  EXPECT_TRUE(b.ledger.pass_complete(1));
+  EXPECT_EQ(b.ledger.audit(), "");
+}
+
+TEST(Trust, AUnitThatIsHandedBackIsGivenAnewAndNobodyIsBlamed) {
+  LedgerBench b;
+  b.job(1, {1});
+  ASSERT_EQ(all<Grant>(b.join(1)).size(), 1u);
+  b.last.clear();
+  b.ledger.hand_back(1, 1, 1, b.now, b.last);
+  const auto again = all<Grant>(b.last);
+  ASSERT_EQ(again.size(), 1u);
+  EXPECT_EQ(again[0].worker, 1u);
+  b.result(again[0]);
+  EXPECT_TRUE(b.ledger.pass_complete(1));
+  EXPECT_EQ(b.ledger.audit(), "");
+}
+
 TEST(Trust, DamageOnDiskIsBakedAgain) {
   LedgerBench b;
   b.job(1, {1, 2});

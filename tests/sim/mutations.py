@@ -36,6 +36,8 @@ MUTATIONS = [
      "if (worker.held.size() >= 64 || holds_suspect(worker)) return false;"),
     ("one worker may vote twice", "farm_grants.cpp",
      "if (!voted(unit, worker.identity) && !leased(unit)) return id;", "return id;"),
+    ("work of later passes goes on after a rewind", "farm_jobs.cpp",
+     "dequeue(job, unit_id, unit);\n    unit.delivered = unit.disputed = false;", "unit.delivered = false;"),
     ("a poisonous unit is tried for ever", "farm_answers.cpp",
      "unit.phase = Phase::kFailed;", "return;"),
     ("hung workers are waited for", "farm_workers.cpp",

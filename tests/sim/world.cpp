@@ -247,6 +247,11 @@ void World::carry_out(const Action& action) {
           [&](const Grant& a) {
             ++figures_.grants;
             if (!machine_of_.count(a.worker)) fail("a unit is given to a worker that is not connected");
+            const Conductor& job = conductors_.at(a.job);
+            const bool of_pass = job.pass < job.passes.size() &&
+                                 std::any_of(job.passes[job.pass].begin(), job.passes[job.pass].end(),
+                                             [&](const UnitPlan& plan) { return plan.id == a.unit; });
+            if (!of_pass) fail(text("unit {} is given out, which is not of the present pass", a.unit));
             to_machine(a.worker, [this, a](Machine& m, size_t i) {
               m.queue.push_back(a);
               work(i);

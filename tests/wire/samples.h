@@ -37,7 +37,7 @@ inline std::vector<Message> sample_messages() {
           ChunkPiece{d, 0, 5000, Bytes(5000, std::byte{3}), true},
           Unit{7, 11, {9, 64, 32, {1, 2, 3, 5, 8}}},
           Unit{7, 12, {10, 64, 32, {1, 2, 3, 5, 8}, 1, d}},
-          Result{7, 11, r, result_digest(r)},
+          Result{7, 11, r, result_digest(r), 12},
           Request{1, "jobs", "{}"},
           Reply{1, false, ErrorKind::kUsage, "no such job"}};
 }

@@ -159,6 +159,7 @@ void Agent::on_closed(const std::string& reason) {
 void Agent::on_frame(const FrameHeader& header, std::span<const std::byte> payload) {
   last_contact_ms_ = clock_.now_ms();
   auto message = decode(header, payload);
+  peer_minor_ = header.minor;
   if (message) return handle(*message);
   if (header.major != kWireMajor) return finish(fail(ErrorKind::kUsage, message.error().message));
   break_connection(message.error().message);

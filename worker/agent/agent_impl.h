@@ -125,6 +125,7 @@ class Agent {
   uint32_t failures_ = 0;          // to connect, in a row
   uint64_t connection_count_ = 0;  // tells answers for an earlier connection
   uint32_t heartbeat_ms_ = 1000, beats_ = 0;
+  uint8_t peer_minor_ = 0;  // of the coordinator
   bool welcomed_ = false, draining_ = false;
 
   ChunkCache cache_;

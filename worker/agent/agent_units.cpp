@@ -33,14 +33,19 @@ void Agent::take_unit(Unit& unit) {
   KnownJob* job = known(unit.job);
   if (!job || !job->baker) return break_connection("a unit of a job that is not ready");
   const UnitKey key{unit.job, unit.unit.id};
+  const uint64_t shape = unit_shape(unit.unit);
+  if (const auto it = job->kept.find(key.second); it != job->kept.end() && it->second.shape != shape)
+    drop_kept(*job, key.second);  // of before a rewind: the number stands for other work now
   if (const auto it = job->kept.find(key.second); it != job->kept.end()) {
     it->second.lease = unit.lease;  // baked already, and the acknowledgement was lost
     outbox_.push_back(key);
     return pump();
   }
+  const auto old = taken_.find(key);
+  if (old != taken_.end() && unit_shape(old->second.unit) != shape)
+    drop_taken(key.first, [&](uint64_t id) { return id == key.second; });
   if (const auto it = taken_.find(key); it != taken_.end()) {
-    it->second.lease = unit.lease;
-    it->second.withdrawn = false;
+    it->second = {unit.lease, false, std::move(unit.unit)};  // what runs, or is begun when that has ended
     return;
   }
   if (draining_) return send(Drain{{key.second}, "draining"});
@@ -67,7 +72,10 @@ void Agent::on_done(const Unit& unit, Expected<UnitResult> result) {
   taken_.erase(it);
   KnownJob* job = known(unit.job);
   if (job && !taken.withdrawn) {
-    if (result)
+    if (unit_shape(unit.unit) != unit_shape(taken.unit)) {  // the number was given to other work meanwhile
+      Unit next{key.first, taken.lease, taken.unit};
+      if (welcomed_) take_unit(next);  // else it is given anew
+    } else if (result)
       keep(*job, taken, std::move(*result));
     else
       report_failure(key, taken, result.error());
@@ -102,7 +110,9 @@ void Agent::keep(KnownJob& job, const TakenUnit& taken, UnitResult result) {
   const uint64_t unit = result.unit;
   drop_kept(job, unit);
   const Result& kept =
-      job.kept.emplace(unit, Result{job.spec.id, taken.lease, std::move(result), digest}).first->second;
+      job.kept
+          .emplace(unit, Result{job.spec.id, taken.lease, std::move(result), digest, unit_shape(taken.unit)})
+          .first->second;
   kept_bytes_ += bytes_of_result(kept);
   outbox_.push_back({job.spec.id, unit});
   pump();
@@ -125,7 +135,11 @@ void Agent::pump() {
     outbox_.pop_front();
     const KnownJob* job = known(id);
     if (!job || undelivered_.count(id)) continue;  // goes with the others
-    if (const auto it = job->kept.find(unit); it != job->kept.end()) send(it->second);
+    const auto it = job->kept.find(unit);
+    if (it == job->kept.end()) continue;
+    Result result = it->second;
+    if (peer_minor_ < 2) result.shape = 0;
+    send(std::move(result));
   }
 }
 
