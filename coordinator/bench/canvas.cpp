@@ -94,7 +94,7 @@ void PixelCanvas::dot(double x, double y, double radius, const InkColor& ink) {
 void PixelCanvas::word(double x, double y, Anchor anchor, const std::string& what, const InkColor& ink) {
   std::string small = what;  // the letters that labels have
   for (char& c : small) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  const auto scale = static_cast<uint32_t>(std::max(1.0, scale_ / 1.5 + 0.5));
+  const auto scale = static_cast<uint32_t>(scale_);
   const double width = label_width(scale, small);
   const double left = x * scale_ - (anchor == Anchor::kStart    ? 0
                                     : anchor == Anchor::kMiddle ? width / 2

@@ -8,7 +8,7 @@ namespace kiln {
 namespace {
 
 constexpr double kPanelWidth = 460, kPanelHeight = 340;
-constexpr double kLeft = 62, kRight = 16, kTop = 30, kBottom = 44;  // margins in a panel
+constexpr double kLeft = 62, kRight = 28, kTop = 30, kBottom = 44;  // margins in a panel
 constexpr double kLegend = 26, kFooter = 24, kLegendStep = 110;
 constexpr InkColor kInk = {40, 40, 40}, kGrid = {221, 221, 221};
 // Okabe and Ito: told apart with any colour vision.
