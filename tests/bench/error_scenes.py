@@ -158,15 +158,16 @@ def lights1000(scene):
 
 def courtyard(scene):
     """An open court in a covered walk behind pillars, in the sun and under the sky."""
-    outer, inner, high, roof = 5.0, 3.0, 3.0, 3.3
+    outer, inner, high, roof, back = 5.0, 3.0, 3.0, 3.3, 5.2  # walls of 20 cm
     scene.lambert(scenes.inside_of_box((-outer, 0, -outer), (outer, high, outer), ("+y",)), (0.7, 0.65, 0.55))
     below, above, rim = [], [], []
-    for x0, x1, z0, z1 in ((-outer, outer, -outer, -inner), (-outer, outer, inner, outer),
-                           (-outer, -inner, -inner, inner), (inner, outer, -inner, inner)):
-        below.append([(x0, high, z0), (x1, high, z0), (x1, high, z1), (x0, high, z1)])
-        above.append([(x0, roof, z1), (x1, roof, z1), (x1, roof, z0), (x0, roof, z0)])
+    for side, y, quads in ((outer, high, below), (back, roof, above)):
+        for x0, x1, z0, z1 in ((-side, side, -side, -inner), (-side, side, inner, side),
+                               (-side, -inner, -inner, inner), (inner, side, -inner, inner)):
+            quad = [(x0, y, z0), (x1, y, z0), (x1, y, z1), (x0, y, z1)]
+            quads.append(quad if quads is below else list(reversed(quad)))
     rim += scenes.inside_of_box((-inner, high, -inner), (inner, roof, inner), ("-y", "+y"))
-    rim += [list(reversed(q)) for q in scenes.inside_of_box((-outer, 0, -outer), (outer, roof, outer), ("-y", "+y"))]
+    rim += [list(reversed(q)) for q in scenes.inside_of_box((-back, 0, -back), (back, roof, back), ("-y", "+y"))]
     scene.lambert(below + above + rim, (0.7, 0.6, 0.5))
     posts = {(a, b) for a in (-2.8, -1.4, 0.0, 1.4, 2.8) for b in (-2.8, 2.8)}
     for x, z in sorted(posts | {(b, a) for a, b in posts}):
