@@ -216,6 +216,6 @@ def write(folder, names=None):
 
 
 if __name__ == "__main__":
-    if len(sys.argv) < 2 or any(name not in ROSTER for name in sys.argv[2:]):
+    if len(sys.argv) < 2 or sys.argv[1].startswith("-") or any(name not in ROSTER for name in sys.argv[2:]):
         sys.exit(__doc__ + "\nNames: " + ", ".join(ROSTER))
     write(sys.argv[1], sys.argv[2:])

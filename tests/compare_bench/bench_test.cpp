@@ -10,7 +10,9 @@ namespace kiln {
 namespace {
 
 TEST(Configurations, AreParsed) {
-  const auto c = *parse_configuration("noon:sun=0,1,0:5,5,5,ladder=samples,cache=off");
+  const auto parsed = parse_configuration("noon:sun=0,1,0:5,5,5,ladder=samples,cache=off");
+  ASSERT_TRUE(parsed) << parsed.error().message;
+  const Configuration& c = *parsed;
   EXPECT_EQ(c.name, "noon");
   EXPECT_TRUE(c.by_samples);
   ASSERT_EQ(c.settings.size(), 2u);

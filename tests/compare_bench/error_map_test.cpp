@@ -73,8 +73,8 @@ TEST_F(ErrorMaps, NonsenseIsNamed) {
 
 TEST_F(ErrorMaps, TexelsAreNamedByTheirObjects) {
   std::ofstream(dir_.path() / "charts.json") << R"({"width": 10, "height": 10,
-    "instances": [{"name": "floor", "first_chart": 0, "charts": 1}, {"name": "box", "first_chart": 1, "charts": 1}],
-    "transforms": [[0.9, 0.9, 0, 0, 0, 0], [0.2, 0.2, 0.5, 0.5, 0, 1]]})";
+    "instances": [{"name": "box", "first_chart": 0, "charts": 1}, {"name": "floor", "first_chart": 1, "charts": 1}],
+    "transforms": [[0.2, 0.2, 0.5, 0.5, 0, 1], [0.9, 0.9, 0, 0, 0, 0]]})";
   std::vector<WorstTexel> texels(3);
   texels[0].x = texels[0].y = 6;
   texels[1].x = texels[1].y = 2;
