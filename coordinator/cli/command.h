@@ -17,6 +17,7 @@ struct Option {
   std::string placeholder;  // "N"; empty: a flag
   std::string about;
   bool required = false;
+  bool several = false;  // may be given again: the value is all of them, a line each
 };
 
 // What was typed.
@@ -43,6 +44,7 @@ Command bake_command();
 Command encode_command();
 Command plan_command();
 Command compare_command();
+Command bench_command();
 Command cert_command();
 Command doctor_command();
 Command serve_command();

@@ -36,9 +36,10 @@ void declare(Parsed& p) {
       continue;
     }
     p.values.emplace_back(long_name(o.name), "");
-    p.app->add_option(o.name, p.values.back().second, o.about)
-        ->type_name(o.placeholder)
-        ->required(o.required);
+    CLI::Option* const option = p.app->add_option(o.name, p.values.back().second, o.about)
+                                    ->type_name(o.placeholder)
+                                    ->required(o.required);
+    if (o.several) option->multi_option_policy(CLI::MultiOptionPolicy::Join);
   }
   if (!p.command->takes_settings) return;
   p.app

@@ -7,8 +7,8 @@
 
 namespace kiln {
 
-// Letters a to z, digits, space, '.', '+' and '%', 5 x 7 dots of `scale` pixels, 6 apart; others are left
-// blank. What reaches over the picture is cut off.
+// Letters a to z, digits, space and .,:;_+-/%, 5 x 7 dots of `scale` pixels, 6 apart; others are left blank.
+// What reaches over the picture is cut off.
 void draw_label(Picture& picture, uint32_t left, uint32_t top, uint32_t scale, std::string_view text,
                 const std::array<uint8_t, 3>& color);
 uint32_t label_width(uint32_t scale, std::string_view text);

@@ -51,7 +51,7 @@ TEST(JobFile, BesideTheSceneIsReadAndTheCommandLineOverridesIt) {
 }
 
 TEST(Help, EveryCommandHasAnExample) {
-  for (const char* command : {"bake", "plan", "compare", "encode"}) {
+  for (const char* command : {"bake", "plan", "compare", "bench", "encode"}) {
     const auto r =
         test::run_command("'" + (test::binary_dir() / "bin/kiln").string() + "' " + command + " --help");
     EXPECT_EQ(r.exit_status, 0);

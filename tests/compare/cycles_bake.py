@@ -2,13 +2,15 @@
 
     blender -b --factory-startup --python cycles_bake.py -- JOB.json
 
-cycles.py writes the job and reads the result that is written beside it. Everything is baked as one mesh in world
+cycles.py writes the job and reads the result that is written beside it; cycles_time.py asks for a ladder of samples
+and for the maps, and compares them itself. Everything is baked as one mesh in world
 space, built from what Blender's own glTF importer read, so that a scene of hundreds of objects is one bake.
 """
 import json
 import math
 import os
 import sys
+import time
 
 import bpy
 import numpy
@@ -35,10 +37,43 @@ def main():
     target = one_mesh()
     kiln = read_maps(job["kiln"])
     height, width = kiln["valid"].shape
+    if "ladder" in job:
+        climb(target, width, height, job)
+        return
     bakes = [bake(target, width, height, job, seed) for seed in job["seeds"]]
     result = compare(kiln, bakes, job)
     with open(job["result"], "w") as file:
         json.dump(result, file, indent=1)
+
+
+def climb(target, width, height, job):
+    """A map and its seconds for every number of samples and seed, until one takes too long."""
+    runs = []
+    for samples in job["ladder"]:
+        for seed in job["seeds"]:
+            start = time.time()
+            pixels = bake(target, width, height, {**job, "samples": samples}, seed)
+            seconds = time.time() - start
+            # Texels at the border of a chart are only in part on triangles, and each program has its way with them.
+            pixels[..., 3] = interior(pixels[..., 3] > 0.5)
+            path = os.path.join(job["folder"], "%d-%d.exr" % (samples, seed))
+            save_map(pixels, path)
+            runs.append({"samples": samples, "seed": seed, "seconds": seconds, "map": path})
+        if seconds > job["most_seconds"]:
+            break
+    with open(job["result"], "w") as file:
+        json.dump(runs, file, indent=1)
+
+
+def save_map(pixels, path):
+    height, width = pixels.shape[:2]
+    image = bpy.data.images.new("map", width, height, alpha=True, float_buffer=True)
+    image.colorspace_settings.name = "Non-Color"
+    image.alpha_mode = "CHANNEL_PACKED"
+    image.pixels.foreach_set(pixels.astype(numpy.float32).ravel())
+    image.filepath_raw, image.file_format = path, "OPEN_EXR"
+    image.save()
+    bpy.data.images.remove(image)
 
 
 def settle_lamps(job):

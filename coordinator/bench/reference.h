@@ -1,0 +1,41 @@
+// References: bakes of one scene as exact as samples make them, in two independent halves, kept by what went
+// into them.
+#pragma once
+
+#include <filesystem>
+
+#include "coordinator/compare/error_map.h"
+#include "coordinator/run/bake_run.h"
+
+namespace kiln {
+
+struct ReferenceRequest {
+  std::filesystem::path scene;
+  BakeSettings settings;         // those that say what the light is count: see reference_settings
+  uint32_t samples = 16384;      // of every texel, in each half
+  std::filesystem::path folder;  // where references are kept; made if needed
+  std::filesystem::path worker_program;
+};
+
+struct Reference {
+  std::string key;  // SHA-256 of scene, atlas, settings that change the light, samples and release
+  std::filesystem::path folder;  // has half0 and half1, each with irradiance.exr and validity.exr
+  ErrorMap half[2];
+  bool reused = false;
+  double seconds = 0;  // that this call took
+};
+
+// What the halves are baked with: the scene, layout and transport of `settings`, and nothing that trades
+// exactness for time: no cache, no denoiser, no seams joined, a fixed count of samples; seeds that no
+// measured run has.
+BakeSettings reference_settings(BakeSettings settings, uint32_t samples, uint32_t half);
+
+// $KILN_CACHE/references or its like (unwrap_cache.h); empty: there is no such place.
+std::filesystem::path default_reference_folder();
+
+// The kept reference, or a new one, which is then kept. Fails (kInvalidInput) on one that has been damaged,
+// naming the file and what to do.
+Expected<Reference> obtain_reference(const ReferenceRequest& request,
+                                     const std::function<void(const BakeProgress&)>& progress);
+
+}  // namespace kiln

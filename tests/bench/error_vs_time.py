@@ -1,0 +1,359 @@
+#!/usr/bin/env python3
+"""Measures what docs/error_vs_time.md says and writes it there.
+
+    python3 tests/bench/error_vs_time.py                                    # everything; one to two hours on two processors
+    python3 tests/bench/error_vs_time.py --only calibration --scenes ajar   # parts: calibration curves texel others
+    python3 tests/bench/error_vs_time.py --quick --page /tmp/page.md        # minutes, to see that all of it works
+    python3 tests/bench/error_vs_time.py --only none                        # the page again, from what was measured
+
+Every result is kept as JSON in the work folder, so that parts can be measured again one by one; the page is made of all
+that is there. Calibration keeps a set of results for every --label: `before` is the same command with --kiln of an
+earlier build. Real scenes are looked for in $KILN_SCENES or ../shared/scenes and left out, saying so, where absent.
+"""
+import argparse
+import json
+import math
+import os
+import shutil
+import statistics
+import subprocess
+import sys
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+ROOT = os.path.dirname(os.path.dirname(HERE))
+COMPARE = os.path.join(ROOT, "tests/compare")
+sys.path.insert(0, HERE)
+import error_scenes  # noqa: E402
+
+SKIPPED = 77
+PARTS = ("calibration", "curves", "texel", "others")
+TARGETS = (1e-3, 1e-4)
+FLUX_CORE_MS = 86  # 200 core hours for 8 Mtexel, as published
+
+# Samples of each half of the reference: the harder the light, the more.
+REFERENCE = {"cornell": 4096, "ajar": 8192, "keyhole": 8192, "lights1000": 4096, "courtyard": 8192, "caustic": 8192,
+             "furnace": 1024, "arcade": 2048, "staircase": 4096, "living-room": 4096}
+REAL = {"staircase": 3, "living-room": 4}  # texels per metre
+ARCADE_DENSITY = 1
+CALIBRATED = {"plain": {"cache": "off", "denoise": "off"}, "all": {"cache": "on", "denoise": "on"}}
+OF_THE_TEXEL_TABLE = ("arcade", *REAL)
+OF_OTHERS = ("cornell", "courtyard", "ajar")
+
+
+def real_options(path):
+    """Light of a real scene, from the .json beside it."""
+    name = os.path.splitext(path)[0] + ".json"
+    if not os.path.exists(name):
+        return {}
+    with open(name) as file:
+        side = json.load(file)
+    options = {}
+    if side.get("environment"):
+        options["environment"] = ",".join("%g" % x for x in side["environment"]["radiance"])
+    if side.get("sun"):
+        options["sun"] = ",".join("%.9g" % x for x in side["sun"]["to_light"]) + ":" + \
+            ",".join("%.9g" % x for x in side["sun"]["irradiance"])
+    return options
+
+
+def scenes_of(options):
+    """Name -> (path, settings of its own). Generated scenes say theirs in NAME.kiln.json."""
+    folder = os.path.join(options.work, "scenes")
+    scenes = {name: (path, {}) for name, path in error_scenes.write(folder).items()}
+    arcade = os.path.join(ROOT, "tests/scenes/arcade/arcade.gltf")
+    scenes["arcade"] = (arcade, {"texels-per-metre": ARCADE_DENSITY, "max-samples": 16384})
+    shared = os.environ.get("KILN_SCENES") or os.path.join(ROOT, "../shared/scenes")
+    for name, density in REAL.items():
+        path = os.path.join(shared, name + ".glb")
+        if os.path.exists(path):
+            scenes[name] = (path, {"layout": "pack", "texels-per-metre": density, **real_options(path)})
+        elif options.scenes is None or name in options.scenes:
+            print("%s: left out, %s is absent" % (name, path))
+    unknown = [name for name in options.scenes or [] if name not in scenes]
+    if unknown:
+        sys.exit("there is no scene %s; there are %s" % (unknown[0], ", ".join(scenes)))
+    chosen = {name: scenes[name] for name in scenes if options.scenes is None or name in options.scenes}
+    if options.quick:
+        for name, (path, own) in chosen.items():
+            own["texels-per-metre"] = 0.4 * density_of(path, own)
+    return chosen
+
+
+def density_of(path, own):
+    if "texels-per-metre" in own:
+        return own["texels-per-metre"]
+    with open(os.path.splitext(path)[0] + ".kiln.json") as file:
+        return json.load(file)["texels-per-metre"]
+
+
+def arguments_of(settings):
+    return [word for key, value in settings.items() for word in ("--" + key, str(value))]
+
+
+def run(command):
+    done = subprocess.run([str(word) for word in command], capture_output=True, text=True, check=False)
+    if done.returncode:
+        sys.exit("%s\nfailed with %d: %s" % (" ".join(map(str, command)), done.returncode, done.stderr[-2000:]))
+    return done.stdout
+
+
+def keep(options, part, name, result):
+    path = os.path.join(options.work, part, name + ".json")
+    os.makedirs(os.path.dirname(path), exist_ok=True)
+    with open(path, "w") as file:
+        json.dump(result, file, indent=1)
+    print("%s %s: measured" % (part, name), flush=True)
+
+
+def kept(options, part):
+    folder = os.path.join(options.work, part)
+    results = {}
+    for name in sorted(os.listdir(folder)) if os.path.isdir(folder) else []:
+        if name.endswith(".json"):
+            with open(os.path.join(folder, name)) as file:
+                results[name[:-5]] = json.load(file)
+    return results
+
+
+class Bench:
+    """The programs with what is common to all of their runs."""
+
+    def __init__(self, options):
+        self.options = options
+        self.limit = 5 if options.quick else options.most_seconds
+
+    def reference(self, name, path, own):
+        samples = 256 if self.options.quick else REFERENCE[name]
+        out = os.path.join(self.options.work, "reference")
+        text = run([self.options.kiln, "bench", path, "-o", out, "--only-reference", "--json", "--reference-samples", samples,
+                    *arguments_of(own)])
+        folder = json.loads(text)["reference"]["folder"]
+        return [os.path.join(folder, "half0"), os.path.join(folder, "half1")]
+
+    def compare(self, folder, halves):
+        return json.loads(run([self.options.kiln, "compare", folder, *halves, "--json", "--error", 0.05,
+                               "--confidence", 0.95]))
+
+    def bake(self, path, settings):
+        out = os.path.join(self.options.work, "bake")
+        report = json.loads(run([self.options.kiln, "bake", path, "-o", out, "--json", "--encode", "none",
+                                 *arguments_of(settings)]))
+        return out, report
+
+
+def calibration(bench, name, path, own):
+    halves = bench.reference(name, path, own)
+    result = {}
+    for label, more in CALIBRATED.items():
+        out, report = bench.bake(path, {**own, "basis": "irradiance", "seams": "off", "dilate": 0, "error": 0.05,
+                                        "confidence": 0.95, "time-limit": 8 * bench.limit, **more})
+        result[label] = {**bench.compare(out, halves), "complete": report["complete"]}
+    keep(bench.options, os.path.join("calibration", bench.options.label), name, result)
+
+
+def curves(bench, name, path, own):
+    quick = ["--errors", "0.4,0.2", "--samples", "16,64", "--repeats", 1, "--reference-samples", 256]
+    full = ["--repeats", bench.options.repeats, "--reference-samples", REFERENCE[name]]
+    out = os.path.join(bench.options.work, "bench", name)
+    result = json.loads(run([bench.options.kiln, "bench", path, "-o", out, "--json", "--most-seconds", bench.limit,
+                             *(quick if bench.options.quick else full), *arguments_of(own)]))
+    keep(bench.options, "curves", name, result)
+
+
+def texel(bench, name, path, own):
+    if name not in OF_THE_TEXEL_TABLE:
+        return
+    _, r = bench.bake(path, {**own, "error": 0.05, "confidence": 0.95, "cache": "on", "denoise": "on",
+                             "time-limit": 40 * bench.limit})
+    keep(bench.options, "texel", name, {
+        "texels": r["atlas"]["valid_texels"], "core_seconds": r["farm"]["worker_seconds"], "rays": r["farm"]["rays"],
+        "complete": r["complete"], "converged": r["passes"][-1]["converged_share"]})
+
+
+def crossing(points, target):
+    """(sign, seconds): as `kiln bench` finds it; an unbiased method that did not get there is continued by 1 / time."""
+    for i, (seconds, error) in enumerate(points):
+        if error > target:
+            continue
+        if i == 0:
+            return "< ", seconds
+        before, worse = points[i - 1]
+        part = math.log(worse / target) / math.log(worse / max(error, 0.1 * target))
+        return "", before * (seconds / before) ** part
+    return "≈ ", points[-1][0] * points[-1][1] / target
+
+
+def others(bench, name, path, own):
+    if name not in OF_OTHERS:
+        return
+    halves = bench.reference(name, path, own)
+    tracer = os.path.join(os.path.dirname(bench.options.kiln), "plain_tracer")
+    points, rate = [], []
+    for samples in (16, 64) if bench.options.quick else (64, 256, 1024, 4096, 16384, 65536):
+        out = os.path.join(bench.options.work, "plain")
+        runs = []
+        for repeat in range(1 if bench.options.quick else 3):
+            r = json.loads(run([tracer, path, out, samples, "--seed", repeat + 1, *arguments_of(own)]))
+            runs.append((r["seconds"], bench.compare(out, halves)["rel_mse"]))
+            rate.append(r["rays"] / r["seconds"] / r["threads"])
+        points.append([statistics.median(x) for x in zip(*runs)])
+        if points[-1][0] > bench.limit or points[-1][1] < 0.5 * TARGETS[0]:
+            break
+    result = {"plain": {"points": points, "rays_per_second_and_thread": statistics.median(rate)}}
+    command = [sys.executable, os.path.join(COMPARE, "cycles_time.py"), path, "--reference", *halves, "--kiln",
+               bench.options.kiln, "--json", "--most-seconds", str(bench.limit)]
+    done = subprocess.run(command + (["--quick"] if bench.options.quick else []) + arguments_of(own), capture_output=True,
+                          text=True, check=False)
+    if done.returncode == 0:
+        result["cycles"] = json.loads(done.stdout)
+    else:
+        print("cycles on %s: %s" % (name, (done.stdout + done.stderr).strip().split("\n")[-1]))
+    keep(bench.options, "others", name, result)
+
+
+def percent(x):
+    return "%.1f %%" % (100 * x)
+
+
+def calibration_table(options):
+    rows = ["| scene | settings | version | texels | stated, rms | true / stated | coverage of 95 % | promised 5 % | kept | "
+            "reference |",
+            "|---|---|---|---|---|---|---|---|---|---|"]
+    folder = os.path.join(options.work, "calibration")
+    labels = sorted(os.listdir(folder), key=lambda x: (x != "before", x)) if os.path.isdir(folder) else []
+    results = {label: kept(options, os.path.join("calibration", label)) for label in labels}
+    for name in REFERENCE:
+        for settings in CALIBRATED:
+            for label in labels:
+                r = results[label].get(name, {}).get(settings)
+                if not r:
+                    continue
+                c = r["calibration"]
+                rows.append("| %s | %s | %s | %d | %s | %.3f | %s | %s | %s | %s |" % (
+                    name, settings, label, r["texels"], percent(c["stated_rms"]), c["error_ratio"], percent(c["coverage"]),
+                    percent(c["promised"] / r["texels"]), percent(c["promise_kept"]) if c["promised"] else "",
+                    percent(c["reference_part"])))
+    return rows
+
+
+def points_of(curve):
+    return [(p["seconds"], p["rel_mse"]) for p in curve["points"]]
+
+
+def time_text(found):
+    return "%s%.3g" % found
+
+
+def times_table(options):
+    results = kept(options, "curves")
+    names = []
+    for r in results.values():
+        names += [c["configuration"] for c in r["curves"] if c["configuration"] not in names]
+    rows = ["| scene | relMSE | " + " | ".join(names) + " | brute / last |", "|---" * (len(names) + 3) + "|"]
+    for scene in [s for s in REFERENCE if s in results]:
+        for target in TARGETS:
+            found = {c["configuration"]: crossing(points_of(c), target) for c in results[scene]["curves"]}
+            ratio = ""
+            # Only what got there itself is held against brute force.
+            if "brute" in found and found[names[-1]][0] != "≈ ":
+                sign = {"": "", "≈ ": "≈ ", "< ": "? "}[found["brute"][0]]
+                sign = "> " + sign if found[names[-1]][0] == "< " else sign
+                ratio = "%s%.1f" % (sign, found["brute"][1] / found[names[-1]][1])
+            rows.append("| %s | %.0e | %s | %s |" % (
+                scene, target, " | ".join(time_text(found[n]) if n in found else "" for n in names), ratio))
+    return rows
+
+
+def curves_section(options, page_folder):
+    rows = []
+    images = os.path.join(page_folder, "images/error")
+    results = kept(options, "curves")
+    for scene in [s for s in REFERENCE if s in results]:
+        source = os.path.join(options.work, "bench", scene, "bench.svg")
+        if not os.path.exists(source):
+            continue
+        os.makedirs(images, exist_ok=True)
+        shutil.copyfile(source, os.path.join(images, scene + ".svg"))
+        rows += ["![relMSE of %s against seconds and rays](images/error/%s.svg)" % (scene, scene), ""]
+    return rows[:-1]
+
+
+def texel_table(options):
+    rows = ["| scene | texels | core-ms a texel | rays a texel | texels within 5 % at 95 %, stated |", "|---|---|---|---|---|"]
+    for name, r in kept(options, "texel").items():
+        rows.append("| %s | %d | %.1f | %.0f | %s%s |" % (
+            name, r["texels"], 1000 * r["core_seconds"] / r["texels"], r["rays"] / r["texels"], percent(r["converged"]),
+            "" if r["complete"] else " (time was up)"))
+    return rows + ["| Flux, as published | 8 M | %d | 100,000 | |" % FLUX_CORE_MS]
+
+
+def others_table(options):
+    rows = ["| scene | relMSE | Cycles, s | plain Embree, s | plain, M rays/s and thread | Kiln, s | plain / Kiln |",
+            "|---|---|---|---|---|---|---|"]
+    ours = kept(options, "curves")
+    for name, r in kept(options, "others").items():
+        target = TARGETS[0]
+        plain = crossing(r["plain"]["points"], target)
+        cycles = crossing(r["cycles"]["points"], target) if "cycles" in r else None
+        kiln = crossing(points_of(ours[name]["curves"][-1]), target) if name in ours else None
+        reached = kiln and kiln[0] != "≈ "
+        rows.append("| %s | %.0e | %s | %s | %.2f | %s | %s |" % (
+            name, target, time_text(cycles) if cycles else "skipped", time_text(plain),
+            r["plain"]["rays_per_second_and_thread"] / 1e6, time_text(kiln) if kiln else "",
+            "%.1f" % (plain[1] / kiln[1]) if reached else ""))
+    return rows
+
+
+def machine_line(options):
+    machines = {r["machine"] for r in kept(options, "curves").values()}
+    return ["Measured on: %s." % "; ".join(sorted(machines)) if machines else "Not measured yet."]
+
+
+def write_page(options):
+    with open(options.template) as file:
+        text = file.read()
+    folder = os.path.dirname(os.path.abspath(options.page))
+    sections = {"machine": machine_line(options), "calibration": calibration_table(options),
+                "curves": curves_section(options, folder), "times": times_table(options), "texel": texel_table(options),
+                "others": others_table(options)}
+    for name, rows in sections.items():
+        begin, end = "<!-- %s -->\n" % name, "<!-- end of %s -->" % name
+        if begin not in text or end not in text:
+            sys.exit("%s has no place for '%s'" % (options.template, name))
+        head, rest = text.split(begin, 1)
+        text = head + begin + "".join(row + "\n" for row in rows) + end + rest.split(end, 1)[1]
+    with open(options.page, "w") as file:
+        file.write(text)
+    print("written: %s" % options.page)
+
+
+def main():
+    page = os.path.join(ROOT, "docs/error_vs_time.md")
+    cache = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--only", nargs="*", choices=[*PARTS, "none"], default=list(PARTS), help="parts to measure")
+    parser.add_argument("--scenes", nargs="*", help="of all parts")
+    parser.add_argument("--quick", action="store_true", help="few texels and samples: figures that mean nothing")
+    parser.add_argument("--repeats", type=int, default=3)
+    parser.add_argument("--most-seconds", type=float, default=10, help="a run beyond this is the last of its ladder")
+    parser.add_argument("--label", default="now", help="of the calibration: before, now")
+    parser.add_argument("--kiln", default=os.path.join(ROOT, "build/bin/kiln"))
+    parser.add_argument("--work", help="folder of the results [kiln/error_vs_time in the cache folder]")
+    parser.add_argument("--page", default=page)
+    options = parser.parse_args()
+    options.template = options.page if os.path.exists(options.page) else page
+    options.work = options.work or os.path.join(cache, "kiln/error_vs_time" + ("_quick" if options.quick else ""))
+    if options.quick and os.path.abspath(options.page) == page:
+        sys.exit("--quick is not for docs/error_vs_time.md: give another --page")
+    os.makedirs(options.work, exist_ok=True)
+    bench = Bench(options)
+    scenes = scenes_of(options) if options.only != ["none"] else {}
+    for part in PARTS:
+        if part in options.only:
+            for name, (path, own) in scenes.items():
+                globals()[part](bench, name, path, own)
+    write_page(options)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,149 @@
+// Measures against closed forms.
+#include "coordinator/compare/measures.h"
+
+#include <random>
+
+#include "coordinator/compare/difference_picture.h"
+#include "coordinator/compare/summary.h"
+
+namespace kiln {
+namespace {
+
+ErrorMap map_of(std::vector<double> light, std::vector<double> stated = {}) {
+  ErrorMap m;
+  m.name = "map";
+  m.width = 2;
+  m.page_height = static_cast<uint32_t>(light.size() / 2);
+  m.measured.assign(light.size(), true);
+  m.light = std::move(light);
+  m.stated = std::move(stated);
+  return m;
+}
+
+std::vector<double> normal(size_t n, double mean, double sigma, uint32_t seed) {
+  std::mt19937 numbers(seed);
+  std::normal_distribution<double> normal(mean, sigma);
+  std::vector<double> out(n);
+  for (double& v : out) v = normal(numbers);
+  return out;
+}
+
+constexpr size_t kMany = 40000;
+
+TEST(Measures, HalvesByHand) {
+  const auto c =
+      *compare_maps(map_of({3, 4}), map_of({1, 4}), std::make_unique<ErrorMap>(map_of({2, 6})).get(), {});
+  const double floor = 3.25 * 3.25 * 1e-4;  // r = 1.5 and 5
+  EXPECT_EQ(c.texels, 2u);
+  EXPECT_DOUBLE_EQ(c.bias, 0.25);
+  EXPECT_DOUBLE_EQ(c.mse, 1.0);  // (2 x 1 + 0 x -2) / 2
+  EXPECT_DOUBLE_EQ(c.rel_mse, 0.5 * 2 / (2.25 + floor));
+  EXPECT_DOUBLE_EQ(*c.reference_rel_mse, 0.5 * (0.25 / (2.25 + floor) + 1 / (25 + floor)));
+  EXPECT_DOUBLE_EQ(c.bias_error, std::sqrt(0.5 * (0.25 + 1) / 2));
+}
+
+TEST(Measures, NoiseOfTheReferenceDropsOut) {
+  // One: a error of 0.1 against halves of 0.2. The product's variance is E[x^2] E[y^2] + E[xy]^2.
+  const ErrorMap a = map_of(normal(kMany, 10, 0.1, 1)), b1 = map_of(normal(kMany, 10, 0.2, 2)),
+                 b2 = map_of(normal(kMany, 10, 0.2, 3));
+  const double sigma = std::sqrt((0.05 * 0.05 + 0.01 * 0.01) / kMany);
+  const auto halves = *compare_maps(a, b1, &b2, {});
+  EXPECT_NEAR(halves.mse, 0.01, 5 * sigma);
+  EXPECT_NEAR(compare_maps(a, b1, nullptr, {})->mse, 0.05, 5 * 0.05 * std::sqrt(2.0 / kMany));
+  EXPECT_NEAR(halves.rel_mse_error, sigma / 100, 0.1 * sigma / 100);
+  EXPECT_NEAR(*halves.reference_rel_mse, 0.02 / 100, 0.02 / 100 * 5 * std::sqrt(2.0 / kMany) + 1e-6);
+}
+
+TEST(Measures, TrueStatementsAreCovered) {
+  const ErrorMap truth = map_of(std::vector<double>(kMany, 1.0));
+  const auto stating = [&](double s) {
+    return map_of(normal(kMany, 1, 0.02, 4), std::vector<double>(kMany, s));
+  };
+  const auto k = *compare_maps(stating(0.02), truth, nullptr, {})->calibration;
+  const auto share_error = [](double p) { return 5 * std::sqrt(p * (1 - p) / kMany); };
+  EXPECT_NEAR(k.coverage, 0.95, share_error(0.95));
+  EXPECT_NEAR(k.error_ratio, 1, 5 * std::sqrt(2.0 / kMany) / 2);
+  EXPECT_NEAR(k.stated_rms, 0.02, 0.001);
+  EXPECT_EQ(k.promised, kMany);  // 1.96 x 0.02 < 0.05
+  EXPECT_NEAR(k.promise_kept, std::erf(2.5 / std::sqrt(2.0)), share_error(0.987));
+  const auto half = *compare_maps(stating(0.01), truth, nullptr, {})->calibration;
+  EXPECT_NEAR(half.coverage, std::erf(0.5 * 1.959964 / std::sqrt(2.0)), share_error(0.67));
+  EXPECT_NEAR(half.error_ratio, 2, 5 * std::sqrt(2.0 / kMany));
+  EXPECT_EQ(compare_maps(stating(0.2), truth, nullptr, {})->calibration->promised, 0u);
+}
+
+TEST(Measures, PercentilesAndWorstTexels) {
+  std::vector<double> light(100, 1.0), stated(100, 0.5);
+  for (size_t i = 0; i < 100; ++i) light[i] += 0.001 * static_cast<double>(i);
+  ErrorMap a = map_of(light, stated), b = map_of(std::vector<double>(100, 1.0));
+  a.page_height = b.page_height = 25;
+  a.pages = b.pages = 2;
+  const auto c = *compare_maps(a, b, nullptr, {0.05, 0.95, 2});
+  const double scale = std::sqrt(1 + 1e-4);
+  const double expected[] = {0.049, 0.089, 0.094, 0.098, 0.099};
+  for (size_t k = 0; k < 5; ++k) EXPECT_NEAR(c.percentiles[k], expected[k] / scale, 1e-12) << k;
+  EXPECT_NEAR(c.within, 0.5, 0.0101);  // 0.05 itself is on the edge
+  ASSERT_EQ(c.worst.size(), 2u);
+  EXPECT_EQ(c.worst[0].x, 1u);
+  EXPECT_EQ(c.worst[0].y, 24u);
+  EXPECT_EQ(c.worst[0].page, 1u);
+  EXPECT_EQ(c.worst[0].stated, 0.5);
+}
+
+TEST(Measures, OnlyTexelsMeasuredInAllMapsCount) {
+  ErrorMap a = map_of({1, 2, 3, 100}), b = map_of({1, 2, 4, 1}), b2 = map_of({1, 50, 5, 1});
+  a.measured[3] = false;
+  b2.measured[1] = false;
+  EXPECT_EQ(compare_maps(a, b, nullptr, {})->texels, 3u);
+  EXPECT_EQ(compare_maps(a, b, &b2, {})->texels, 2u);
+  EXPECT_TRUE(std::isnan(relative_differences(a, b, &b2)[1]));
+}
+
+TEST(Measures, BlackMapsAreEqual) {
+  const ErrorMap black = map_of({0, 0, 0, 0}, {0, 0, 0, 0});
+  const auto c = *compare_maps(black, map_of({0, 0, 0, 0}), nullptr, {});
+  EXPECT_EQ(c.rel_mse, 0);
+  EXPECT_EQ(c.within, 1);
+  EXPECT_EQ(c.calibration->coverage, 1);
+}
+
+TEST(Measures, WhatCannotBeComparedSaysWhatToDo) {
+  const auto message = [](const Expected<Comparison>& c) { return c ? std::string() : c.error().message; };
+  const ErrorMap a = map_of({1, 2}), tall = map_of({1, 2, 3, 4});
+  EXPECT_NE(message(compare_maps(a, tall, nullptr, {})).find("--keep-layout"), std::string::npos);
+  EXPECT_NE(message(compare_maps(a, map_of({1, 3}), &tall, {})).find("2x1 and 2x2"), std::string::npos);
+  EXPECT_NE(message(compare_maps(a, a, &a, {})).find("--seed"), std::string::npos);
+  ErrorMap none = a;
+  none.measured = {false, false};
+  EXPECT_NE(message(compare_maps(a, none, nullptr, {})).find("no measured texel"), std::string::npos);
+}
+
+TEST(Measures, CsvHasAValueForEveryName) {
+  const auto columns = [](const std::string& line) { return std::count(line.begin(), line.end(), ','); };
+  for (const ErrorMap& a : {map_of({1, 2}), map_of({1, 2}, {0.1, 0.1})}) {
+    const std::string csv = comparison_csv(*compare_maps(a, map_of({1, 3}), nullptr, {}));
+    const size_t end = csv.find('\n');
+    EXPECT_EQ(columns(csv.substr(0, end)), columns(csv.substr(end)));
+  }
+}
+
+TEST(DifferencePicture, RedIsBrighterBlueIsDarker) {
+  const ErrorMap layout = map_of({1, 1, 1, 1});
+  const Picture p = difference_picture(layout, {0.2, -0.2, 0, std::nan("")});
+  const auto at = [&](uint32_t x, uint32_t y, size_t c) { return p.rgb[(size_t{y} * p.width + x) * 3 + c]; };
+  const uint32_t far = p.width - 1, low = p.width - 1;  // two texels a side
+  EXPECT_GT(at(0, 0, 0), at(0, 0, 2));
+  EXPECT_LT(at(far, 0, 0), at(far, 0, 2));
+  EXPECT_EQ(at(0, low, 0), 255);
+  EXPECT_EQ(at(far, low, 0), at(far, low, 2));
+  EXPECT_LT(at(far, low, 0), 128);
+}
+
+TEST(DifferencePicture, ScaleIsOneTwoOrFive) {
+  for (const auto& [v, up] : {std::pair(0.2, 0.2), std::pair(0.21, 0.5), std::pair(0.51, 1.0),
+                              std::pair(1.0, 1.0), std::pair(1.1, 2.0), std::pair(0.0301, 0.05)})
+    EXPECT_NEAR(round_up_125(v), up, 1e-12) << v;
+}
+
+}  // namespace
+}  // namespace kiln
