@@ -5,6 +5,7 @@
 #include <string>
 
 #include "common/base/format.h"
+#include "common/job/unit.h"
 
 namespace kiln {
 namespace {
@@ -59,6 +60,25 @@ std::vector<double> needed_samples(const SampleState& s, ErrorNorm norm, double 
       needed[i] = norm == ErrorNorm::kMeanSquare ? wanted : wanted * wanted;
     }
   return needed;
+}
+
+double missing_samples(std::span<const double> needed, const SampleState& s, uint32_t most) {
+  double sum = 0;
+  for (size_t i = 0; i < needed.size(); ++i)
+    sum += std::max(0.0, std::min<double>(needed[i], most) - s.samples[i]);
+  return kReplicates * sum;
+}
+
+double affordable_error(const SampleState& s, ErrorNorm norm, double error, double z, uint32_t most,
+                        double samples) {
+  const auto costs = [&](double e) { return missing_samples(needed_samples(s, norm, e, z), s, most); };
+  double low = std::max(error, 1e-6), high = std::max(low, reached_error(s, norm, z));
+  if (costs(low) <= samples) return low;
+  for (int step = 0; step < 40; ++step) {
+    const double middle = std::sqrt(low * high);
+    (costs(middle) > samples ? low : high) = middle;
+  }
+  return high;
 }
 
 double reached_error(const SampleState& s, ErrorNorm norm, double z) {

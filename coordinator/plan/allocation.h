@@ -28,6 +28,14 @@ struct SampleState {
 // have. kMeanSquare: Neyman 1934, n_i proportional to the relative deviation of one sample.
 std::vector<double> needed_samples(const SampleState& state, ErrorNorm norm, double error, double z);
 
+// Samples of all sites and replicates that are missing to `needed`, where no site gets more than `most`.
+double missing_samples(std::span<const double> needed, const SampleState& state, uint32_t most);
+
+// The least error, not below `error`, that is reached with so many more samples (of all sites and
+// replicates).
+double affordable_error(const SampleState& state, ErrorNorm norm, double error, double z, uint32_t most,
+                        double samples);
+
 // The norm itself, z included: what is reached now, to be compared with the asked-for error.
 double reached_error(const SampleState& state, ErrorNorm norm, double z);
 

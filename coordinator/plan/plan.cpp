@@ -83,6 +83,21 @@ std::vector<std::string> find_left_out(const Scene& scene, const BakeSettings& s
 
 }  // namespace
 
+std::string why_no_cache(const Scene& scene, const BakeSettings& settings) {
+  constexpr uint32_t kEnoughBounces = 16;  // what is left of light then is below what float paths lose
+  if (!settings.cache) return "";
+  if (!settings.indirect || settings.max_bounces == 0) return "no indirect light is asked for";
+  if (settings.max_bounces < kEnoughBounces)
+    return text("--max-bounces {} asks for paths of a length, and a texel's irradiance is of paths of any",
+                settings.max_bounces);
+  if (settings.direct)
+    for (const Record& l : scene.lights)
+      if (const Property* bake = l.find("bake"); bake && bake->word == "indirect")
+        return text("the light '{}' is baked by its reflections alone, so that a texel's irradiance lacks it",
+                    l.name);
+  return "";
+}
+
 Plan make_plan(const Scene& scene, const Atlas& atlas, const BakeSettings& settings, unsigned threads) {
   Plan plan;
   plan.texels = atlas.texel_count();
@@ -108,6 +123,9 @@ Plan make_plan(const Scene& scene, const Atlas& atlas, const BakeSettings& setti
   plan.most_seconds =
       static_cast<double>(plan.valid_texels) * settings.max_samples * rays_per_sample / second;
   plan.left_out = find_left_out(scene, settings);
+  const std::string no_cache = why_no_cache(scene, settings);
+  plan.cache = settings.cache && no_cache.empty();
+  if (!no_cache.empty()) plan.left_out.push_back("no irradiance cache: " + no_cache);
   return plan;
 }
 

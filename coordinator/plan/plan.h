@@ -20,11 +20,16 @@ struct Plan {
   std::vector<std::string> left_out;           // what this scene does not need, one sentence each
   std::vector<ObjectPlan> objects;             // by instance
   std::vector<std::string> warnings;           // one sentence each
+  bool cache = false;                          // paths may end at measured surfaces
 };
 
 // Rays a second of one thread assumed for the estimate of time: the middle of what the benchmark of
 // docs/performance.md measures on scenes of 10^4 to 10^6 triangles.
 constexpr double kRaysPerSecond = 1.5e6;
+
+// Why paths of this bake cannot end at surfaces whose irradiance an earlier pass has measured; empty: they
+// can, or nobody asked.
+std::string why_no_cache(const Scene& scene, const BakeSettings& settings);
 
 Plan make_plan(const Scene& scene, const Atlas& atlas, const BakeSettings& settings, unsigned threads);
 

@@ -44,7 +44,11 @@ void write_atlas(JsonWriter& w, const BakeReport& r) {
 void write_passes(JsonWriter& w, const BakeReport& r) {
   w.key("passes").begin_array();
   for (const PassPoint& p : r.passes) {
-    w.begin_object().pair("samples", p.samples).pair("active_texels", p.active).pair("seconds", p.seconds);
+    w.begin_object()
+        .pair("samples", p.samples)
+        .pair("active_texels", p.active)
+        .pair("seconds", p.seconds)
+        .pair("seconds_left", p.seconds_left);
     w.pair("rays", p.rays).pair("rms_relative_error", p.rms_relative);
     w.pair("worst_relative_error", p.worst_relative).pair("converged_share", p.converged_share).end_object();
   }

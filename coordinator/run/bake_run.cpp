@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 #include "common/base/clock.h"
@@ -66,6 +67,23 @@ void state_errors(Lightmap& map, const Atlas& atlas, const TexelErrors& errors) 
   for (uint32_t site = 0; site < errors.standard_error.size(); ++site)
     if (std::isfinite(errors.standard_error[site]))
       plane[atlas.sites.texel[site]] = errors.standard_error[site];
+}
+
+// What is left of the time limit when stages before and after the passes have theirs. Those after are
+// foretold by the size of the map: pictures of the report, then filters, seams, textures and masters, by
+// rates of one thread (docs/performance.md, "Time limit").
+double seconds_for_passes(const BakeRequest& request, const Preflight& pre, const Stopwatch& watch) {
+  const BakeSettings& s = request.settings;
+  if (s.time_limit <= 0) return std::numeric_limits<double>::infinity();
+  constexpr double kPictures = 1.4;
+  double texel_seconds = 2e-6;
+  if (s.denoise) texel_seconds += 8e-6;
+  if (s.seams) texel_seconds += 3e-6;
+  for (const std::string& encoding : s.encodings)
+    if (encoding != "none") texel_seconds += 4e-6;
+  const double after =
+      kPictures + texel_seconds * static_cast<double>(pre.atlas.sites.size()) / hardware_threads();
+  return std::max(0.0, s.time_limit - watch.seconds() - after);
 }
 
 // Puts the filtered planes in the place of the measured ones, and what is stated of them.
@@ -167,7 +185,8 @@ Expected<BakeReport> run_bake(const BakeRequest& request, const Progress& progre
     const StageTimer timer(report.stages, "bake");
     KILN_TRY(const Workplace place, open_workplace(request, job, chunks));
     KILN_TRY(texel_errors,
-             bake_passes({request, pre, surface ? &*surface : nullptr, *place.job, sums, report, progress}));
+             bake_passes({request, pre, surface ? &*surface : nullptr,
+                          seconds_for_passes(request, pre, watch), *place.job, sums, report, progress}));
     report.farm = place.job->statistics();
   }
   KILN_TRY_STATUS(check_cancelled(request));

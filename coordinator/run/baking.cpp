@@ -19,6 +19,9 @@ namespace {
 constexpr uint32_t kPilotSamples = 16;  // of a replicate: of a pass whose samples are dropped
 constexpr double kGrowth = 4;           // a texel's samples grow by this much at most: then is looked again
 constexpr uint32_t kMostPasses = 64;
+constexpr double kRenewal = 1.5;  // caches are made anew when this many times the samples were taken
+constexpr double kSureToRenew = 3;
+constexpr double kLeastPassSeconds = 0.02;
 
 TexelErrors filtered_errors(const TexelStatistics& statistics, const SurfaceGraph& surface) {
   Denoised d = denoise_luminance(statistics, surface.sites, surface.links, 0);
@@ -37,10 +40,11 @@ class Baking {
         report_(task.report),
         progress_(task.progress),
         surface_(task.surface),
+        cache_(task.preflight.plan.cache),
         nonfinite_(task.preflight.atlas, task.preflight.imported.scene),
         charts_(charts_of_sites(task.preflight.atlas)),
         z_(normal_interval(settings_.confidence)),
-        pace_(settings_.time_limit) {}
+        pace_(task.seconds) {}
 
   Expected<TexelErrors> run() {
     KILN_TRY(norm_, find_error_norm(settings_.error_norm));
@@ -68,25 +72,39 @@ class Baking {
     skipped_.clear();
     skipped_units_ = 0;
     pass_ = 0;
+    sampled_ = 0;
     caches_.clear();
     const uint32_t least = std::max(1u, (settings_.min_samples + 1) / 2);
-    if (settings_.cache)
-      for (int k = 0; k < 2; ++k) {
-        KILN_TRY(const PassEnd end, run_pass(all_sites({0, std::min(kPilotSamples, least)})));
-        record();
-        if (end != PassEnd::kComplete) return end;
-        renew_caches();
-        sums_.clear();
-      }
+    const uint32_t pilot = std::min(kPilotSamples, least);
     std::vector<SiteSamples> work = all_sites({0, least});
+    for (int k = 0; cache_ && k < 2; ++k) {
+      later_ = -1;
+      KILN_TRY(const PassEnd end, run_pass(all_sites({0, pilot})));
+      record();
+      if (end != PassEnd::kComplete) return end;
+      // What is dropped must be made good in time, at worst at the speed of whole paths.
+      if (pace_.limit_left() * pace_.samples_per_second() < kSureToRenew * samples_of(work)) {
+        work = next_work();
+        break;
+      }
+      renew_caches();
+      sums_.clear();
+      later_ = missing_samples(needed_samples(state(), norm_, asked_error(), z_), state(), most_samples());
+    }
     while (!work.empty() && pass_ < kMostPasses) {
       KILN_TRY(const PassEnd end, run_pass(std::move(work)));
       record();
       if (end != PassEnd::kComplete) return end;
-      if (settings_.cache) renew_caches();
+      if (!caches_.empty() && sampled_ > kRenewal * sampled_at_renewal_) renew_caches();
       work = next_work();
     }
     return PassEnd::kComplete;
+  }
+
+  static double samples_of(const std::vector<SiteSamples>& work) {
+    double samples = 0;
+    for (const SiteSamples& s : work) samples += kReplicates * s.range.count;
+    return samples;
   }
 
   std::vector<SiteSamples> all_sites(SampleRange range) const {
@@ -95,18 +113,32 @@ class Baking {
     return work;
   }
 
+  uint32_t most_samples() const { return std::max(1u, settings_.max_samples / kReplicates); }
+  bool is_limited() const { return std::isfinite(pace_.limit_left()); }
+  // A bake whose time is limited takes all of it, unless an error was asked for too.
+  double asked_error() const {
+    return is_limited() && !settings_.source.count("error") ? 0 : settings_.error;
+  }
+
   // Decided at the barrier, from merged sums only: every run of the job decides alike (unless time is
   // limited).
   std::vector<SiteSamples> next_work() {
-    const uint32_t most = std::max(1u, settings_.max_samples / 2);
-    needed_ = needed_samples(state(), norm_, settings_.error, z_);
+    double error = asked_error();
+    if (is_limited()) {
+      error = affordable_error(state(), norm_, error, z_, most_samples(),
+                               pace_.limit_left() * pace_.samples_per_second());
+      report_.complete = reached_error(state(), norm_, z_) <= settings_.error;
+      if (pace_.limit_left() < kLeastPassSeconds) return {};
+    }
+    const std::vector<double> needed = needed_samples(state(), norm_, error, z_);
     std::vector<SiteSamples> work;
-    for (uint32_t site = 0; site < needed_.size(); ++site) {
+    for (uint32_t site = 0; site < needed.size(); ++site) {
       const uint32_t have = samples_[site];
-      if (!(needed_[site] > have) || have == 0 || have >= most || skipped_.count(site)) continue;
-      const uint32_t to = std::min(sample_count(std::min(needed_[site], kGrowth * have)), most);
+      if (!(needed[site] > have) || have == 0 || have >= most_samples() || skipped_.count(site)) continue;
+      const uint32_t to = std::min(sample_count(std::min(needed[site], kGrowth * have)), most_samples());
       if (to > have) work.push_back({site, {have, to - have}});
     }
+    later_ = std::max(0.0, missing_samples(needed, state(), most_samples()) - samples_of(work));
     return work;
   }
 
@@ -114,6 +146,7 @@ class Baking {
 
   void renew_caches() {
     caches_.clear();
+    sampled_at_renewal_ = sampled_;
     for (uint32_t r = 0; r < kReplicates; ++r)
       caches_.push_back(farm_.add_chunk(write_irradiance_cache(sums_.cache(r))));
   }
@@ -121,8 +154,8 @@ class Baking {
   Expected<PassEnd> run_pass(std::vector<SiteSamples> work) {
     // A pass that is run again after a rewind is cut as before: its units are known by their numbers.
     const uint32_t index = pass_++;
-    double samples = 0;
-    for (const SiteSamples& s : work) samples += kReplicates * s.range.count;
+    const double samples = samples_of(work);
+    sampled_ += samples;
     if (index == cuts_.size()) {
       uint32_t chosen = pace_.unit_texels(samples, settings_.tile_texels);
       if (request_.cut) {
@@ -134,7 +167,7 @@ class Baking {
     order_by_gain(units);
     active_ = work.size();
     const FarmStatistics earlier = farm_.statistics();
-    pace_.begin_pass(samples);
+    pace_.begin_pass(samples, later_);
     PassHandlers handlers;
     handlers.on_result = [&](const WorkUnit& unit, const UnitResult& result) {
       nonfinite_.add(unit, result);
@@ -216,6 +249,8 @@ class Baking {
     point.active = active_;
     point.seconds = pace_.seconds();
     point.rays = farm_.statistics().rays;
+    if (pace_.samples_per_second() > 0 && later_ >= 0)
+      point.seconds_left = later_ / pace_.samples_per_second();
     report_.passes.push_back(point);
   }
 
@@ -226,6 +261,7 @@ class Baking {
   BakeReport& report_;
   const std::function<void(const BakeProgress&)>& progress_;
   const SurfaceGraph* const surface_;
+  const bool cache_;
   NonfiniteLog nonfinite_;
   const std::vector<uint32_t> charts_;  // by site
   const double z_;
@@ -236,7 +272,8 @@ class Baking {
   std::vector<Digest> caches_;  // by replicate; empty: none
   TexelErrors errors_;
   std::vector<uint32_t> samples_;  // by site, of each replicate
-  std::vector<double> needed_;
+  double later_ = -1;              // samples that passes after the present one will take; negative: not known
+  double sampled_ = 0, sampled_at_renewal_ = 0;
   std::set<uint32_t> skipped_;  // sites of units that failed for good: no more samples
   uint64_t skipped_units_ = 0;
   std::string skip_reason_;

@@ -23,6 +23,7 @@ struct BakingTask {
   const BakeRequest& request;
   const Preflight& preflight;
   const SurfaceGraph* surface;  // null: texels are not denoised, and stated by themselves
+  double seconds;               // that the passes may take; infinite: as long as it takes
   FarmJob& farm;
   Accumulator& sums;   // empty; filled with what lasts
   BakeReport& report;  // gets passes, warnings, non-finite samples, completeness

@@ -1,6 +1,7 @@
 #include "coordinator/run/pace.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 namespace kiln {
@@ -11,8 +12,10 @@ constexpr double kUnitsPerThread = 8;  // at least, of a pass: so that its end i
 
 }  // namespace
 
-BakePace::BakePace(double time_limit)
-    : deadline_ms_(time_limit > 0 ? clock_.now_ms() + static_cast<int64_t>(time_limit * 1000) : 0) {}
+BakePace::BakePace(double seconds) {
+  if (std::isfinite(seconds))
+    deadline_ms_ = clock_.now_ms() + static_cast<int64_t>(std::clamp(seconds, 0.0, 1e9) * 1000);
+}
 
 uint32_t BakePace::unit_texels(double samples, uint32_t first) const {
   if (unit_seconds_ <= 0) return first;
@@ -23,9 +26,10 @@ uint32_t BakePace::unit_texels(double samples, uint32_t first) const {
   return static_cast<uint32_t>(std::clamp(texels, 16.0, 8192.0));
 }
 
-void BakePace::begin_pass(double samples) {
+void BakePace::begin_pass(double samples, double later) {
   began_ = seconds();
   samples_ = samples;
+  later_ = later;
 }
 
 void BakePace::end_pass(uint32_t unit_texels, uint64_t units, double worker_seconds) {
@@ -36,7 +40,7 @@ void BakePace::end_pass(uint32_t unit_texels, uint64_t units, double worker_seco
 }
 
 double BakePace::seconds_left(double done) const {
-  if (!(done > 0.02)) return -1;
+  if (!(done > 0.02) || later_ < 0) return -1;
   return (seconds() - began_) / done * (1 - done + later_ / std::max(1.0, samples_));
 }
 

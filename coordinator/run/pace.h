@@ -10,17 +10,17 @@ namespace kiln {
 
 class BakePace {
  public:
-  explicit BakePace(double time_limit);  // seconds from now; 0: none
+  explicit BakePace(double seconds);  // from now that it may go on; infinite: no limit
 
   // Texels that units of a pass of so many samples should have: about a second of a thread's time, less where
   // that would leave threads without work at the end. `first`: before anything is known.
   uint32_t unit_texels(double samples, uint32_t first) const;
 
-  void begin_pass(double samples);
+  // `later`: samples of the passes after it; negative: not known.
+  void begin_pass(double samples, double later);
   void end_pass(uint32_t unit_texels, uint64_t units, double worker_seconds);
   void heard_of_threads(uint32_t threads) { threads_ = threads > threads_ ? threads : threads_; }
 
-  void expect_later(double samples) { later_ = samples; }  // of passes after the present one
   double seconds() const { return watch_.seconds(); }
   // At the speed of this pass, of which a share is done; negative: not known yet.
   double seconds_left(double done) const;

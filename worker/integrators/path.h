@@ -66,7 +66,11 @@ class PathIntegrator final : public Integrator {
     Vec3 throughput, sum;        // what a unit of light is worth, and what was gathered
     Vec3 first_direction;
     float first_pdf;
-    bool parted;  // the closure of the vertex is made already, without its Lambert layer
+    // Of a vertex whose irradiance is known:
+    bool parted;           // its closure is made already, without the Lambert layer
+    bool reflected_known;  // only of light that was reflected before: what shines on it directly is still
+                           // wanted
+    Vec3 rest;             // what goes on past the next surface's own light: all but where the above holds
     Hit hit;
     [[no_unique_address]] std::conditional_t<has(kGlass), Glass, NoGlass> glass;
   };
@@ -153,6 +157,7 @@ void PathIntegrator<kFeatures>::start(Wave& w) const {
     p.origin = offset_origin(at.position, at.ng, at.error);
     p.throughput = Vec3(1.0f);
     p.sum = Vec3(0.0f);
+    p.reflected_known = false;
     if constexpr (has(kGlass)) p.glass = {0.0f, Vec3(0.0f), 0};
     w.samples.add(w.tasks[i].stream);
     w.live[i] = i;
@@ -360,6 +365,11 @@ auto PathIntegrator<kFeatures>::arrive(Path& p, Task& task, const KnownIrradianc
   }
   if (kind.emissive && counts(bounces) && (!leaves || kind.double_sided))
     p.sum += p.throughput * emitted(p, at, bounces);
+  if (p.reflected_known) {
+    p.throughput *= p.rest;
+    p.reflected_known = false;
+    if (!(max_component(p.throughput) > 0.0f)) return Arrival::kEnds;
+  }
   if (kind.textured) prefetch_textures(*kind.material, at.attributes);
   if constexpr (has(kGlass)) {
     if (kind.glass && passes_glass(p, at, bsdf_at(*kind.material, at.attributes), leaves, task, bounces))
@@ -375,7 +385,8 @@ auto PathIntegrator<kFeatures>::arrive(Path& p, Task& task, const KnownIrradianc
 }
 
 // Takes what the Lambert layer of the vertex reflects of its known irradiance. What lies above that layer is
-// looked at by a share of the paths, which then see it alone.
+// looked at by a share of the paths, which then see it alone. Where direct light is not asked for, what is
+// known is what was reflected before: the path gathers the rest here and by one more ray.
 template <uint32_t kFeatures>
 bool PathIntegrator<kFeatures>::ends_at_known(Path& p, const Task& task, const Vec3& irradiance,
                                               uint32_t bounces) const {
@@ -383,12 +394,17 @@ bool PathIntegrator<kFeatures>::ends_at_known(Path& p, const Task& task, const V
   const SurfaceKind& kind = surfaces_.kind(p.hit.instance);
   if constexpr (!has(kLayers)) {
     p.sum += p.throughput * albedo_at(*kind.material, at.attributes) * irradiance * kInvPi;
-    return true;
+    p.reflected_known = !settings_.direct;
+    return settings_.direct;
   } else {
     look(p, bounces + 1);
     const Vec3 share = p.bsdf.diffuse_share();
     if (!(max_component(share) > 0.0f)) return false;
     p.sum += p.throughput * share * irradiance * kInvPi;
+    if (!settings_.direct) {
+      p.reflected_known = true;
+      return false;
+    }
     const float chance = p.bsdf.drop_diffuse();
     const float u = unit_float(task.stream.bits(dimension(bounces + 1, kLayer) | 1u << 31));
     if (!(u < chance)) return true;
@@ -466,6 +482,7 @@ void PathIntegrator<kFeatures>::reflect(Wave& w, uint32_t bounces) const {
     p.direction = p.frame.to_world(s.direction);
     p.pdf = s.pdf;
     p.throughput *= s.weight;
+    if (p.reflected_known) p.rest = p.bsdf.share_above_diffuse(s.direction);
     // Nothing leaks through the surface itself.
     bool goes_on =
         max_component(p.throughput) > 0.0f && dot(p.direction, p.vertices[slot(bounces)].ng) > 0.0f;

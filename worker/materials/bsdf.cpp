@@ -192,6 +192,16 @@ float SeenBsdf::drop_diffuse() {
   return share;
 }
 
+Vec3 SeenBsdf::share_above_diffuse(const Vec3& wi) const {
+  SeenBsdf above = *this;
+  above.bsdf_.diffuse = Vec3(0.0f);
+  const Vec3 all = value(wi).f, part = above.value(wi).f;
+  Vec3 share(0.0f);
+  for (int k = 0; k < 3; ++k)
+    if (all[k] > 0.0f) share[k] = std::min(1.0f, part[k] / all[k]);
+  return share;
+}
+
 BsdfSample SeenBsdf::sample(float u_layer, const Vec2& u) const {
   BsdfSample s;
   if (wo_.z <= 0.0f || (!layered_ && !bsdf_.has_diffuse())) return s;

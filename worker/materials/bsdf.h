@@ -71,6 +71,8 @@ class SeenBsdf {
   // Takes the Lambert layer away: what is left is what diffuse_share() leaves out. Returns the share of
   // samples that go there; 0: nothing is left.
   float drop_diffuse();
+  // Share of value(wi).f that is of the layers above the Lambert one.
+  Vec3 share_above_diffuse(const Vec3& wi) const;
 
  private:
   void cover();
@@ -99,6 +101,7 @@ class SeenLambert {
     const Vec3 wi = cosine_hemisphere(u);
     return {wi, wi.z > 0.0f ? albedo_ : Vec3(0.0f), wi.z * kInvPi};
   }
+  Vec3 share_above_diffuse(const Vec3&) const { return Vec3(0.0f); }
 
  private:
   Vec3 albedo_{0.0f};
