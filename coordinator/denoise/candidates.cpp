@@ -107,7 +107,7 @@ Candidates find_candidates(const TexelStatistics& s, const SiteGeometry& sites, 
       const std::span<const uint32_t> window = kernel.window();
       const double own[2] = {c.value[0][0][i], c.value[1][0][i]};
       for (uint32_t k = 1; k < kLevels; ++k) {
-        kernel.regression(kBandwidth[k], weight);
+        kernel.regression(k, weight);
         double change[2] = {0, 0}, variance = 0;
         for (size_t q = 0; q < window.size(); ++q) {
           const uint32_t j = window[q];

@@ -1,12 +1,38 @@
 #include "coordinator/denoise/kernel.h"
 
+#include <cmath>
+
 #include "common/math/frame.h"
 
 namespace kiln {
 namespace {
 
-// Of the covariance, relative to the square of the bandwidth: what is in one row has no slope across it.
+// Of the (co)variance of terms, relative to powers of the bandwidth: what is in one row has no slope across
+// it.
 constexpr double kLeastSpread = 1e-6;
+
+constexpr int kTerms = 6;  // 1, x, y, x^2, x y, y^2
+
+// First column of the inverse of a symmetric positive matrix whose lower triangle is given; Cholesky in
+// place.
+void solve_first(double (&m)[kTerms][kTerms], double (&c)[kTerms]) {
+  const double least = 1e-12 * m[0][0];
+  for (int a = 0; a < kTerms; ++a)
+    for (int b = 0; b <= a; ++b) {
+      double sum = m[a][b];
+      for (int k = 0; k < b; ++k) sum -= m[a][k] * m[b][k];
+      m[a][b] = a == b ? std::sqrt(std::max(sum, least)) : sum / m[b][b];
+    }
+  for (int a = 0; a < kTerms; ++a) {
+    c[a] = a == 0;
+    for (int k = 0; k < a; ++k) c[a] -= m[a][k] * c[k];
+    c[a] /= m[a][a];
+  }
+  for (int a = kTerms - 1; a >= 0; --a) {
+    for (int k = a + 1; k < kTerms; ++k) c[a] -= m[k][a] * c[k];
+    c[a] /= m[a][a];
+  }
+}
 
 }  // namespace
 
@@ -30,7 +56,7 @@ void SurfaceKernel::enter(uint32_t site, float texels) {
   }
 }
 
-void SurfaceKernel::regression(float texels, Weights& out) const {
+void SurfaceKernel::linear(float texels, Weights& out) const {
   const double h = texels * size_, inverse = h > 0 ? 1 / h : 0;
   double sum = 0, sx = 0, sy = 0, sxx = 0, sxy = 0, syy = 0;
   for (size_t i = 0; i < count_; ++i) {
@@ -46,6 +72,27 @@ void SurfaceKernel::regression(float texels, Weights& out) const {
   const double gx = (my * xy - mx * yy) / det, gy = (mx * xy - my * xx) / det;
   for (size_t i = 0; i < count_; ++i)
     out[i] *= (1 + gx * (x_[i] * inverse - mx) + gy * (y_[i] * inverse - my)) / sum;
+}
+
+void SurfaceKernel::quadratic(float texels, Weights& out) const {
+  const double h = texels * size_, inverse = h > 0 ? 1 / h : 0;
+  double m[kTerms][kTerms] = {}, c[kTerms];
+  for (size_t i = 0; i < count_; ++i) {
+    const double w = i == 0 ? 1.0 : falloff(i, texels), x = x_[i] * inverse, y = y_[i] * inverse;
+    const double term[kTerms] = {1, x, y, x * x, x * y, y * y};
+    out[i] = w;
+    for (int a = 0; a < kTerms; ++a)
+      for (int b = 0; b <= a; ++b) m[a][b] += w * term[a] * term[b];
+  }
+  for (int a = 1; a < kTerms; ++a) m[a][a] += kLeastSpread * m[0][0];
+  solve_first(m, c);
+  double sum = 0;
+  for (size_t i = 0; i < count_; ++i) {
+    const double x = x_[i] * inverse, y = y_[i] * inverse;
+    out[i] *= c[0] + c[1] * x + c[2] * y + c[3] * x * x + c[4] * x * y + c[5] * y * y;
+    sum += out[i];
+  }
+  for (size_t i = 0; i < count_; ++i) out[i] /= sum;
 }
 
 }  // namespace kiln

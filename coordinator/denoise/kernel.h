@@ -1,4 +1,4 @@
-// Local linear regression over the sites around a site.
+// Local regression over the sites around a site.
 #pragma once
 
 #include <array>
@@ -7,10 +7,11 @@
 
 namespace kiln {
 
-// Bandwidths of the filters in texels of the site; level 0 is no filter. A doubling each: the variance falls
-// by four. Measured: 1 texel more or less at the top changes the mean error by 10 %.
-constexpr uint32_t kLevels = 4;
-constexpr std::array<float, kLevels> kBandwidth = {0.0f, 1.6f, 3.2f, 6.4f};
+// Level 0 is no filter; then planes fitted over windows of these radii in texels of the site, a doubling each
+// (the variance falls by four); the last is a surface of second order over the widest.
+constexpr uint32_t kLevels = 5;
+constexpr uint32_t kQuadratic = kLevels - 1;
+constexpr std::array<float, kLevels> kBandwidth = {0.0f, 1.6f, 3.2f, 6.4f, 6.4f};
 
 // The window of a site in coordinates of its tangent plane, and the weights of each filter over it.
 class SurfaceKernel {
@@ -25,9 +26,11 @@ class SurfaceKernel {
   void enter(uint32_t site, float texels);
   std::span<const uint32_t> window() const { return {site_.data(), count_}; }  // the site itself first
 
-  // Weights of the regression's value at the site with bandwidth `texels`, adding to 1; linear fields keep
-  // their value. Beside a border some are below 0.
-  void regression(float texels, Weights& out) const;
+  // Weights of the value at the site of what level > 0 fits, adding to 1; fields of first order (of second,
+  // by kQuadratic) keep their value. Some are below 0.
+  void regression(uint32_t level, Weights& out) const {
+    level == kQuadratic ? quadratic(kBandwidth[level], out) : linear(kBandwidth[level], out);
+  }
   // Positive, 1 at the site, falling to 0 at `texels`: of means of squares.
   double falloff(size_t index, float texels) const {
     const double reach = double{texels} * size_;
@@ -35,6 +38,9 @@ class SurfaceKernel {
   }
 
  private:
+  void linear(float texels, Weights& out) const;
+  void quadratic(float texels, Weights& out) const;
+
   const SiteGeometry& sites_;
   std::span<const uint8_t> known_;
   SurfaceWindow window_;

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <functional>
+#include <numeric>
 #include <random>
 
 #include "coordinator/neighbours/surface_window.h"
@@ -205,6 +206,54 @@ TEST(Denoise, IsTheSameForAnyNumberOfThreads) {
   const Denoised plain = denoise_luminance(s, wall.sites, wall.links, 2);
   EXPECT_EQ(one.luminance, plain.luminance);
   EXPECT_EQ(one.standard_error, plain.standard_error);
+}
+
+// The order of sites (of charts, of objects) decides the order of sums alone.
+TEST(Denoise, DoesNotDependOnTheOrderOfSites) {
+  const Surface wall(test::wall_of_eight().scene, 6);
+  const Field field = [](const Vec3& p) { return 2 + std::sin(p.x) + (p.y > 1 ? 1.0 : 0.0); };
+  const TexelStatistics s = noisy(wall.sites, field, constant(0.3), 8);
+  std::vector<uint32_t> from(s.sites), to(s.sites);
+  std::iota(from.begin(), from.end(), 0u);
+  std::shuffle(from.begin(), from.end(), std::mt19937_64(3));
+  for (uint32_t i = 0; i < s.sites; ++i) to[from[i]] = i;
+  SiteGeometry sites = wall.sites;
+  SurfaceLinks links;
+  TexelStatistics shuffled = s;
+  links.first.push_back(0);
+  for (uint32_t i = 0; i < s.sites; ++i) {
+    const uint32_t j = from[i];
+    sites.position[i] = wall.sites.position[j];
+    sites.normal[i] = wall.sites.normal[j];
+    sites.texel_size[i] = wall.sites.texel_size[j];
+    shuffled.variance[i] = s.variance[j];
+    for (uint32_t r = 0; r < kReplicates; ++r) {
+      shuffled.luminance[r][i] = s.luminance[r][j];
+      std::copy_n(&s.mean[r][15 * j], 15, &shuffled.mean[r][15 * i]);
+    }
+    for (const uint32_t other : wall.links.of(j)) links.link.push_back(to[other]);
+    std::sort(links.link.begin() + links.first.back(), links.link.end());
+    links.first.push_back(static_cast<uint32_t>(links.link.size()));
+  }
+  const Denoised a = wall.denoise(s), b = denoise(shuffled, kBounds, sites, links, 2);
+  for (uint32_t i = 0; i < s.sites; ++i) {
+    ASSERT_NEAR(a.luminance[i], b.luminance[to[i]], 1e-5);
+    ASSERT_NEAR(a.standard_error[i], b.standard_error[to[i]], 1e-5);
+  }
+}
+
+// Without neighbours everything stays as measured.
+TEST(Denoise, LeavesLonelySitesAlone) {
+  const Surface wall(test::wall_of_eight().scene, 4);
+  const TexelStatistics s = noisy(wall.sites, constant(2), constant(0.3), 8);
+  SurfaceLinks none;
+  none.first.assign(s.sites + 1, 0);
+  const Denoised d = denoise(s, kBounds, wall.sites, none, 2);
+  for (size_t i = 0; i < s.sites; ++i) {
+    ASSERT_EQ(d.strength[i], 0);
+    ASSERT_EQ(d.standard_error[i], d.raw_error[i]);
+    ASSERT_EQ(d.mean[15 * i], 0.5f * (s.mean[0][15 * i] + s.mean[1][15 * i]));
+  }
 }
 
 // Whatever stands in unknown sites, even what is not a number.
