@@ -120,7 +120,7 @@ class Bench:
 
     def __init__(self, options):
         self.options = options
-        self.limit = 5 if options.quick else options.most_seconds
+        self.limit = 0.5 if options.quick else options.most_seconds
 
     def reference(self, name, path, own):
         samples = 256 if self.options.quick else REFERENCE[name]
