@@ -75,7 +75,6 @@ enum MomentPlane : uint32_t {
   kMomentEB,
   kMomentLum,   // luminance of E's sample
   kMomentLum2,  // its square
-  kMomentNear,  // 1 / distance of what the primary ray met, per metre; 0 where it met nothing
   kMomentBasis,
 };
 

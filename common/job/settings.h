@@ -48,7 +48,7 @@ struct BakeSettings {
   std::string error_norm = "max";  // max, mean-square, perceptual
   uint32_t min_samples = 64, max_samples = 16384;
   double time_limit = 0;  // seconds; 0: none
-  bool cache = false, denoise = false;
+  bool cache = true, denoise = false;
   std::string basis = "sh_l1";
   bool seams = true;
   double seam_angle = 5;              // degrees

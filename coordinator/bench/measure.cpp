@@ -20,6 +20,7 @@ Expected<BenchRun> measure_run(const MeasureRequest& r, const Reference& referen
   bake.output = r.folder;
   bake.settings = r.settings;
   bake.worker_program = r.worker_program;
+  bake.pictures = false;
   KILN_TRY(const BakeReport report, run_bake(bake, progress));
   const auto map = read_error_map(r.folder);
   std::error_code code;

@@ -54,6 +54,24 @@ Expected<std::vector<std::string>> write_error(const OutputContext& c) {
   return write_pages(c, "error", {{"Y", &c.lightmap.planes.plane("error")}});
 }
 
+namespace {
+Expected<std::vector<std::string>> write_all(const OutputContext& c, const std::string& stem,
+                                             const Planes& planes) {
+  if (planes.names.empty()) return std::vector<std::string>{};
+  std::vector<NamedPlane> named;
+  for (const std::string& name : planes.names) named.push_back({name, &planes.plane(name)});
+  return write_pages(c, stem, named);
+}
+}  // namespace
+
+Expected<std::vector<std::string>> write_band_error(const OutputContext& c) {
+  return write_all(c, "error_" + c.settings.basis, c.lightmap.band_error);
+}
+
+Expected<std::vector<std::string>> write_measured(const OutputContext& c) {
+  return write_all(c, "measured", c.lightmap.measured);
+}
+
 Expected<std::vector<std::string>> write_samples(const OutputContext& c) {
   return write_pages(c, "samples", {{"Y", &c.lightmap.planes.plane("samples")}});
 }

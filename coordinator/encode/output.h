@@ -35,6 +35,8 @@ Expected<std::vector<OutputFile>> write_outputs(const OutputContext& context);
 Expected<std::vector<std::string>> write_irradiance(const OutputContext& context);
 Expected<std::vector<std::string>> write_basis(const OutputContext& context);
 Expected<std::vector<std::string>> write_error(const OutputContext& context);
+Expected<std::vector<std::string>> write_band_error(const OutputContext& context);
+Expected<std::vector<std::string>> write_measured(const OutputContext& context);
 Expected<std::vector<std::string>> write_samples(const OutputContext& context);
 Expected<std::vector<std::string>> write_validity(const OutputContext& context);
 Expected<std::vector<std::string>> list_textures(const OutputContext& context);

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <limits>
 
+#include "common/math/vec.h"
+
 namespace kiln {
 namespace {
 
@@ -19,16 +21,23 @@ class RunSums {
   std::vector<double> sums_ = {0.0};
 };
 
+// Known sites of the same chart near site i, without itself.
+template <class Visit>
+void for_each_near(const TexelStatistics& s, std::span<const uint32_t> chart_of_site, size_t i,
+                   const Visit& visit) {
+  const size_t last = std::min(s.sites, i + kVarianceNeighbours + 1);
+  for (size_t j = i > kVarianceNeighbours ? i - kVarianceNeighbours : 0; j < last; ++j)
+    if (j != i && s.known[j] && chart_of_site[j] == chart_of_site[i]) visit(j);
+}
+
 // Of one sample: the texel's own and its neighbourhood's, half and half.
 double pooled_variance(const TexelStatistics& s, std::span<const uint32_t> chart_of_site, size_t i) {
   double near = 0;
   size_t neighbours = 0;
-  const size_t last = std::min(s.sites, i + kVarianceNeighbours + 1);
-  for (size_t j = i > kVarianceNeighbours ? i - kVarianceNeighbours : 0; j < last; ++j) {
-    if (j == i || !s.known[j] || chart_of_site[j] != chart_of_site[i]) continue;
+  for_each_near(s, chart_of_site, i, [&](size_t j) {
     near += double{s.variance[j]};
     ++neighbours;
-  }
+  });
   return neighbours ? 0.5 * (s.variance[i] + near / static_cast<double>(neighbours)) : s.variance[i];
 }
 
@@ -56,6 +65,35 @@ TexelErrors estimate_errors(const TexelStatistics& s, std::span<const uint32_t> 
     out.mean[i] = static_cast<float>(mean);
     out.standard_error[i] =
         static_cast<float>(student * std::sqrt(q * independent[i]) + 0x1p-20 * std::abs(mean));
+  }
+  return out;
+}
+
+std::vector<float> band_errors(const TexelStatistics& s, std::span<const uint32_t> chart_of_site,
+                               std::span<const size_t> first_planes) {
+  // Of each site: the square that one sample of each replicate would have, if errors were those of samples.
+  std::vector<double> square(s.sites, 0.0);
+  for (size_t i = 0; i < s.sites; ++i) {
+    if (!s.known[i]) continue;
+    for (const size_t p : first_planes) {
+      const auto light = [&](uint32_t r) {
+        const float* rgb = &s.mean[r][i * s.planes + p];
+        return double{luminance(Vec3(rgb[0], rgb[1], rgb[2]))};
+      };
+      const double half = 0.5 * (light(0) - light(1));
+      square[i] += half * half * s.samples[i];
+    }
+  }
+  std::vector<float> out(s.sites, 0.0f);
+  for (size_t i = 0; i < s.sites; ++i) {
+    if (!s.known[i]) continue;
+    double sum = square[i];
+    size_t count = 1;
+    for_each_near(s, chart_of_site, i, [&](size_t j) {
+      sum += square[j];
+      ++count;
+    });
+    out[i] = static_cast<float>(std::sqrt(sum / (static_cast<double>(count) * s.samples[i])));
   }
   return out;
 }

@@ -29,6 +29,12 @@ constexpr uint32_t kReplicateNeighbours = 128;
 
 TexelErrors estimate_errors(const TexelStatistics& statistics, std::span<const uint32_t> chart_of_site);
 
+// Standard error of a band of the basis: of the length of its vector of luminances, one for each function.
+// From the replicates' differences at the site and around it, as many samples as each has. `first_planes`: of
+// its functions, whose colours follow each other.
+std::vector<float> band_errors(const TexelStatistics& statistics, std::span<const uint32_t> chart_of_site,
+                               std::span<const size_t> first_planes);
+
 // Placement of each site's texel; coordinator only (Atlas::owner).
 std::vector<uint32_t> charts_of_sites(const Atlas& atlas);
 

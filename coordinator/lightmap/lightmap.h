@@ -36,6 +36,11 @@ struct Lightmap {
   Planes planes;             // E.R E.G E.B, the basis' planes, error, samples
   std::vector<Validity> validity;
   std::vector<DirectionBound> bounds;  // by colour; empty without directions
+  // What was measured, where the planes above hold what was filtered: E and the basis, and its own error.
+  // Empty: as above.
+  Planes measured;
+  // Standard error of the basis by band: planes "L0", "L1"; empty without a basis.
+  Planes band_error;
 };
 
 }  // namespace kiln

@@ -17,7 +17,6 @@ struct TexelStatistics {
   std::vector<float> luminance[kReplicates];  // [site] mean luminance of E of each replicate
   std::vector<float> variance;  // [site] of the luminance of E of one sample, as if samples were independent
   std::vector<uint32_t> samples;  // [site] of each replicate: both have as many
-  std::vector<float> reach;       // [site] metres: harmonic mean distance of what rays from it met
   std::vector<uint8_t> known;     // [site] 0: inside geometry, or without samples: means nothing
 };
 

@@ -80,7 +80,6 @@ TexelStatistics Accumulator::statistics() const {
   out.planes = 3 + planes_ - kMomentBasis;
   out.variance.assign(count, 0.0f);
   out.samples.assign(count, 0);
-  out.reach.assign(count, std::numeric_limits<float>::infinity());
   out.known.assign(count, 0);
   for (uint32_t r = 0; r < kReplicates; ++r) {
     out.mean[r].assign(count * out.planes, 0.0f);
@@ -91,8 +90,7 @@ TexelStatistics Accumulator::statistics() const {
     const Estimate e = estimate(site);
     if (e.inside || out.samples[site] == 0) continue;
     out.known[site] = 1;
-    const double n = samples(site), near = sum(site, kMomentNear);
-    if (near > 0) out.reach[site] = static_cast<float>(n / near);
+    const double n = samples(site);
     // Within the replicates: what the means differ by is not in it.
     double squares = 0;
     for (uint32_t r = 0; r < kReplicates; ++r) {

@@ -69,6 +69,24 @@ void state_errors(Lightmap& map, const Atlas& atlas, const TexelErrors& errors) 
       plane[atlas.sites.texel[site]] = errors.standard_error[site];
 }
 
+// Of each band of the basis: functions whose planes' names begin with the same two letters.
+void state_band_errors(Lightmap& map, const Atlas& atlas, const TexelStatistics& statistics,
+                       const BasisInfo& basis, std::span<const float> lowered) {
+  map.band_error.width = map.planes.width;
+  map.band_error.height = map.planes.height;
+  const std::vector<uint32_t> charts = charts_of_sites(atlas);
+  for (size_t f = 0; f < basis.functions.size();) {
+    const std::string band(basis.functions[f].substr(0, 2));
+    std::vector<size_t> planes;
+    for (; f < basis.functions.size() && basis.functions[f].substr(0, 2) == band; ++f)
+      planes.push_back(3 + 3 * f);
+    const std::vector<float> errors = band_errors(statistics, charts, planes);
+    std::vector<float>& plane = map.band_error.add(band);
+    for (size_t site = 0; site < errors.size(); ++site)
+      plane[atlas.sites.texel[site]] = errors[site] * (lowered.empty() ? 1.0f : lowered[site]);
+  }
+}
+
 // What is left of the time limit when stages before and after the passes have theirs. Those after are
 // foretold by the size of the map: pictures of the report, then filters, seams, textures and masters, by
 // rates of one thread (docs/performance.md, "Time limit").
@@ -86,17 +104,26 @@ double seconds_for_passes(const BakeRequest& request, const Preflight& pre, cons
   return std::max(0.0, s.time_limit - watch.seconds() - after);
 }
 
-// Puts the filtered planes in the place of the measured ones, and what is stated of them.
-void take_denoised(Lightmap& map, const Atlas& atlas, const TexelStatistics& statistics,
-                   const SurfaceGraph& surface, TexelErrors& errors) {
+// Puts the filtered planes in the place of the measured ones, and what is stated of them. Returns by how much
+// errors became less, by site.
+std::vector<float> take_denoised(Lightmap& map, const Atlas& atlas, const TexelStatistics& statistics,
+                                 const SurfaceGraph& surface, TexelErrors& errors) {
+  map.measured = map.planes;
+  const auto drop = static_cast<ptrdiff_t>(map.planes.names.size() - 1);  // samples, which have a file
+  map.measured.names.erase(map.measured.names.begin() + drop);
+  map.measured.data.erase(map.measured.data.begin() + drop);
   const Denoised d = denoise(statistics, map.bounds, surface.sites, surface.links, 0);
+  std::vector<float> lowered(statistics.sites, 1.0f);
   for (uint32_t site = 0; site < statistics.sites; ++site) {
     if (!statistics.known[site]) continue;
+    if (d.raw_error[site] > 0) lowered[site] = d.standard_error[site] / d.raw_error[site];
     for (size_t p = 0; p < statistics.planes; ++p)
       map.planes.data[p][atlas.sites.texel[site]] = d.mean[site * statistics.planes + p];
+    map.measured.plane("error")[atlas.sites.texel[site]] = d.raw_error[site];
     errors.mean[site] = d.luminance[site];
     errors.standard_error[site] = d.standard_error[site];
   }
+  return lowered;
 }
 
 void count_classes(const Lightmap& map, const Atlas& atlas, BakeReport& report) {
@@ -126,7 +153,7 @@ Status publish(const BakeRequest& request, const Preflight& pre, const Lightmap&
                                             pre.imported.document, map, request.output, &pre.imported.display,
                                             &pre.projection, &textures.list, &textures.files}));
   }
-  {
+  if (request.pictures) {
     const StageTimer timer(report.stages, "preview");
     const Camera camera = preview_camera(pre.imported, pre.atlas, map);
     KILN_TRY_STATUS(write_preview(pictures.preview, pre.imported, pre.atlas, map, camera));
@@ -134,8 +161,10 @@ Status publish(const BakeRequest& request, const Preflight& pre, const Lightmap&
     heat_map = density_view(pre.imported, pre.atlas, camera, 960, 540);
   }
   report.total_seconds = watch.seconds();
-  KILN_TRY(const std::string page, report_html(report, map, pictures, heat_map, textures.error_pictures));
-  KILN_TRY_STATUS(write_file_atomic(request.output / "report.html", page));
+  if (request.pictures) {
+    KILN_TRY(const std::string page, report_html(report, map, pictures, heat_map, textures.error_pictures));
+    KILN_TRY_STATUS(write_file_atomic(request.output / "report.html", page));
+  }
   return write_file_atomic(request.output / "report.json", report_json(report));
 }
 
@@ -191,12 +220,15 @@ Expected<BakeReport> run_bake(const BakeRequest& request, const Progress& progre
   }
   KILN_TRY_STATUS(check_cancelled(request));
   Lightmap map = sums.resolve(pre.atlas);
-  if (surface) {
-    const StageTimer timer(report.stages, "denoise");
-    progress({.stage = "denoise"});
-    take_denoised(map, pre.atlas, sums.statistics(), *surface, texel_errors);
+  {
+    const StageTimer timer(report.stages, surface ? "denoise" : "errors");
+    progress({.stage = surface ? "denoise" : "errors"});
+    const TexelStatistics statistics = sums.statistics();
+    std::vector<float> lowered;
+    if (surface) lowered = take_denoised(map, pre.atlas, statistics, *surface, texel_errors);
+    state_errors(map, pre.atlas, texel_errors);
+    state_band_errors(map, pre.atlas, statistics, basis_roster()[job.transport.basis], lowered);
   }
-  state_errors(map, pre.atlas, texel_errors);
   for (const PostStage& stage : post_stages()) {
     const StageTimer timer(report.stages, std::string(stage.name));
     progress({.stage = std::string(stage.name)});

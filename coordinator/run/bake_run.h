@@ -35,6 +35,7 @@ struct BakeRequest {
   // How many texels a unit of a pass should have, given what this run would choose: a farm answers with what
   // an earlier run of the job chose, so that ids of units stay. Empty: as this run chooses.
   std::function<Expected<uint32_t>(uint32_t pass, uint32_t chosen)> cut;
+  bool pictures = true;  // of the report: preview, validity, densities, and the page that shows them
   const std::atomic<bool>* cancelled = nullptr;  // looked at between stages: the bake then fails
 };
 

@@ -43,7 +43,6 @@ class Film {
     sums_[kMomentEB] += e.z;
     sums_[kMomentLum] += lum;
     sums_[kMomentLum2] += lum * lum;
-    sums_[kMomentNear] += splats.nearness;
     return finite;
   }
   void count_pushed() { sums_[kMomentPushed] += 1.0; }

@@ -27,7 +27,6 @@ struct Splats {
   int count = 0;
   bool inside = false;  // the primary ray met a back face
   uint32_t rays = 0;
-  float nearness = 0.0f;  // 1 / distance of what the primary ray met, per metre; 0: nothing
 
   void add(const Vec3& direction, const Vec3& contribution) { items[count++] = {direction, contribution}; }
 };

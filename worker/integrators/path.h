@@ -338,7 +338,6 @@ auto PathIntegrator<kFeatures>::arrive(Path& p, Task& task, const KnownIrradianc
     p.sum += p.throughput * missed(p, bounces);
     return Arrival::kEnds;
   }
-  if (bounces == 0) task.splats.nearness = 1.0f / std::max(hit.t, 1e-6f);
   const SurfaceKind& kind = surfaces_.kind(hit.instance);
   SurfacePoint& at = p.vertices[slot(bounces + 1)];
   surfaces_.at(hit.instance, hit.triangle, hit.b1, hit.b2, at);
