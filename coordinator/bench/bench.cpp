@@ -111,6 +111,7 @@ Expected<BenchResult> run_bench(const BenchRequest& request,
   r.scene = request.scene;
   r.settings = request.settings;
   r.samples = request.reference_samples;
+  r.cache = request.reference_cache;
   r.folder = request.references;
   r.worker_program = request.worker_program;
   KILN_TRY(const Reference reference, obtain_reference(r, progress));

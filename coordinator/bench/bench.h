@@ -16,6 +16,7 @@ struct BenchRequest {
   std::vector<double> errors, samples;  // budgets, from cheap to dear
   uint32_t repeats = 3;
   uint32_t reference_samples = 16384;
+  bool reference_cache = false;
   double most_seconds = 120;  // a run beyond this is the last of its ladder
 };
 

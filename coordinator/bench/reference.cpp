@@ -20,7 +20,7 @@ std::string half_name(uint32_t half) {
 
 // What decides every byte of a reference. The release counts, because the next one may bake better or worse.
 Expected<std::string> identity_of(const ReferenceRequest& r) {
-  const BakeSettings s = reference_settings(r.settings, r.samples, 0);
+  const BakeSettings s = reference_settings(r.settings, r.samples, r.cache, 0);
   std::vector<StageTime> times;
   KILN_TRY(const Preflight pre, run_preflight(r.scene, s, times, [](const BakeProgress&) {}));
   ChunkStore chunks;
@@ -28,9 +28,9 @@ Expected<std::string> identity_of(const ReferenceRequest& r) {
   return text(
       "kiln reference 1\nrelease {}\nscene {}\natlas {}\ndirect {}\nindirect {}\nmax-bounces {}\nwatertight "
       "{}\n"
-      "isa {}\nsamples {}\n",
+      "isa {}\nsamples {}\n{}",
       KILN_VERSION, scene.hex(), atlas.hex(), s.direct, s.indirect, s.max_bounces, s.watertight, s.isa,
-      r.samples);
+      r.samples, r.cache ? "cache on\n" : "");
 }
 
 Expected<std::string> digest_of(const fs::path& file) {
@@ -62,7 +62,7 @@ Status make_reference(const ReferenceRequest& r, const std::string& identity, co
     BakeRequest bake;
     bake.scene = r.scene;
     bake.output = folder / half_name(half);
-    bake.settings = reference_settings(r.settings, r.samples, half);
+    bake.settings = reference_settings(r.settings, r.samples, r.cache, half);
     bake.worker_program = r.worker_program;
     KILN_TRY(const BakeReport report, run_bake(bake, progress));
     KILN_TRY(const std::vector<std::string> files, keep_maps(bake.output));
@@ -104,12 +104,13 @@ Status check_files(const fs::path& folder, const std::string& identity) {
 
 }  // namespace
 
-BakeSettings reference_settings(BakeSettings settings, uint32_t samples, uint32_t half) {
+BakeSettings reference_settings(BakeSettings settings, uint32_t samples, bool cache, uint32_t half) {
   settings.basis = "irradiance";
   settings.encodings.clear();
   settings.embed_basecolor = settings.instanced = settings.seams = false;
   settings.dilate = 0;
-  settings.cache = settings.denoise = false;
+  settings.cache = cache;
+  settings.denoise = false;
   settings.sampler = "owen";
   settings.min_samples = settings.max_samples = samples;
   settings.time_limit = 0;

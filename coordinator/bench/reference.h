@@ -13,6 +13,7 @@ struct ReferenceRequest {
   std::filesystem::path scene;
   BakeSettings settings;         // those that say what the light is count: see reference_settings
   uint32_t samples = 16384;      // of every texel, in each half
+  bool cache = false;            // paths may end at measured surfaces: for light that whole paths hardly find
   std::filesystem::path folder;  // where references are kept; made if needed
   std::filesystem::path worker_program;
 };
@@ -28,7 +29,8 @@ struct Reference {
 // What the halves are baked with: the scene, layout and transport of `settings`, and nothing that trades
 // exactness for time: no cache, no denoiser, no seams joined, a fixed count of samples; seeds that no
 // measured run has.
-BakeSettings reference_settings(BakeSettings settings, uint32_t samples, uint32_t half);
+// `cache`: but for the irradiance cache, whose bias is measured apart (docs/error_vs_time.md).
+BakeSettings reference_settings(BakeSettings settings, uint32_t samples, bool cache, uint32_t half);
 
 // $KILN_CACHE/references or its like (unwrap_cache.h); empty: there is no such place.
 std::filesystem::path default_reference_folder();

@@ -49,6 +49,7 @@ Expected<BenchRequest> request_of(const Arguments& a, const BakeSettings& settin
   KILN_TRY(r.errors, parse_budgets("errors", a.get("errors", "0.4,0.2,0.1,0.05,0.025")));
   KILN_TRY(r.samples, parse_budgets("samples", a.get("samples", "64,256,1024,4096,16384")));
   KILN_TRY(r.repeats, count_option(a, "repeats", r.repeats, 1000));
+  r.reference_cache = a.has("reference-cache");
   KILN_TRY(r.reference_samples, count_option(a, "reference-samples", r.reference_samples, 1u << 30));
   KILN_TRY(const std::vector<double> seconds, parse_budgets("most-seconds", a.get("most-seconds", "120")));
   r.most_seconds = seconds.front();
@@ -106,6 +107,8 @@ Command bench_command() {
            {"--repeats", "N", "of every run, each with its own seed; medians count [3]"},
            {"--most-seconds", "S", "a run that takes longer is the last of its ladder [120]"},
            {"--reference-samples", "N", "of each texel in each half of the reference [16384]"},
+           {"--reference-cache", "",
+            "its paths end at measured surfaces: for light that whole paths hardly find"},
            {"--references", "DIR", "where references are kept [$XDG_CACHE_HOME/kiln/references]"},
            {"--only-reference", "", "bake the reference, if it is not there, and say where it is"},
            {"--json", "", "print bench.json"},

@@ -93,7 +93,7 @@ void state_band_errors(Lightmap& map, const Atlas& atlas, const TexelStatistics&
 double seconds_for_passes(const BakeRequest& request, const Preflight& pre, const Stopwatch& watch) {
   const BakeSettings& s = request.settings;
   if (s.time_limit <= 0) return std::numeric_limits<double>::infinity();
-  constexpr double kPictures = 1.4;
+  constexpr double kPictures = 1.7;
   double texel_seconds = 2e-6;
   if (s.denoise) texel_seconds += 8e-6;
   if (s.seams) texel_seconds += 3e-6;

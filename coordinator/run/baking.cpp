@@ -250,7 +250,7 @@ class Baking {
     point.seconds = pace_.seconds();
     point.rays = farm_.statistics().rays;
     if (pace_.samples_per_second() > 0 && later_ >= 0)
-      point.seconds_left = later_ / pace_.samples_per_second();
+      point.seconds_left = std::min(later_ / pace_.samples_per_second(), std::max(0.0, pace_.limit_left()));
     report_.passes.push_back(point);
   }
 

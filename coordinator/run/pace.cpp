@@ -41,7 +41,8 @@ void BakePace::end_pass(uint32_t unit_texels, uint64_t units, double worker_seco
 
 double BakePace::seconds_left(double done) const {
   if (!(done > 0.02) || later_ < 0) return -1;
-  return (seconds() - began_) / done * (1 - done + later_ / std::max(1.0, samples_));
+  return std::min((seconds() - began_) / done * (1 - done + later_ / std::max(1.0, samples_)),
+                  std::max(0.0, limit_left()));
 }
 
 double BakePace::limit_left() const {
