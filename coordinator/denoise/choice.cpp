@@ -14,8 +14,10 @@ namespace kiln {
 namespace {
 
 // A window's mean of the bias hides a texel that is sharp by itself (measured: beside small lights the error
-// was twice the stated one, and above the raw one). So the bias is also asked of the texels beside it.
+// was twice the stated one, and above the raw one). So the bias is also asked of the texels beside it, and of
+// itself where it stands out by three standard errors of its product.
 constexpr float kBesideTexels = 2.0f;
+constexpr double kAlone = 6;
 
 // Texels' worth of "samples are independent" in what is measured of their dependence: where there are few
 // texels (charts of four), chance says that there is no noise at all, and texels stop at such chances.
@@ -90,10 +92,13 @@ Choice choose(const Candidates& c, const SiteGeometry& sites, const SurfaceLinks
       const double factor = (noise + kDoubtTexels) / (wide.weight + kDoubtTexels);
       out.factor[i] = static_cast<float>(factor);
       const double wide_error = factor * wide.half_error(), beside_error = factor * beside.half_error();
+      const double prior = c.prior[i];
       double least = factor * double{c.variance[0][i]};
       for (uint32_t k = 1; k < kLevels; ++k) {
         const double smooth = smooth_bias(growth, k) / wide.weight, direct = wide.mean(k);
-        const double sharp = beside.mean(k) - beside_error, prior = c.prior[i];
+        const double alone = (double{c.value[0][k][i]} - double{c.value[0][0][i]}) *
+                             (double{c.value[1][k][i]} - double{c.value[1][0][i]}) / prior;
+        const double sharp = std::max(beside.mean(k) - beside_error, alone - kAlone * factor);
         const double risk = factor * double{c.variance[k][i]} + std::max({direct, smooth, sharp}) * prior;
         // The largest of noisy numbers is too large in the mean: stated is what stands out.
         const double stated = std::max({0.0, smooth, direct - wide_error, sharp});
