@@ -18,7 +18,7 @@ UnitResult answer(const WorkUnit& unit) {
   r.site_count = static_cast<uint32_t>(unit.sites.size());
   r.plane_count = static_cast<uint32_t>(moment_plane_names(kBasis).size());
   for (uint32_t site : unit.sites) {
-    std::mt19937 random(site * 7919 + unit.first_sample);
+    std::mt19937 random((site * 7919 + unit.first_sample) * kReplicates + unit.replicate);
     for (uint32_t p = 0; p < r.plane_count; ++p) r.moments.push_back(random() * 1e-7 * (p % 3 ? 1.0 : 1e-9));
   }
   return r;
@@ -33,20 +33,21 @@ std::vector<double> merged(std::vector<WorkUnit> units, size_t sites, unsigned s
     const auto e = sums.estimate(s);
     out.push_back(e.mean);
     out.push_back(e.standard_error);
-    EXPECT_EQ(sums.samples(s), 5000u);
+    EXPECT_EQ(sums.samples(s), kReplicates * 5000u);
+    for (uint32_t r = 0; r < kReplicates; ++r) EXPECT_EQ(sums.samples(s, r), 5000u);
   }
   return out;
 }
 
 TEST(Accumulator, OrderOfArrivalAndCutChangeNoBit) {
   const size_t sites = 60;
-  std::vector<uint32_t> all(sites);
-  for (uint32_t s = 0; s < sites; ++s) all[s] = s;
+  std::vector<SiteSamples> all(sites);
+  for (uint32_t s = 0; s < sites; ++s) all[s] = {s, {0, 5000}};
   std::vector<double> first;
   for (uint32_t tile : {1u, 20u, 1000u})
     for (unsigned shuffle : {0u, 1u, 2u}) {
       uint64_t id = 0;
-      auto units = cut_pass(all, {0, 5000}, tile, id);
+      auto units = cut_pass(all, tile, {}, id);
       const auto result = merged(units, sites, shuffle);
       if (first.empty()) first = result;
       EXPECT_EQ(result, first) << tile << " " << shuffle;
@@ -74,8 +75,6 @@ TEST(Accumulator, StandardErrorOfKnownSamples) {
   const auto e = sums.estimate(0);
   EXPECT_DOUBLE_EQ(e.mean, 3);
   EXPECT_NEAR(e.standard_error, std::sqrt((4 + 1 + 0 + 9) / 3.0 / 4), 1e-5);
-  EXPECT_FALSE(sums.converged(0, 0.5, 1.96));
-  EXPECT_TRUE(sums.converged(0, 1.0, 1.96));
 }
 
 TEST(Accumulator, InsideGeometryMeansMoreThanHalfOfTheRays) {
@@ -84,7 +83,8 @@ TEST(Accumulator, InsideGeometryMeansMoreThanHalfOfTheRays) {
     const WorkUnit unit{0, 0, 4, {0}};
     ASSERT_TRUE(sums.add(unit, of_samples(unit, {1, 2, 3, 6}, hits)));
     EXPECT_EQ(sums.estimate(0).inside, hits > 2);
-    EXPECT_EQ(sums.converged(0, 0.001, 1.96), hits > 2);
+    // Nothing is known of what it gathered, and no path may read it.
+    EXPECT_EQ(sums.cache(0).irradiance[0].x<0, hits> 2);
   }
 }
 
@@ -112,11 +112,68 @@ TEST(Accumulator, WrongShapeIsRefused) {
   EXPECT_FALSE(sums.add(unit, of_samples(unit, {1})));
 }
 
-TEST(Accumulator, BlackTexelIsDone) {
+TEST(Accumulator, ClearedIsAsNew) {
   Accumulator sums(1, 0);
-  const WorkUnit unit{0, 0, 4, {0}};
-  ASSERT_TRUE(sums.add(unit, of_samples(unit, {0, 0, 0, 0})));
-  EXPECT_TRUE(sums.converged(0, 0.05, 1.96));
+  const WorkUnit unit{0, 0, 4, {0}}, later{1, 8, 4, {0}};
+  ASSERT_TRUE(sums.add(unit, of_samples(unit, {1, 2, 3, 6})));
+  ASSERT_TRUE(sums.add(later, of_samples(later, {9, 9, 9, 9})));  // waits for samples 4 to 7
+  sums.clear();
+  EXPECT_EQ(sums.samples(0), 0u);
+  ASSERT_TRUE(sums.add(unit, of_samples(unit, {2, 2, 2, 2})));
+  const WorkUnit middle{2, 4, 4, {0}};
+  ASSERT_TRUE(sums.add(middle, of_samples(middle, {2, 2, 2, 2})));
+  EXPECT_EQ(sums.samples(0), 8u);  // what waited is gone too
+  EXPECT_DOUBLE_EQ(sums.estimate(0).mean, 2);
+}
+
+// A unit of one site and its samples, in a replicate.
+struct Half {
+  WorkUnit unit;
+  UnitResult result;
+  Half(uint32_t site, uint32_t replicate, const std::vector<double>& values, double inside = 0) {
+    unit.sites = {site};
+    unit.sample_count = static_cast<uint32_t>(values.size());
+    unit.replicate = replicate;
+    result = of_samples(unit, values, inside);
+    for (size_t c = 0; c < 3; ++c) result.moments[kMomentER + c] = (c + 1) * result.moments[kMomentLum];
+  }
+  void add_to(Accumulator& sums) const { EXPECT_TRUE(sums.add(unit, result)); }
+};
+
+TEST(Accumulator, StatisticsAreOfEachReplicate) {
+  Accumulator sums(3, 0);
+  Half(0, 0, {1, 2, 3}).add_to(sums);
+  Half(0, 1, {10, 12, 14}).add_to(sums);
+  Half(1, 0, {1, 2}, 2).add_to(sums);  // inside geometry
+  Half(1, 1, {1, 2}, 2).add_to(sums);
+  Half(2, 0, {5, 5}).add_to(sums);  // its other half is missing
+  const TexelStatistics s = sums.statistics();
+  ASSERT_EQ(s.sites, 3u);
+  EXPECT_EQ(s.known, (std::vector<uint8_t>{1, 0, 0}));
+  EXPECT_EQ(s.samples, (std::vector<uint32_t>{3, 2, 0}));
+  EXPECT_FLOAT_EQ(s.luminance[0][0], 2);
+  EXPECT_FLOAT_EQ(s.luminance[1][0], 12);
+  for (uint32_t r = 0; r < kReplicates; ++r)
+    for (size_t c = 0; c < 3; ++c) EXPECT_FLOAT_EQ(s.mean[r][c], (c + 1) * s.luminance[r][0]);
+  // Squared deviations from the own half's mean, 2 and 8, over 6 samples less 2 means: how far the halves are
+  // apart is not in it.
+  EXPECT_FLOAT_EQ(s.variance[0], (2 + 8) / 4.0f);
+}
+
+TEST(Accumulator, CacheHoldsMeansOfOneReplicate) {
+  Accumulator sums(3, 0);
+  Half(0, 0, {1, 2, 3}).add_to(sums);
+  Half(0, 1, {10, 12, 14}).add_to(sums);
+  Half(1, 0, {1, 2}, 2).add_to(sums);
+  Half(1, 1, {1, 2}, 2).add_to(sums);
+  Half(2, 0, {0, 0}).add_to(sums);  // black is known
+  for (uint32_t r = 0; r < kReplicates; ++r) {
+    const IrradianceCache cache = sums.cache(r);
+    ASSERT_EQ(cache.irradiance.size(), 3u);
+    for (int c = 0; c < 3; ++c) EXPECT_FLOAT_EQ(cache.irradiance[0][c], (c + 1) * (r ? 12.0f : 2.0f));
+    EXPECT_LT(cache.irradiance[1].x, 0) << "inside geometry";
+    EXPECT_EQ(cache.irradiance[2].x, r ? -1.0f : 0.0f);
+  }
 }
 
 }  // namespace

@@ -1,21 +1,34 @@
 #include "coordinator/plan/schedule.h"
 
+#include <cmath>
 #include <set>
+#include <tuple>
 
 namespace kiln {
 namespace {
 
-TEST(Schedule, PassesDoubleFromMinToMax) {
-  const auto passes = sample_passes(64, 1000);
-  uint32_t next = 0;
-  for (const SampleRange& p : passes) {
-    EXPECT_EQ(p.first, next);
-    next += p.count;
+TEST(Schedule, CountsAreFourToEachPowerOfTwo) {
+  std::set<uint32_t> counts;
+  for (uint32_t needed = 1; needed <= 4096; ++needed) {
+    const uint32_t count = sample_count(needed);
+    EXPECT_GE(count, needed);
+    EXPECT_EQ(sample_count(count), count) << "a count is its own";
+    if (needed > 4) EXPECT_LE(count, needed * 1.25 + 1);
+    counts.insert(count);
   }
-  EXPECT_EQ(next, 1000u);
-  EXPECT_EQ(passes[1].count, 64u);
-  EXPECT_EQ(passes[2].count, 128u);
-  EXPECT_EQ(sample_passes(100, 100).size(), 1u);
+  for (uint32_t power = 16; power < 4096; power *= 2)
+    EXPECT_EQ(std::distance(counts.lower_bound(power), counts.lower_bound(2 * power)), 4) << power;
+  for (uint32_t count : {16u, 20u, 24u, 28u, 32u, 40u, 48u, 56u, 64u})
+    EXPECT_TRUE(counts.count(count)) << count;
+}
+
+TEST(Schedule, CountsOfWhatIsNoCountOfSamples) {
+  EXPECT_EQ(sample_count(0), 1u);
+  EXPECT_EQ(sample_count(-5), 1u);
+  EXPECT_EQ(sample_count(std::nan("")), 1u);
+  EXPECT_EQ(sample_count(16.01), 20u);
+  EXPECT_EQ(sample_count(INFINITY), 1u << 30);
+  EXPECT_EQ(sample_count(1e300), 1u << 30);
 }
 
 TEST(Schedule, RangesDependOnThePassAlone) {
@@ -24,23 +37,41 @@ TEST(Schedule, RangesDependOnThePassAlone) {
   for (size_t i = 0; i < 4; ++i) EXPECT_EQ(ranges[i].first, 4096 + 1024 * i);
 }
 
-TEST(Schedule, EveryTexelAndSampleOnceWhateverTheTile) {
-  std::vector<uint32_t> sites;
-  for (uint32_t s = 3; s < 1000; s += 7) sites.push_back(s);
+TEST(Schedule, EveryTexelSampleAndReplicateOnceWhateverTheTile) {
+  // Three kinds of texels: other samples so far, or another need.
+  const SampleRange kinds[] = {{2048, 2500}, {2048, 16}, {64, 2500}};
+  std::vector<SiteSamples> work;
+  for (uint32_t s = 3; s < 1000; s += 7) work.push_back({s, kinds[s % 3]});
+  work.push_back({1001, {64, 0}});  // needs nothing: no unit has it
+  const Digest caches[] = {sha256(bytes_of("0")), sha256(bytes_of("1"))};
   for (uint32_t tile : {1u, 10u, 100000u}) {
     uint64_t id = 5;
-    std::set<std::pair<uint32_t, uint32_t>> seen;
+    std::set<std::tuple<uint32_t, uint32_t, uint32_t>> seen;
     std::set<uint64_t> ids;
-    for (const WorkUnit& u : cut_pass(sites, {2048, 2500}, tile, id)) {
+    for (const WorkUnit& u : cut_pass(work, tile, caches, id)) {
       EXPECT_TRUE(ids.insert(u.id).second);
+      ASSERT_LT(u.replicate, kReplicates);
+      EXPECT_EQ(u.cache, caches[u.replicate]);
+      EXPECT_TRUE(std::is_sorted(u.sites.begin(), u.sites.end()));
       for (uint32_t s : u.sites) {
-        EXPECT_TRUE(seen.insert({s, u.first_sample}).second);
-        EXPECT_EQ((u.first_sample - 2048) % kRangeSamples, 0u);
+        const SampleRange& range = kinds[s % 3];
+        ASSERT_EQ((u.first_sample - range.first) % kRangeSamples, 0u);
+        EXPECT_EQ(u.sample_count, std::min(kRangeSamples, range.first + range.count - u.first_sample));
+        for (uint32_t k = 0; k < u.sample_count; ++k)
+          EXPECT_TRUE(seen.insert({s, u.replicate, u.first_sample + k}).second);
       }
     }
-    EXPECT_EQ(seen.size(), sites.size() * 3);
+    size_t samples = 0;
+    for (const SiteSamples& s : work) samples += kReplicates * s.range.count;
+    EXPECT_EQ(seen.size(), samples);
     EXPECT_EQ(id, 5 + ids.size());
   }
+}
+
+TEST(Schedule, WithoutCachesUnitsNameNone) {
+  uint64_t id = 0;
+  for (const WorkUnit& u : cut_pass({{0, {0, 16}}}, 8, {}, id)) EXPECT_EQ(u.cache, Digest{});
+  EXPECT_EQ(id, uint64_t{kReplicates});
 }
 
 }  // namespace

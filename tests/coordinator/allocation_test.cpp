@@ -1,0 +1,147 @@
+#include "coordinator/plan/allocation.h"
+
+#include <cmath>
+#include <limits>
+
+#include "common/job/unit.h"
+
+namespace kiln {
+namespace {
+
+constexpr float kInfinite = std::numeric_limits<float>::infinity();
+constexpr uint32_t kAny = 1u << 30;  // samples: no bound
+
+// Texels whose mean of n samples has the error sigma / sqrt(n).
+struct Texels {
+  std::vector<float> mean, error;
+  std::vector<uint32_t> samples;
+  Texels& add(float m, double sigma, uint32_t n) {
+    mean.push_back(m);
+    error.push_back(static_cast<float>(sigma / std::sqrt(n)));
+    samples.push_back(n);
+    return *this;
+  }
+  SampleState state() const { return {mean, error, samples}; }
+};
+
+Texels three() {
+  return Texels().add(2, 1, 100).add(1, 3, 64).add(0.01f, 0.02, 400);
+}
+
+// The same texels once they have what they need.
+SampleState with(const SampleState& s, const std::vector<double>& needed, std::vector<float>& error) {
+  error.resize(needed.size());
+  for (size_t i = 0; i < needed.size(); ++i)
+    error[i] = static_cast<float>(s.standard_error[i] * std::sqrt(s.samples[i] / needed[i]));
+  return {s.mean, error, s.samples};
+}
+
+TEST(Allocation, EveryTexelWithinItsOwnMean) {
+  const Texels t = three();
+  const double e = 0.03, z = 1.96, k = z * z / (e * e);
+  const auto needed = needed_samples(t.state(), ErrorNorm::kMax, e, z);
+  const double sigma[] = {1, 3, 0.02}, mean[] = {2, 1, 0.01};
+  for (size_t i = 0; i < 3; ++i) {
+    const double closed = k * sigma[i] * sigma[i] / (mean[i] * mean[i]);
+    EXPECT_NEAR(needed[i], closed, 1e-5 * closed) << i;
+  }
+}
+
+TEST(Allocation, PerceptualMeasuresTheDarkByTheMap) {
+  const Texels t = three();
+  const double e = 0.03, z = 1.96, k = z * z / (e * e), floor = kDarkest * (2 + 1 + 0.01) / 3;
+  const auto needed = needed_samples(t.state(), ErrorNorm::kPerceptual, e, z);
+  EXPECT_NEAR(needed[0], k / 4, 1e-5 * k);
+  EXPECT_NEAR(needed[1], k * 9, 1e-4 * k);
+  EXPECT_NEAR(needed[2], k * 0.0004 / (floor * floor), 1e-5 * k);
+}
+
+TEST(Allocation, AskedErrorIsReachedInEveryNorm) {
+  const Texels t = three();
+  for (const ErrorNorm norm : {ErrorNorm::kMax, ErrorNorm::kMeanSquare, ErrorNorm::kPerceptual}) {
+    std::vector<float> error;
+    const auto needed = needed_samples(t.state(), norm, 0.03, 1.96);
+    EXPECT_NEAR(reached_error(with(t.state(), needed, error), norm, 1.96), 0.03, 1e-6);
+  }
+}
+
+TEST(Allocation, MeanSquareTakesTheFewestSamples) {
+  // By search over a grid of allocations that reach the asked-for error: n_0 and n_1 free, n_2 then follows.
+  const Texels t = Texels().add(2, 1, 100).add(1, 3, 100).add(0.5f, 0.4, 100);
+  const double e = 0.05, z = 1.96, d[] = {0.5, 3, 0.8};
+  const auto needed = needed_samples(t.state(), ErrorNorm::kMeanSquare, e, z);
+  const double total = needed[0] + needed[1] + needed[2];
+  const double allowed = 3 * (e / z) * (e / z);  // sum of d^2 / n
+  double least = std::numeric_limits<double>::infinity();
+  for (double a = 0.002; a < 1; a += 0.002)
+    for (double b = 0.002; a + b < 1; b += 0.002)
+      least = std::min(least, (d[0] * d[0] / a + d[1] * d[1] / b + d[2] * d[2] / (1 - a - b)) / allowed);
+  EXPECT_LE(total, least * (1 + 1e-5));
+  EXPECT_GE(total, least * (1 - 1e-3));  // the grid's own coarseness
+}
+
+TEST(Allocation, AffordableErrorIsTheInverseOfMissingSamples) {
+  const Texels t = three();
+  for (const ErrorNorm norm : {ErrorNorm::kMax, ErrorNorm::kMeanSquare, ErrorNorm::kPerceptual})
+    for (const uint32_t most : {kAny, 5000u})
+      for (const double e : {0.2, 0.05, 0.01}) {
+        const auto missing = missing_samples(needed_samples(t.state(), norm, e, 1.96), t.state(), most);
+        if (missing == 0 || missing == kReplicates * (3.0 * most - 564)) continue;  // many errors cost that
+        EXPECT_NEAR(affordable_error(t.state(), norm, 0, 1.96, most, missing), e, 1e-4 * e)
+            << static_cast<int>(norm) << " " << most;
+        EXPECT_DOUBLE_EQ(affordable_error(t.state(), norm, 2 * e, 1.96, most, missing), 2 * e)
+            << "no less than is asked for";
+      }
+}
+
+TEST(Allocation, WithoutSamplesToSpendTheErrorIsWhatIsReached) {
+  const Texels t = three();
+  const double reached = reached_error(t.state(), ErrorNorm::kMax, 1.96);
+  EXPECT_NEAR(affordable_error(t.state(), ErrorNorm::kMax, 0.001, 1.96, kAny, 0), reached, 1e-9);
+}
+
+TEST(Allocation, NoTexelGetsMoreThanTheMost) {
+  const Texels t = Texels().add(1, 1, 100).add(1, 1, 1000);
+  const std::vector<double> needed = {5000, 5000};
+  EXPECT_DOUBLE_EQ(missing_samples(needed, t.state(), kAny), kReplicates * (4900 + 4000));
+  EXPECT_DOUBLE_EQ(missing_samples(needed, t.state(), 600), kReplicates * 500);
+  const std::vector<double> enough = {50, 1000};
+  EXPECT_DOUBLE_EQ(missing_samples(enough, t.state(), kAny), 0);
+}
+
+TEST(Allocation, BlackAndUnknownTexelsNeedNothing) {
+  Texels lit = three(), all = three();
+  all.add(0, 0, 50);    // black
+  all.add(0, 0.1, 50);  // has errors but no light
+  all.add(1, 1, 50);    // its error is not known
+  all.error.back() = kInfinite;
+  all.mean.push_back(1);  // no sample
+  all.error.push_back(kInfinite);
+  all.samples.push_back(0);
+  for (const ErrorNorm norm : {ErrorNorm::kMax, ErrorNorm::kMeanSquare, ErrorNorm::kPerceptual}) {
+    const auto alone = needed_samples(lit.state(), norm, 0.03, 1.96);
+    const auto needed = needed_samples(all.state(), norm, 0.03, 1.96);
+    for (size_t i = 0; i < 3; ++i) EXPECT_DOUBLE_EQ(needed[i], alone[i]);
+    for (size_t i = 3; i < 7; ++i) EXPECT_EQ(needed[i], all.samples[i]) << i;
+    EXPECT_DOUBLE_EQ(reached_error(all.state(), norm, 1.96), reached_error(lit.state(), norm, 1.96));
+  }
+}
+
+TEST(Allocation, AMapWithoutLightIsDone) {
+  const Texels dark = Texels().add(0, 0, 16).add(0, 0, 16);
+  for (const ErrorNorm norm : {ErrorNorm::kMax, ErrorNorm::kMeanSquare, ErrorNorm::kPerceptual}) {
+    EXPECT_EQ(reached_error(dark.state(), norm, 1.96), 0);
+    EXPECT_EQ(missing_samples(needed_samples(dark.state(), norm, 0.01, 1.96), dark.state(), kAny), 0);
+    EXPECT_DOUBLE_EQ(affordable_error(dark.state(), norm, 0.01, 1.96, kAny, 100), 0.01);
+  }
+}
+
+TEST(Allocation, NormsHaveNames) {
+  EXPECT_EQ(*find_error_norm("max"), ErrorNorm::kMax);
+  EXPECT_EQ(*find_error_norm("mean-square"), ErrorNorm::kMeanSquare);
+  EXPECT_EQ(*find_error_norm("perceptual"), ErrorNorm::kPerceptual);
+  EXPECT_FALSE(find_error_norm("worst"));
+}
+
+}  // namespace
+}  // namespace kiln
