@@ -47,9 +47,8 @@ void ProgressPrinter::operator()(const BakeProgress& p) {
   std::string bar;
   if (terminal_)
     for (int i = 0; i < 24; ++i) bar += i < static_cast<int>(24 * p.done) ? "#" : ".";
-  line(text("bake  pass {} of up to {}  {}{:3.0f} %  {:.2f} M rays/s  {:.1f} % of texels converged  {}",
-            p.pass, p.passes, bar.empty() ? "" : bar + " ", 100 * p.done, p.rays_per_second / 1e6,
-            100 * p.converged_share,
+  line(text("bake  pass {}  {}{:3.0f} %  {:.2f} M rays/s  {:.1f} % of texels converged  {}", p.pass,
+            bar.empty() ? "" : bar + " ", 100 * p.done, p.rays_per_second / 1e6, 100 * p.converged_share,
             p.seconds_left >= 0 ? "about " + duration_text(p.seconds_left) + " left" : ""));
 }
 

@@ -19,12 +19,12 @@ std::string job_line(const JsonValue& job) {
   const JsonValue* p = job.find("progress");
   if (!p) return text_of(job, "reason").empty() ? line : line + ", " + text_of(job, "reason");
   if (text_of(*p, "stage") != "bake") return line + ", " + text_of(*p, "stage");
-  line += text(", pass {} of up to {}, {:.0f} %, {:.1f} % of texels converged, {} workers, {:.2f} M rays/s",
-               whole_of(*p, "pass"), whole_of(*p, "passes"), 100 * number_of(*p, "pass_share"),
-               100 * number_of(job, "converged_share"), whole_of(*p, "workers"),
-               number_of(*p, "rays_per_second") / 1e6);
+  line +=
+      text(", pass {}, {:.0f} %, {:.1f} % of texels converged, {} workers, {:.2f} M rays/s",
+           whole_of(*p, "pass"), 100 * number_of(*p, "pass_share"), 100 * number_of(job, "converged_share"),
+           whole_of(*p, "workers"), number_of(*p, "rays_per_second") / 1e6);
   if (number_of(*p, "seconds_left") >= 0)
-    line += text(", pass ends in {}", duration_text(number_of(*p, "seconds_left")));
+    line += text(", about {} left", duration_text(number_of(*p, "seconds_left")));
   return line + (text_of(job, "reason").empty() ? "" : ", " + text_of(job, "reason"));
 }
 

@@ -22,6 +22,7 @@ namespace kiln {
 // State after a pass: one point of the curve of error against run time.
 struct PassPoint {
   double samples = 0;        // of a texel, in the mean
+  bool kept = true;          // false: it only made an irradiance cache, its samples are in no texel
   uint64_t active = 0;       // texels that took part
   double seconds = 0;        // since the first unit was handed out
   uint64_t rays = 0;         // since then

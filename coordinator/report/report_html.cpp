@@ -79,7 +79,7 @@ Expected<std::string> texture_maps(const BakeReport& r, const Lightmap& map,
 std::string curve(const BakeReport& r) {
   std::vector<std::pair<double, double>> points;
   for (const PassPoint& p : r.passes)
-    if (p.seconds > 0 && p.rms_relative > 0)
+    if (p.kept && p.seconds > 0 && p.rms_relative > 0)
       points.emplace_back(std::log10(p.seconds), std::log10(p.rms_relative));
   if (points.size() < 2) return "<p>One pass only: there is no curve.</p>\n";
   double x0 = points.front().first, x1 = points.back().first, y0 = 1e9, y1 = -1e9;
@@ -127,8 +127,10 @@ std::string passes_table(const BakeReport& r) {
       "<th>converged</th></tr>\n";
   for (const PassPoint& p : r.passes)
     out += text(
-        "<tr><td>{}</td><td>{}</td><td>{:.2f}</td><td>{:.3g} M</td><td>{:.2f} %</td><td>{:.1f} %</td></tr>\n",
-        p.samples, p.active, p.seconds, p.rays / 1e6, 100 * p.rms_relative, 100 * p.converged_share);
+        "<tr{}><td>{:.0f}{}</td><td>{}</td><td>{:.2f}</td><td>{:.3g} M</td><td>{:.2f} %</td><td>{:.1f} "
+        "%</td></tr>\n",
+        p.kept ? "" : " class=\"dim\"", p.samples, p.kept ? "" : " (for the cache alone)", p.active,
+        p.seconds, p.rays / 1e6, 100 * p.rms_relative, 100 * p.converged_share);
   return out + "</table>\n";
 }
 

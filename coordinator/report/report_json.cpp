@@ -46,6 +46,7 @@ void write_passes(JsonWriter& w, const BakeReport& r) {
   for (const PassPoint& p : r.passes) {
     w.begin_object()
         .pair("samples", p.samples)
+        .pair("kept", p.kept)
         .pair("active_texels", p.active)
         .pair("seconds", p.seconds)
         .pair("seconds_left", p.seconds_left);

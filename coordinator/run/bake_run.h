@@ -16,7 +16,7 @@ namespace kiln {
 struct BakeProgress {
   std::string stage;  // what is being done
   double done = 0;    // share of the present stage, 0 to 1
-  uint32_t pass = 0, passes = 0;
+  uint32_t pass = 0;  // counted from 1; how many there will be shows on the way
   uint64_t rays = 0;
   double rays_per_second = 0;
   double seconds_left = -1;    // of baking, as foretold; -1: not known yet

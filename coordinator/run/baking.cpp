@@ -89,6 +89,7 @@ class Baking {
       }
       renew_caches();
       sums_.clear();
+      report_.passes.back().kept = false;
       later_ = missing_samples(needed_samples(state(), norm_, asked_error(), z_), state(), most_samples());
     }
     while (!work.empty() && pass_ < kMostPasses) {

@@ -155,7 +155,7 @@ void ServiceImpl::on_progress(JobId id, Active& active, const BakeProgress& p) {
     if (new_results) job.preparations = 0;  // it gets on
     return {};
   });
-  if (pass_began) note(id, text("pass {} of up to {}", p.pass, p.passes));
+  if (pass_began) note(id, text("pass {}", p.pass));
   if (finishing) note(id, "all passes are done: finishing");
 }
 

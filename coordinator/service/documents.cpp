@@ -51,7 +51,7 @@ void write_job(JsonWriter& w, ServiceImpl& service, const FarmStatus& status, co
   const auto progress = service.progress_of(job.id);
   if (!progress) return;
   w.key("progress").begin_object().pair("stage", progress->stage).pair("pass", progress->pass);
-  w.pair("passes", progress->passes).pair("seconds_left", progress->seconds_left);
+  w.pair("seconds_left", progress->seconds_left);
   const auto it = farm.find(job.id);
   const FarmJobStatus now = it == farm.end() ? FarmJobStatus{} : it->second;
   w.pair("units_done", now.units_done)
