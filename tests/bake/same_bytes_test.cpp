@@ -35,7 +35,9 @@ std::set<pid_t> worker_processes() {
   return found;
 }
 
-class SameBytes : public testing::Test {
+// With whole paths alone, and with what rests on passes before: caches that later units name, and the
+// denoiser.
+class SameBytes : public testing::TestWithParam<bool> {
  protected:
   SameBytes() { test::write_scene_glb(test::small_room(), dir_.path() / "room.glb"); }
 
@@ -51,6 +53,7 @@ class SameBytes : public testing::Test {
     r.settings.error = 0.08;
     r.settings.workers = 1;
     r.settings.threads = 1;
+    r.settings.cache = r.settings.denoise = GetParam();
     r.settings.tile_texels = 8;  // many units, so that faults fall between them
     return r;
   }
@@ -100,17 +103,17 @@ class SameBytes : public testing::Test {
   std::map<std::string, std::string> reference_;
 };
 
-TEST_F(SameBytes, RunTwice) {
+TEST_P(SameBytes, RunTwice) {
   EXPECT_EQ(bake(request()), reference());
 }
 
-TEST_F(SameBytes, AnotherSeedDiffers) {
+TEST_P(SameBytes, AnotherSeedDiffers) {
   BakeRequest r = request();
   r.settings.seed = 1;
   EXPECT_NE(bake(r), reference());
 }
 
-TEST_F(SameBytes, TwoAndFiveWorkers) {
+TEST_P(SameBytes, TwoAndFiveWorkers) {
   for (uint32_t workers : {2u, 5u}) {
     BakeRequest r = request();
     r.settings.workers = workers;
@@ -118,7 +121,7 @@ TEST_F(SameBytes, TwoAndFiveWorkers) {
   }
 }
 
-TEST_F(SameBytes, ThreadsAndTileSizes) {
+TEST_P(SameBytes, ThreadsAndTileSizes) {
   BakeRequest r = request();
   r.settings.threads = 3;
   r.settings.tile_texels = 1;
@@ -128,7 +131,7 @@ TEST_F(SameBytes, ThreadsAndTileSizes) {
   EXPECT_EQ(bake(r), reference());
 }
 
-TEST_F(SameBytes, OneWorkerKilled) {
+TEST_P(SameBytes, OneWorkerKilled) {
   BakeRequest r = request();
   r.settings.workers = 2;
   std::atomic<pid_t> victim = 0;
@@ -138,7 +141,7 @@ TEST_F(SameBytes, OneWorkerKilled) {
   EXPECT_GE(report.farm.workers_lost, 1u);
 }
 
-TEST_F(SameBytes, TheOnlyWorkerKilled) {
+TEST_P(SameBytes, TheOnlyWorkerKilled) {
   std::atomic<pid_t> victim = 0;
   BakeReport report;
   EXPECT_EQ(bake(request(), &report, once(SIGKILL, victim)), reference());
@@ -146,7 +149,7 @@ TEST_F(SameBytes, TheOnlyWorkerKilled) {
   EXPECT_GE(report.farm.reassigned, 1u);
 }
 
-TEST_F(SameBytes, OneWorkerStopped) {
+TEST_P(SameBytes, OneWorkerStopped) {
   BakeRequest r = request();
   r.settings.workers = 2;
   r.settings.lease_ms = 500;
@@ -158,7 +161,7 @@ TEST_F(SameBytes, OneWorkerStopped) {
   EXPECT_NE(events(report).find("silent"), std::string::npos) << events(report);
 }
 
-TEST_F(SameBytes, EveryUnitAnsweredTwice) {
+TEST_P(SameBytes, EveryUnitAnsweredTwice) {
   BakeRequest r = request();
   r.settings.workers = 2;
   r.quorum = 2;
@@ -167,10 +170,14 @@ TEST_F(SameBytes, EveryUnitAnsweredTwice) {
   EXPECT_GE(report.farm.duplicates, report.farm.units / 2);
 }
 
-TEST_F(SameBytes, NoWorkerProcessIsLeft) {
+TEST_P(SameBytes, NoWorkerProcessIsLeft) {
   reference();
   EXPECT_TRUE(worker_processes().empty());
 }
+
+INSTANTIATE_TEST_SUITE_P(, SameBytes, testing::Bool(), [](const auto& kind) {
+  return kind.param ? std::string("CachedAndDenoised") : std::string("WholePaths");
+});
 
 }  // namespace
 }  // namespace kiln
