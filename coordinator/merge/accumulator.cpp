@@ -113,10 +113,11 @@ IrradianceCache Accumulator::cache(uint32_t replicate) const {
   IrradianceCache cache;
   cache.irradiance.assign(sites(), Vec3(-1.0f));
   for (uint32_t site = 0; site < sites(); ++site) {
-    const uint32_t n = samples_[replicate][site];
-    if (n == 0 || estimate(site).inside) continue;
     const double* sums = &sums_[replicate][site * planes_];
-    const Vec3 e(DVec3(sums[kMomentER], sums[kMomentEG], sums[kMomentEB]) / static_cast<double>(n));
+    // Only what lies outside can be met: samples from inside geometry, which carry nothing, do not count.
+    const double n = samples_[replicate][site] - sums[kMomentInside];
+    if (!(n > 0) || estimate(site).inside) continue;
+    const Vec3 e(DVec3(sums[kMomentER], sums[kMomentEG], sums[kMomentEB]) / n);
     if (is_finite(e)) cache.irradiance[site] = e;
   }
   return cache;

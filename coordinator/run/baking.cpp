@@ -21,6 +21,8 @@ constexpr double kGrowth = 4;           // a texel's samples grow by this much a
 constexpr uint32_t kMostPasses = 64;
 constexpr double kRenewal = 1.5;  // caches are made anew when this many times the samples were taken
 constexpr double kSureToRenew = 3;
+constexpr double kStragglers = 0.01;  // share of all samples so far
+constexpr double kStragglerGrowth = 2;
 constexpr double kLeastPassSeconds = 0.02;
 
 TexelErrors filtered_errors(const TexelStatistics& statistics, const SurfaceGraph& surface) {
@@ -132,14 +134,23 @@ class Baking {
       if (pace_.limit_left() < kLeastPassSeconds) return {};
     }
     const std::vector<double> needed = needed_samples(state(), norm_, error, z_);
+    std::vector<SiteSamples> work = work_towards(needed, 1);
+    // Few texels are cheap, and a pass for each step of theirs is not.
+    if (samples_of(work) < kStragglers * sampled_) work = work_towards(needed, kStragglerGrowth);
+    later_ = std::max(0.0, missing_samples(needed, state(), most_samples()) - samples_of(work));
+    return work;
+  }
+
+  // To what is needed, and `least` times what a site has.
+  std::vector<SiteSamples> work_towards(const std::vector<double>& needed, double least) const {
     std::vector<SiteSamples> work;
     for (uint32_t site = 0; site < needed.size(); ++site) {
       const uint32_t have = samples_[site];
       if (!(needed[site] > have) || have == 0 || have >= most_samples() || skipped_.count(site)) continue;
-      const uint32_t to = std::min(sample_count(std::min(needed[site], kGrowth * have)), most_samples());
+      const double wanted = std::clamp(needed[site], least * have, kGrowth * have);
+      const uint32_t to = std::min(sample_count(wanted), most_samples());
       if (to > have) work.push_back({site, {have, to - have}});
     }
-    later_ = std::max(0.0, missing_samples(needed, state(), most_samples()) - samples_of(work));
     return work;
   }
 
