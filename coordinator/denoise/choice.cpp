@@ -19,6 +19,11 @@ namespace {
 constexpr float kBesideTexels = 2.0f;
 constexpr double kAlone = 6;
 
+// What all texels of a window lose or gain together counts so many times more: it is seen, and it is what
+// takes light from the whole (peaks under lamps are lowered). Measured: the loss falls by a half for 3 % of
+// the gain.
+constexpr double kCommon = 5;
+
 // Texels' worth of "samples are independent" in what is measured of their dependence: where there are few
 // texels (charts of four), chance says that there is no noise at all, and texels stop at such chances.
 constexpr double kDoubtTexels = 4;
@@ -72,15 +77,18 @@ Choice choose(const Candidates& c, const SiteGeometry& sites, const SurfaceLinks
       kernel.enter(static_cast<uint32_t>(i), kPooled);
       const std::span<const uint32_t> window = kernel.window();
       Pool wide, beside;
-      double noise = 0, growth[kLevels] = {};
+      double noise = 0, growth[kLevels] = {}, change[kReplicates][kLevels] = {};
       for (size_t q = 0; q < window.size(); ++q) {
         const uint32_t j = window[q];
-        const double w = kernel.falloff(q, kPooled), per = w / double{c.prior[j]};
+        const double w = kernel.falloff(q, kPooled), inverse = 1 / double{c.prior[j]}, per = w * inverse;
+        const double deviations = w * std::sqrt(inverse);
         const double a = c.value[0][0][j], b = c.value[1][0][j];
         double product[kLevels];
         for (uint32_t k = 1; k < kLevels; ++k) {
           const double fa = c.value[0][k][j], fb = c.value[1][k][j];
-          product[k] = (fa - a) * (fb - b) / double{c.prior[j]};
+          product[k] = (fa - a) * (fb - b) * inverse;
+          change[0][k] += deviations * (fa - a);
+          change[1][k] += deviations * (fb - b);
           growth[k] += per * (fa - double{c.value[0][k - 1][j]}) * (fb - double{c.value[1][k - 1][j]});
         }
         growth[0] += per * fourth_order(c, 0, j) * fourth_order(c, 1, j);
@@ -99,7 +107,9 @@ Choice choose(const Candidates& c, const SiteGeometry& sites, const SurfaceLinks
         const double alone = (double{c.value[0][k][i]} - double{c.value[0][0][i]}) *
                              (double{c.value[1][k][i]} - double{c.value[1][0][i]}) / prior;
         const double sharp = std::max(beside.mean(k) - beside_error, alone - kAlone * factor);
-        const double risk = factor * double{c.variance[k][i]} + std::max({direct, smooth, sharp}) * prior;
+        const double common = change[0][k] * change[1][k] / (wide.weight * wide.weight);
+        const double bias = std::max({direct, smooth, sharp}) + kCommon * common;
+        const double risk = factor * double{c.variance[k][i]} + bias * prior;
         // The largest of noisy numbers is too large in the mean: stated is what stands out.
         const double stated = std::max({0.0, smooth, direct - wide_error, sharp});
         out.bias[i][k] = static_cast<float>(std::sqrt(stated * prior));
