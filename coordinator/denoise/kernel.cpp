@@ -101,14 +101,25 @@ void SurfaceKernel::linear(float texels, size_t count, Weights& out) const {
 
 void SurfaceKernel::quadratic(float texels, size_t count, Weights& out) const {
   const double h = texels * size_, inverse = h > 0 ? 1 / h : 0;
-  double m[kTerms][kTerms] = {}, c[kTerms];
+  // Moments of x^a y^b by row of a + b: the fifteen that the matrix of 21 is made of.
+  double m0 = 0, m1[2] = {}, m2[3] = {}, m3[4] = {}, m4[5] = {};
   for (size_t i = 0; i < count; ++i) {
     const double w = i == 0 ? 1.0 : falloff(i, texels), x = x_[i] * inverse, y = y_[i] * inverse;
-    const double term[kTerms] = {1, x, y, x * x, x * y, y * y};
+    const double wx = w * x, wy = w * y, xx = x * x, xy = x * y, yy = y * y;
     out[i] = w;
-    for (int a = 0; a < kTerms; ++a)
-      for (int b = 0; b <= a; ++b) m[a][b] += w * term[a] * term[b];
+    m0 += w;
+    m1[0] += wx, m1[1] += wy;
+    m2[0] += w * xx, m2[1] += w * xy, m2[2] += w * yy;
+    m3[0] += wx * xx, m3[1] += wx * xy, m3[2] += wx * yy, m3[3] += wy * yy;
+    m4[0] += w * xx * xx, m4[1] += w * xx * xy, m4[2] += w * xx * yy, m4[3] += w * xy * yy,
+        m4[4] += w * yy * yy;
   }
+  double c[kTerms], m[kTerms][kTerms] = {{m0},
+                                         {m1[0], m2[0]},
+                                         {m1[1], m2[1], m2[2]},
+                                         {m2[0], m3[0], m3[1], m4[0]},
+                                         {m2[1], m3[1], m3[2], m4[1], m4[2]},
+                                         {m2[2], m3[2], m3[3], m4[2], m4[3], m4[4]}};
   for (int a = 1; a < kTerms; ++a) m[a][a] += kLeastSpread * m[0][0];
   solve_first(m, c);
   double sum = 0;
