@@ -107,9 +107,9 @@ Candidates find_candidates(const TexelStatistics& s, const SiteGeometry& sites, 
       const std::span<const uint32_t> window = kernel.window();
       const double own[2] = {c.value[0][0][i], c.value[1][0][i]};
       for (uint32_t k = 1; k < kLevels; ++k) {
-        kernel.regression(k, weight);
+        const size_t count = kernel.regression(k, weight);
         double change[2] = {0, 0}, variance = 0;
-        for (size_t q = 0; q < window.size(); ++q) {
+        for (size_t q = 0; q < count; ++q) {
           const uint32_t j = window[q];
           for (int r = 0; r < 2; ++r) change[r] += weight[q] * (double{c.value[r][0][j]} - own[r]);
           variance += weight[q] * weight[q] * double{c.prior[j]};

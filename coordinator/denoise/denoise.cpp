@@ -47,8 +47,8 @@ class Blend {
     weight_.fill(0);
     for (uint32_t k = 1; k <= widest; ++k) {
       if (shares_[k] == 0) continue;
-      kernel_.regression(k, level_weight_);
-      for (size_t q = 0; q < kernel_.window().size(); ++q) weight_[q] += shares_[k] * level_weight_[q];
+      const size_t count = kernel_.regression(k, level_weight_);
+      for (size_t q = 0; q < count; ++q) weight_[q] += shares_[k] * level_weight_[q];
     }
     weight_[0] += shares_[0];
   }

@@ -20,11 +20,11 @@ struct Denoised {
 
 // All planes get the same weights. `bounds` (indices of planes; lights of them and E, planes 0 to 2, are
 // never negative) holds directions to the length of their light. The same bits for any number of threads.
-// About 10 microseconds a site on one core with 15 planes, and 110 bytes beside the result.
+// Of the order of 10 microseconds a site on one core with 15 planes, and 190 bytes beside the result.
 Denoised denoise(const TexelStatistics& statistics, std::span<const DirectionBound> bounds,
                  const SiteGeometry& sites, const SurfaceLinks& links, unsigned threads);
 
-// The same without `mean`: what the error is. About 8 microseconds a site.
+// The same without `mean`: what the error is. Somewhat less a site.
 Denoised denoise_luminance(const TexelStatistics& statistics, const SiteGeometry& sites,
                            const SurfaceLinks& links, unsigned threads);
 

@@ -16,6 +16,7 @@ constexpr std::array<float, kLevels> kBandwidth = {0.0f, 1.6f, 3.2f, 6.4f, 6.4f}
 // The window of a site in coordinates of its tangent plane, and the weights of each filter over it.
 class SurfaceKernel {
  public:
+  static constexpr size_t kRings = 3;  // as wide as levels 1, 2 and all above
   using Weights = std::array<double, SurfaceWindow::kMost>;
 
   // `known`: sites that take part, by site; all outlive the kernel.
@@ -24,28 +25,33 @@ class SurfaceKernel {
 
   // Looks up to `texels` texels far around a known site. Sites that are not known are left out.
   void enter(uint32_t site, float texels);
-  std::span<const uint32_t> window() const { return {site_.data(), count_}; }  // the site itself first
+  std::span<const uint32_t> window() const {
+    return {site_.data(), count_};
+  }  // the site first, near ones early
 
   // Weights of the value at the site of what level > 0 fits, adding to 1; fields of first order (of second,
-  // by kQuadratic) keep their value. Some are below 0.
-  void regression(uint32_t level, Weights& out) const {
-    level == kQuadratic ? quadratic(kBandwidth[level], out) : linear(kBandwidth[level], out);
+  // by kQuadratic) keep their value. Some are below 0. Of so many sites of the window; those after have none.
+  size_t regression(uint32_t level, Weights& out) const {
+    const size_t count = end_[std::min<size_t>(level, kRings) - 1];
+    level == kQuadratic ? quadratic(kBandwidth[level], count, out) : linear(kBandwidth[level], count, out);
+    return count;
   }
   // Positive, 1 at the site, falling to 0 at `texels`: of means of squares.
   double falloff(size_t index, float texels) const {
     const double reach = double{texels} * size_;
-    return std::max(0.0, 1 - square_[index] / (reach * reach)) * agreement_[index];
+    return std::max(0.0, 1 - square_[index] * (1 / (reach * reach))) * agreement_[index];
   }
 
  private:
-  void linear(float texels, Weights& out) const;
-  void quadratic(float texels, Weights& out) const;
+  void linear(float texels, size_t count, Weights& out) const;
+  void quadratic(float texels, size_t count, Weights& out) const;
 
   const SiteGeometry& sites_;
   std::span<const uint8_t> known_;
   SurfaceWindow window_;
   double size_ = 0;  // metres a texel measures
   size_t count_ = 0;
+  std::array<size_t, kRings> end_{};  // of rings in the window
   std::array<uint32_t, SurfaceWindow::kMost> site_{};
   std::array<double, SurfaceWindow::kMost> x_{}, y_{}, square_{}, agreement_{};
 };

@@ -126,8 +126,7 @@ TEST(Denoise, StatesItsErrorOnSmoothFields) {
       all.raw += q.raw, all.denoised += q.denoised, all.ratio += q.ratio, all.sites += q.sites;
     }
     EXPECT_LT(all.denoised, all.raw / (noise > 0.02 ? 4 : 1.5)) << noise;
-    EXPECT_GT(all.ratio / all.sites, 0.65)
-        << noise;  // doubt that sharp fields need costs a sixth of error here
+    EXPECT_GT(all.ratio / all.sites, 0.65) << noise;  // measured 0.70 to 0.79: asking near texels overstates
     EXPECT_LT(all.ratio / all.sites, 1.25) << noise;
   }
 }
