@@ -52,7 +52,7 @@ class BareIntegrator final : public Integrator {
  public:
   BareIntegrator(const Workload& w, const Vec3& albedo) : w_(w), albedo_(albedo) {}
   std::unique_ptr<Workspace> make_workspace() const override { return std::make_unique<Wave>(); }
-  void sample(std::span<Task> tasks, Workspace& workspace) const override;
+  void sample(std::span<Task> tasks, Workspace& workspace, const KnownIrradiance*) const override;
 
  private:
   struct Path {
@@ -103,7 +103,7 @@ void BareIntegrator::gather(Wave& w, std::span<Task> tasks, uint32_t first_dimen
   }
 }
 
-void BareIntegrator::sample(std::span<Task> tasks, Workspace& workspace) const {
+void BareIntegrator::sample(std::span<Task> tasks, Workspace& workspace, const KnownIrradiance*) const {
   auto& w = static_cast<Wave&>(workspace);
   w.samples.clear();
   w.count = tasks.size();

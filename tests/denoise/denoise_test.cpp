@@ -41,7 +41,6 @@ TexelStatistics noisy(const SiteGeometry& sites, const Field& field, const Field
   s.planes = 15;
   s.samples.assign(s.sites, 32);
   s.known.assign(s.sites, 1);
-  s.reach.assign(s.sites, 1);
   s.variance.resize(s.sites);
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal;

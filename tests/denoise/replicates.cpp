@@ -12,28 +12,6 @@
 namespace kiln::test {
 namespace {
 
-// Harmonic mean distance of what cosine-distributed rays meet; nothing met is infinitely far.
-std::vector<float> reaches(const Scene& scene, const SiteGeometry& sites) {
-  std::vector<std::string> warnings;
-  const auto surfaces = Surfaces::create(scene, warnings);
-  if (!surfaces) throw std::runtime_error(surfaces.error().message);
-  const auto tracer = Tracer::create((*surfaces)->scene(), **surfaces, "avx2", 2);
-  if (!tracer) throw std::runtime_error(tracer.error().message);
-  std::vector<float> reach(sites.size());
-  constexpr uint32_t kRays = 64;
-  parallel_for(sites.size(), [&](size_t s) {
-    const Frame frame(sites.normal[s]);
-    double sum = 0;
-    for (uint32_t j = 0; j < kRays; ++j) {
-      const Vec3 d = frame.to_world(cosine_hemisphere(site_point(j)));
-      const Hit hit = (*tracer)->intersect({sites.position[s] + sites.normal[s] * 1e-3f, d}, 0);
-      if (hit.valid()) sum += 1.0 / hit.t;
-    }
-    reach[s] = static_cast<float>(kRays / sum);
-  });
-  return reach;
-}
-
 void add_replicate(const ReplicateBake& b, uint32_t r, uint32_t samples, uint64_t seed,
                    TexelStatistics& out) {
   TransportSettings settings;
@@ -74,7 +52,6 @@ TexelStatistics statistics_of(const ReplicateBake& b, uint32_t samples, uint64_t
   out.variance.assign(out.sites, 0);
   out.samples.assign(out.sites, samples);
   out.known.assign(out.sites, 1);
-  out.reach = b.statistics.reach;
   for (uint32_t r = 0; r < kReplicates; ++r) {
     out.mean[r].resize(out.sites * out.planes);
     out.luminance[r].resize(out.sites);
@@ -94,7 +71,6 @@ ReplicateBake bake_replicates(const Scene& scene, float texels_per_metre, uint32
   b.atlas = std::move(*atlas);
   b.sites = site_geometry(b.scene, b.atlas, 0);
   b.links = surface_links(b.scene, b.atlas, b.sites, 0);
-  b.statistics.reach = reaches(b.scene, b.sites);
   b.statistics = statistics_of(b, samples, seed);
   return b;
 }
