@@ -25,6 +25,16 @@ std::span<const BasisInfo> basis_roster() {
   return Bases::all();
 }
 
+std::vector<BasisBand> basis_bands(const BasisInfo& basis) {
+  std::vector<BasisBand> bands;
+  for (size_t f = 0; f < basis.functions.size(); ++f) {
+    const std::string name(basis.functions[f].substr(0, 2));
+    if (bands.empty() || bands.back().name != name) bands.push_back({name, {}});
+    bands.back().functions.push_back(f);
+  }
+  return bands;
+}
+
 Expected<uint32_t> find_basis(std::string_view name) {
   std::string names;
   for (uint32_t i = 0; i < basis_roster().size(); ++i) {

@@ -56,6 +56,13 @@ inline float sh_l1_irradiance(float l0, const Vec3& l1, const Vec3& n) {
   return kPi * (l0 + 2.0f * dot(l1, n));
 }
 
+// Functions of one degree, whose planes' names begin with the same two letters ("L0", "L1").
+struct BasisBand {
+  std::string name;
+  std::vector<size_t> functions;
+};
+std::vector<BasisBand> basis_bands(const BasisInfo& basis);
+
 // Roster: every basis, in the order of --help.
 std::span<const BasisInfo> basis_roster();
 // Index into the roster, or an error that lists the names.

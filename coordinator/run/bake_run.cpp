@@ -69,19 +69,16 @@ void state_errors(Lightmap& map, const Atlas& atlas, const TexelErrors& errors) 
       plane[atlas.sites.texel[site]] = errors.standard_error[site];
 }
 
-// Of each band of the basis: functions whose planes' names begin with the same two letters.
 void state_band_errors(Lightmap& map, const Atlas& atlas, const TexelStatistics& statistics,
                        const BasisInfo& basis, std::span<const float> lowered) {
   map.band_error.width = map.planes.width;
   map.band_error.height = map.planes.height;
   const std::vector<uint32_t> charts = charts_of_sites(atlas);
-  for (size_t f = 0; f < basis.functions.size();) {
-    const std::string band(basis.functions[f].substr(0, 2));
+  for (const BasisBand& band : basis_bands(basis)) {
     std::vector<size_t> planes;
-    for (; f < basis.functions.size() && basis.functions[f].substr(0, 2) == band; ++f)
-      planes.push_back(3 + 3 * f);
+    for (const size_t f : band.functions) planes.push_back(3 + 3 * f);
     const std::vector<float> errors = band_errors(statistics, charts, planes);
-    std::vector<float>& plane = map.band_error.add(band);
+    std::vector<float>& plane = map.band_error.add(band.name);
     for (size_t site = 0; site < errors.size(); ++site)
       plane[atlas.sites.texel[site]] = errors[site] * (lowered.empty() ? 1.0f : lowered[site]);
   }

@@ -73,6 +73,18 @@ Status read_master(const fs::path& folder, const std::string& stem, const Atlas&
   return {};
 }
 
+// A master that not every bake has.
+Status read_if_there(const fs::path& folder, const std::string& stem, const Atlas& atlas,
+                     const std::vector<std::string>& channels, Planes& planes) {
+  std::error_code code;
+  if (channels.empty() || !fs::exists(folder / page_name(stem, "exr", 0, atlas.pages), code)) return {};
+  planes.width = atlas.width;
+  planes.height = atlas.height * atlas.pages;
+  std::vector<std::pair<std::string, std::string>> names;
+  for (const std::string& channel : channels) names.emplace_back(channel, channel);
+  return read_master(folder, stem, atlas, names, planes);
+}
+
 Expected<Lightmap> read_lightmap(const fs::path& folder, const Atlas& atlas, const BakeSettings& settings) {
   Lightmap map;
   map.page_height = atlas.height;
@@ -90,6 +102,12 @@ Expected<Lightmap> read_lightmap(const fs::path& folder, const Atlas& atlas, con
     for (size_t c = 0; c < 3; ++c) map.bounds.push_back({3 + c, {6 + c, 9 + c, 12 + c}});
   KILN_TRY_STATUS(read_master(folder, "error", atlas, {{"Y", "error"}}, map.planes));
   KILN_TRY_STATUS(read_master(folder, "samples", atlas, {{"Y", "samples"}}, map.planes));
+  std::vector<std::string> bands, measured;
+  for (const BasisBand& band : basis_bands(basis)) bands.push_back(band.name);
+  KILN_TRY_STATUS(read_if_there(folder, "error_" + settings.basis, atlas, bands, map.band_error));
+  for (const std::string& plane : map.planes.names)
+    if (plane != "samples") measured.push_back(plane);
+  KILN_TRY_STATUS(read_if_there(folder, "measured", atlas, measured, map.measured));
   Planes classes;
   classes.width = map.planes.width;
   classes.height = map.planes.height;
