@@ -69,6 +69,23 @@ TexelErrors estimate_errors(const TexelStatistics& s, std::span<const uint32_t> 
   return out;
 }
 
+std::vector<float> effective_samples(const TexelStatistics& s, std::span<const uint32_t> chart_of_site) {
+  std::vector<float> out(s.sites, 0.0f);
+  for (size_t i = 0; i < s.sites; ++i) {
+    if (!s.known[i]) continue;
+    double sum = 0, squares = 0;
+    const auto add = [&](size_t j) {
+      const double mean = 0.5 * (double{s.luminance[0][j]} + double{s.luminance[1][j]});
+      sum += s.samples[j] * mean;
+      squares += s.samples[j] * (double{s.variance[j]} + mean * mean);
+    };
+    add(i);
+    for_each_near(s, chart_of_site, i, add);
+    out[i] = static_cast<float>(squares > 0 ? kReplicates * sum * sum / squares : 0.0);
+  }
+  return out;
+}
+
 std::vector<float> band_errors(const TexelStatistics& s, std::span<const uint32_t> chart_of_site,
                                std::span<const size_t> first_planes) {
   // Of each site: the square that one sample of each replicate would have, if errors were those of samples.

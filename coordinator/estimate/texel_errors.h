@@ -29,6 +29,13 @@ constexpr uint32_t kReplicateNeighbours = 128;
 
 TexelErrors estimate_errors(const TexelStatistics& statistics, std::span<const uint32_t> chart_of_site);
 
+// How many equal samples would tell as much as those that a texel and its neighbourhood have: (sum x)^2 / sum
+// x^2 of the luminance of E (Kish 1965). Below kFewSamples what is stated rests on a few bright samples, and
+// may be wrong by more than it says.
+constexpr double kFewSamples = 32;
+std::vector<float> effective_samples(const TexelStatistics& statistics,
+                                     std::span<const uint32_t> chart_of_site);
+
 // Standard error of a band of the basis: of the length of its vector of luminances, one for each function.
 // From the replicates' differences at the site and around it, as many samples as each has. `first_planes`: of
 // its functions, whose colours follow each other.

@@ -84,6 +84,20 @@ void state_band_errors(Lightmap& map, const Atlas& atlas, const TexelStatistics&
   }
 }
 
+// Texels of which the stated error is not to be relied on.
+void state_doubts(const TexelStatistics& statistics, const Atlas& atlas, BakeReport& report) {
+  const std::vector<float> samples = effective_samples(statistics, charts_of_sites(atlas));
+  const auto few =
+      std::count_if(samples.begin(), samples.end(), [](float n) { return n > 0 && n < kFewSamples; });
+  report.post.push_back({"texels_of_few_bright_samples", static_cast<double>(few), ""});
+  if (few > 0)
+    report.warnings.push_back(
+        text("{} texels have their light from fewer than {:.0f} bright samples, those around them included: "
+             "it may be "
+             "further off than error.exr says. More samples (--min-samples) tell",
+             few, kFewSamples));
+}
+
 // What is left of the time limit when stages before and after the passes have theirs. Those after are
 // foretold by the size of the map: pictures of the report, then filters, seams, textures and masters, by
 // rates of one thread (docs/performance.md, "Time limit").
@@ -225,6 +239,7 @@ Expected<BakeReport> run_bake(const BakeRequest& request, const Progress& progre
     if (surface) lowered = take_denoised(map, pre.atlas, statistics, *surface, texel_errors);
     state_errors(map, pre.atlas, texel_errors);
     state_band_errors(map, pre.atlas, statistics, basis_roster()[job.transport.basis], lowered);
+    state_doubts(statistics, pre.atlas, report);
   }
   for (const PostStage& stage : post_stages()) {
     const StageTimer timer(report.stages, std::string(stage.name));

@@ -17,7 +17,10 @@ namespace kiln {
 namespace {
 
 constexpr uint32_t kPilotSamples = 16;  // of a replicate: of a pass whose samples are dropped
-constexpr double kGrowth = 4;           // a texel's samples grow by this much at most: then is looked again
+constexpr uint32_t kFirstSamples = 32;
+constexpr uint32_t kMostRounds = 4;  // of passes that only make the cache better
+constexpr double kRoughCache = 0.1;  // rms relative error of what is better made again: all texels share it
+constexpr double kGrowth = 4;        // a texel's samples grow by this much at most: then is looked again
 constexpr uint32_t kMostPasses = 64;
 constexpr double kRenewal = 1.5;  // caches are made anew when this many times the samples were taken
 constexpr double kSureToRenew = 3;
@@ -77,11 +80,15 @@ class Baking {
     sampled_ = 0;
     caches_.clear();
     const uint32_t least = std::max(1u, (settings_.min_samples + 1) / 2);
-    const uint32_t pilot = std::min(kPilotSamples, least);
-    std::vector<SiteSamples> work = all_sites({0, least});
-    for (int k = 0; cache_ && k < 2; ++k) {
+    // With caches a fixed count is reached in steps too: what the first of them was read from is the
+    // roughest.
+    std::vector<SiteSamples> work = all_sites({0, cache_ ? std::min(least, kFirstSamples) : least});
+    least_ = least;
+    // Whole paths, then as often as it takes paths that end at what the pass before has found.
+    uint32_t count = std::min(kPilotSamples, least);
+    for (uint32_t round = 0; cache_ && round <= kMostRounds; ++round) {
       later_ = -1;
-      KILN_TRY(const PassEnd end, run_pass(all_sites({0, pilot})));
+      KILN_TRY(const PassEnd end, run_pass(all_sites({0, count})));
       record();
       if (end != PassEnd::kComplete) return end;
       // What is dropped must be made good in time, at worst at the speed of whole paths.
@@ -93,6 +100,9 @@ class Baking {
       sums_.clear();
       report_.passes.back().kept = false;
       later_ = missing_samples(needed_samples(state(), norm_, asked_error(), z_), state(), most_samples());
+      if (round == 0) continue;
+      if (report_.passes.back().rms_relative <= kRoughCache) break;
+      count = std::min(2 * count, least);
     }
     while (!work.empty() && pass_ < kMostPasses) {
       KILN_TRY(const PassEnd end, run_pass(std::move(work)));
@@ -133,7 +143,8 @@ class Baking {
       report_.complete = reached_error(state(), norm_, z_) <= settings_.error;
       if (pace_.limit_left() < kLeastPassSeconds) return {};
     }
-    const std::vector<double> needed = needed_samples(state(), norm_, error, z_);
+    std::vector<double> needed = needed_samples(state(), norm_, error, z_);
+    for (double& n : needed) n = std::max<double>(n, least_);
     std::vector<SiteSamples> work = work_towards(needed, 1);
     // Few texels are cheap, and a pass for each step of theirs is not.
     if (samples_of(work) < kStragglers * sampled_) work = work_towards(needed, kStragglerGrowth);
@@ -280,6 +291,7 @@ class Baking {
   ErrorNorm norm_ = ErrorNorm::kMax;
   BakePace pace_;
   uint32_t pass_ = 0;
+  uint32_t least_ = 0;  // samples of a replicate that every texel gets
   uint64_t active_ = 0;
   std::vector<Digest> caches_;  // by replicate; empty: none
   TexelErrors errors_;

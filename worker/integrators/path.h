@@ -364,16 +364,16 @@ auto PathIntegrator<kFeatures>::arrive(Path& p, Task& task, const KnownIrradianc
   }
   if (kind.emissive && counts(bounces) && (!leaves || kind.double_sided))
     p.sum += p.throughput * emitted(p, at, bounces);
-  if (p.reflected_known) {
-    p.throughput *= p.rest;
-    p.reflected_known = false;
-    if (!(max_component(p.throughput) > 0.0f)) return Arrival::kEnds;
-  }
   if (kind.textured) prefetch_textures(*kind.material, at.attributes);
   if constexpr (has(kGlass)) {
     if (kind.glass && passes_glass(p, at, bsdf_at(*kind.material, at.attributes), leaves, task, bounces))
       return Arrival::kPasses;
     p.glass = {0.0f, p.glass.absorption, 0};
+  }
+  if (p.reflected_known) {
+    p.throughput *= p.rest;
+    p.reflected_known = false;
+    if (!(max_component(p.throughput) > 0.0f)) return Arrival::kEnds;
   }
   if (!may_reflect(bounces)) return Arrival::kEnds;
   p.parted = false;
