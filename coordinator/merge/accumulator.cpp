@@ -114,8 +114,8 @@ IrradianceCache Accumulator::cache(uint32_t replicate) const {
   cache.irradiance.assign(sites(), Vec3(-1.0f));
   for (uint32_t site = 0; site < sites(); ++site) {
     const double* sums = &sums_[replicate][site * planes_];
-    // Only what lies outside can be met: samples from inside geometry, which carry nothing, do not count.
-    const double n = samples_[replicate][site] - sums[kMomentInside];
+    // Rays that met back faces carry nothing, to this texel as to paths that are reflected here.
+    const double n = samples_[replicate][site];
     if (!(n > 0) || estimate(site).inside) continue;
     const Vec3 e(DVec3(sums[kMomentER], sums[kMomentEG], sums[kMomentEB]) / n);
     if (is_finite(e)) cache.irradiance[site] = e;
