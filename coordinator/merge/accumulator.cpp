@@ -73,11 +73,11 @@ Accumulator::Estimate Accumulator::estimate(uint32_t site) const {
   return e;
 }
 
-TexelStatistics Accumulator::statistics() const {
+TexelStatistics Accumulator::statistics(bool planes) const {
   TexelStatistics out;
   const size_t count = sites();
   out.sites = count;
-  out.planes = 3 + planes_ - kMomentBasis;
+  out.planes = planes ? 3 + planes_ - kMomentBasis : 0;
   out.variance.assign(count, 0.0f);
   out.samples.assign(count, 0);
   out.known.assign(count, 0);
@@ -99,6 +99,7 @@ TexelStatistics Accumulator::statistics() const {
       const double mean = sums[kMomentLum] * scale;
       squares += std::max(0.0, sums[kMomentLum2] - mean * sums[kMomentLum]);
       out.luminance[r][site] = static_cast<float>(mean);
+      if (!planes) continue;
       float* means = &out.mean[r][site * out.planes];
       for (size_t c = 0; c < 3; ++c) means[c] = static_cast<float>(sums[kMomentER + c] * scale);
       for (size_t p = kMomentBasis; p < planes_; ++p)

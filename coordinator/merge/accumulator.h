@@ -37,7 +37,9 @@ class Accumulator {
   // infinite. What a bake states is in coordinator/estimate.
   Estimate estimate(uint32_t site) const;
 
-  TexelStatistics statistics() const;
+  // `planes`: with the means of all planes; without them they are as large as a few planes, whatever the
+  // basis.
+  TexelStatistics statistics(bool planes = true) const;
   // What paths of the next pass may read: means of one replicate.
   IrradianceCache cache(uint32_t replicate) const;
 

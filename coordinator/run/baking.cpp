@@ -23,7 +23,7 @@ constexpr double kRoughCache = 0.1;  // rms relative error of what is better mad
 constexpr double kGrowth = 4;        // a texel's samples grow by this much at most: then is looked again
 constexpr uint32_t kMostPasses = 64;
 constexpr double kRenewal = 1.5;  // caches are made anew when this many times the samples were taken
-constexpr double kSureToRenew = 3;
+constexpr double kSureToRenew = 2;
 constexpr double kStragglers = 0.01;  // share of all samples so far
 constexpr double kStragglerGrowth = 2;
 constexpr double kLeastPassSeconds = 0.02;
@@ -92,7 +92,8 @@ class Baking {
       record();
       if (end != PassEnd::kComplete) return end;
       // What is dropped must be made good in time, at worst at the speed of whole paths.
-      if (pace_.limit_left() * pace_.samples_per_second() < kSureToRenew * samples_of(work)) {
+      const double next = samples_of(work) + 2.0 * kReplicates * count * static_cast<double>(sums_.sites());
+      if (pace_.limit_left() * pace_.samples_per_second() < kSureToRenew * next) {
         work = next_work();
         break;
       }
@@ -248,7 +249,7 @@ class Baking {
 
   // What is known after a pass: the errors, and the point of the curve.
   void record() {
-    const TexelStatistics statistics = sums_.statistics();
+    const TexelStatistics statistics = sums_.statistics(false);
     errors_ = surface_ ? filtered_errors(statistics, *surface_) : estimate_errors(statistics, charts_);
     samples_ = statistics.samples;
     PassPoint point;
