@@ -6,7 +6,7 @@ double map_seconds(const std::vector<StageTime>& stages) {
   double sum = 0;
   bool counts = false;
   for (const StageTime& stage : stages) {
-    if (stage.name == "bake") counts = true;
+    if (stage.name == "neighbours" || stage.name == "bake") counts = true;  // the first is the denoiser's
     if (stage.name == "textures") counts = false;
     if (counts) sum += stage.seconds;
   }

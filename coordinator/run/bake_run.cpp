@@ -70,10 +70,10 @@ void state_errors(Lightmap& map, const Atlas& atlas, const TexelErrors& errors) 
 }
 
 void state_band_errors(Lightmap& map, const Atlas& atlas, const TexelStatistics& statistics,
-                       const BasisInfo& basis, std::span<const float> lowered) {
+                       std::span<const uint32_t> charts, const BasisInfo& basis,
+                       std::span<const float> lowered) {
   map.band_error.width = map.planes.width;
   map.band_error.height = map.planes.height;
-  const std::vector<uint32_t> charts = charts_of_sites(atlas);
   for (const BasisBand& band : basis_bands(basis)) {
     std::vector<size_t> planes;
     for (const size_t f : band.functions) planes.push_back(3 + 3 * f);
@@ -85,11 +85,11 @@ void state_band_errors(Lightmap& map, const Atlas& atlas, const TexelStatistics&
 }
 
 // Texels of which the stated error is not to be relied on.
-void state_doubts(const TexelStatistics& statistics, const Atlas& atlas, BakeReport& report) {
-  const std::vector<float> samples = effective_samples(statistics, charts_of_sites(atlas));
+void state_doubts(const TexelStatistics& statistics, std::span<const uint32_t> charts, BakeReport& report) {
+  const std::vector<float> samples = effective_samples(statistics, charts);
   const auto few =
       std::count_if(samples.begin(), samples.end(), [](float n) { return n > 0 && n < kFewSamples; });
-  report.post.push_back({"texels_of_few_bright_samples", static_cast<double>(few), ""});
+  report.post.push_back({"texels of few bright samples", static_cast<double>(few), "texels"});
   if (few > 0)
     report.warnings.push_back(
         text("{} texels have their light from fewer than {:.0f} bright samples, those around them included: "
@@ -98,20 +98,20 @@ void state_doubts(const TexelStatistics& statistics, const Atlas& atlas, BakeRep
              few, kFewSamples));
 }
 
-// What is left of the time limit when stages before and after the passes have theirs. Those after are
-// foretold by the size of the map: pictures of the report, then filters, seams, textures and masters, by
-// rates of one thread (docs/performance.md, "Time limit").
+// What is left of the time limit when stages before and after the passes have theirs. For those after an
+// allowance is taken off by the size of the map (docs/samples.md, "Allocation").
 double seconds_for_passes(const BakeRequest& request, const Preflight& pre, const Stopwatch& watch) {
   const BakeSettings& s = request.settings;
   if (s.time_limit <= 0) return std::numeric_limits<double>::infinity();
-  constexpr double kPictures = 1.7;
+  // The report's pictures, whose size is fixed; then seconds of one thread for each texel.
+  const double pictures = request.pictures ? 1.7 : 0;
   double texel_seconds = 2e-6;
   if (s.denoise) texel_seconds += 8e-6;
   if (s.seams) texel_seconds += 3e-6;
   for (const std::string& encoding : s.encodings)
     if (encoding != "none") texel_seconds += 4e-6;
   const double after =
-      kPictures + texel_seconds * static_cast<double>(pre.atlas.sites.size()) / hardware_threads();
+      pictures + texel_seconds * static_cast<double>(pre.atlas.sites.size()) / hardware_threads();
   return std::max(0.0, s.time_limit - watch.seconds() - after);
 }
 
@@ -238,8 +238,9 @@ Expected<BakeReport> run_bake(const BakeRequest& request, const Progress& progre
     std::vector<float> lowered;
     if (surface) lowered = take_denoised(map, pre.atlas, statistics, *surface, texel_errors);
     state_errors(map, pre.atlas, texel_errors);
-    state_band_errors(map, pre.atlas, statistics, basis_roster()[job.transport.basis], lowered);
-    state_doubts(statistics, pre.atlas, report);
+    const std::vector<uint32_t> charts = charts_of_sites(pre.atlas);
+    state_band_errors(map, pre.atlas, statistics, charts, basis_roster()[job.transport.basis], lowered);
+    state_doubts(statistics, charts, report);
   }
   for (const PostStage& stage : post_stages()) {
     const StageTimer timer(report.stages, std::string(stage.name));
