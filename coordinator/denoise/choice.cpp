@@ -8,6 +8,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <numeric>
 
 #include "coordinator/denoise/site_runs.h"
 
@@ -36,6 +37,76 @@ double fourth_order(const Candidates& c, int replicate, size_t j) {
   return value(kQuadratic) - value(kQuadratic - 1) +
          (value(kQuadratic - 1) - value(kQuadratic - 2)) * (4.0 / 3);
 }
+
+// Texels that end their paths at the same irradiance cache share its error: it is in the difference of the
+// replicates, whose caches are their own, but a filter does not average it away. What the widest planes of
+// both replicates differ by, beyond what independent texels would leave, is that. It is as good as constant,
+// relative to the light, over what hangs together (walls of a room whose light has come through a slit), and
+// measured there as a whole: with all texels wrong alike a window knows no more than one texel does.
+class SharedError {
+ public:
+  SharedError(const Candidates& c, const SurfaceLinks& links) : piece_(c.known.size()) {
+    std::iota(piece_.begin(), piece_.end(), 0u);
+    for (uint32_t i = 0; i < piece_.size(); ++i) {
+      if (!c.known[i]) continue;
+      for (const uint32_t j : links.of(i))
+        if (j < i && c.known[j]) join(i, j);
+    }
+    for (uint32_t i = 0; i < piece_.size(); ++i) piece_[i] = root(i);
+    sums_.resize(piece_.size());
+  }
+
+  // Of a site whose measured variance is `factor` times what was expected.
+  void add(const Candidates& c, size_t i, double factor) {
+    const double light = square_of_light(c, i), variance = factor * double{c.variance[kLevel][i]};
+    if (!(light > 0)) return;
+    const double half = 0.5 * (double{c.value[0][kLevel][i]} - double{c.value[1][kLevel][i]});
+    const double relative = variance / light, excess = (half * half - variance) / light;
+    const double weight = std::min(1.0, (kSure / relative) * (kSure / relative));
+    Sums& s = sums_[piece_[i]];
+    s.weight += fixed(weight);
+    s.excess += fixed(weight * std::clamp(excess, -1.0, 1.0));
+    s.squares += fixed(weight * weight);
+    s.noise += fixed(weight * weight * std::min(relative, 1.0));
+  }
+
+  // Variance, as far as it stands out by half a standard error.
+  double of(const Candidates& c, size_t i) const {
+    const Sums& s = sums_[piece_[i]];
+    if (s.weight <= 0) return 0;
+    const double weight = plain(s.weight);
+    // Squares of normal numbers have twice the square of their variance; windows overlap.
+    const double noise = s.squares > 0 ? plain(s.noise) / plain(s.squares) : 0;
+    const double error = noise * std::sqrt(2.0 * kFootprint * plain(s.squares)) / weight;
+    return std::max(0.0, plain(s.excess) / weight - 0.5 * error) * square_of_light(c, i);
+  }
+
+ private:
+  static constexpr uint32_t kLevel = kQuadratic - 1;
+  static constexpr double kSure = 1e-4;     // relative variance from which on a texel counts less
+  static constexpr double kFootprint = 64;  // texels' worth of a window
+  // Sums of whole numbers: the same in any order of sites.
+  struct Sums {
+    int64_t weight = 0, excess = 0, squares = 0, noise = 0;
+  };
+  static int64_t fixed(double v) { return std::llround(std::ldexp(v, 32)); }
+  static double plain(int64_t v) { return std::ldexp(static_cast<double>(v), -32); }
+  static double square_of_light(const Candidates& c, size_t i) {
+    const double f = 0.5 * (double{c.value[0][kLevel][i]} + double{c.value[1][kLevel][i]});
+    return f * f;
+  }
+  uint32_t root(uint32_t i) {
+    while (piece_[i] != i) i = piece_[i] = piece_[piece_[i]];
+    return i;
+  }
+  void join(uint32_t a, uint32_t b) {
+    a = root(a), b = root(b);
+    piece_[std::max(a, b)] = std::min(a, b);
+  }
+
+  std::vector<uint32_t> piece_;  // by site: the least site that is linked with it over others
+  std::vector<Sums> sums_;       // by piece
+};
 
 // What is summed over windows, of one site, in units of its prior.
 struct Terms {
@@ -103,6 +174,7 @@ Choice choose(const Candidates& c, const SiteGeometry& sites, const SurfaceLinks
   out.level.assign(c.known.size(), 0);
   out.factor.assign(c.known.size(), 0);
   out.bias.assign(c.known.size(), {});
+  out.shared.assign(c.known.size(), 0);
   std::vector<Terms> terms(c.known.size());
   for_each_site(c.known.size(), threads, [&](size_t i) {
     if (c.known[i]) terms[i] = terms_of(c, i);
@@ -141,6 +213,12 @@ Choice choose(const Candidates& c, const SiteGeometry& sites, const SurfaceLinks
         out.level[i] = static_cast<uint8_t>(k);
       }
     }
+  });
+  SharedError shared(c, links);
+  for (size_t i = 0; i < c.known.size(); ++i)
+    if (c.known[i]) shared.add(c, i, out.factor[i]);
+  for_each_site(c.known.size(), threads, [&](size_t i) {
+    if (c.known[i]) out.shared[i] = static_cast<float>(shared.of(c, i));
   });
   return out;
 }

@@ -1,6 +1,7 @@
 #include "coordinator/denoise/denoise.h"
 
 #include <cmath>
+#include <limits>
 
 #include "common/base/check.h"
 #include "coordinator/denoise/choice.h"
@@ -83,10 +84,20 @@ void put_errors(const Candidates& c, const Choice& choice, const Blend& blend, s
   for (size_t q = 0; q < blend.window().size(); ++q)
     variance += blend.weights()[q] * blend.weights()[q] * double{c.prior[blend.window()[q]]};
   const double factor = choice.factor[i];
+  const double shared = (1 - blend.shares()[0]) * double{choice.shared[i]};  // measured noise has its own
   out.luminance[i] = static_cast<float>(std::max(0.0, value) * c.scale);
-  out.standard_error[i] = static_cast<float>(std::sqrt(factor * variance + bias * bias) * c.scale);
+  out.standard_error[i] = static_cast<float>(std::sqrt(factor * variance + shared + bias * bias) * c.scale);
   out.raw_error[i] = static_cast<float>(std::sqrt(factor * double{c.prior[i]}) * c.scale);
   out.strength[i] = static_cast<float>(std::clamp(1 - blend.weights()[0], 0.0, 1.0));
+}
+
+// Of what is known but has no surface to speak of, or no finite light: its samples', as if independent.
+float lonely_error(const TexelStatistics& s, size_t i) {
+  const double error = s.samples[i] > 0 ? std::sqrt(double{s.variance[i]} / (2.0 * s.samples[i]))
+                                        : std::numeric_limits<double>::infinity();
+  return std::isfinite(s.luminance[0][i]) && std::isfinite(s.luminance[1][i]) && std::isfinite(error)
+             ? static_cast<float>(error)
+             : std::numeric_limits<float>::infinity();
 }
 
 // A sum of differences: where all are equal nothing is rounded.
@@ -139,6 +150,7 @@ Denoised run(const TexelStatistics& s, std::span<const DirectionBound> bounds, b
         hold_bounds(bounds, &out.mean[i * s.planes], s.planes);
       } else {
         out.luminance[i] = 0.5f * s.luminance[0][i] + 0.5f * s.luminance[1][i];
+        if (s.known[i]) out.raw_error[i] = out.standard_error[i] = lonely_error(s, i);
         if (!planes) continue;
         for (size_t p = i * s.planes; p < (i + 1) * s.planes; ++p)
           out.mean[p] = 0.5f * s.mean[0][p] + 0.5f * s.mean[1][p];

@@ -13,7 +13,8 @@ struct Denoised {
   std::vector<float> mean;
   std::vector<float> luminance;  // [site] of E, filtered
   // [site] of the luminance of E: root of the estimated mean squared error, bias included; of the mean of
-  // both replicates as measured, from the replicates' differences around the site. 0 where nothing is known.
+  // both replicates as measured, from the replicates' differences around the site. 0 where nothing is known;
+  // infinite where what was measured is no number.
   std::vector<float> standard_error, raw_error;
   std::vector<float> strength;  // [site] 0: as measured; towards 1: the more other texels take part
 };

@@ -86,6 +86,30 @@ std::vector<float> effective_samples(const TexelStatistics& s, std::span<const u
   return out;
 }
 
+std::vector<float> chart_errors(const TexelStatistics& s, std::span<const uint32_t> chart_of_site) {
+  struct Sums {
+    double light = 0, variance = 0, texels = 0;
+  };
+  uint32_t charts = 0;
+  for (const uint32_t chart : chart_of_site) charts = std::max(charts, chart + 1);
+  std::vector<Sums> sums(charts);
+  for (size_t i = 0; i < s.sites; ++i) {
+    if (!s.known[i]) continue;
+    Sums& sum = sums[chart_of_site[i]];
+    sum.light += 0.5 * (double{s.luminance[0][i]} + double{s.luminance[1][i]});
+    sum.variance += s.variance[i] / (2.0 * s.samples[i]);
+    sum.texels += 1;
+  }
+  std::vector<float> out(s.sites, 0.0f);
+  for (size_t i = 0; i < s.sites; ++i) {
+    const Sums& sum = sums[chart_of_site[i]];
+    if (!s.known[i] || !(sum.light > 0)) continue;
+    const double share = sum.texels / std::max(sum.texels, kSharingTexels);
+    out[i] = static_cast<float>(std::sqrt(sum.variance * share) / sum.light);
+  }
+  return out;
+}
+
 std::vector<float> band_errors(const TexelStatistics& s, std::span<const uint32_t> chart_of_site,
                                std::span<const size_t> first_planes) {
   // Of each site: the square that one sample of each replicate would have, if errors were those of samples.

@@ -36,6 +36,13 @@ constexpr double kFewSamples = 32;
 std::vector<float> effective_samples(const TexelStatistics& statistics,
                                      std::span<const uint32_t> chart_of_site);
 
+// Relative error of the light of a texel's chart as a whole, by site, where the errors of its texels are
+// independent: what an irradiance cache made of these samples is wrong by, all texels alike. Paths that end
+// at it carry that on, however many they are; two replicates are two draws of it, which may agree by chance.
+// Charts of fewer than kSharingTexels count as that many: their texels see others too.
+constexpr double kSharingTexels = 256;
+std::vector<float> chart_errors(const TexelStatistics& statistics, std::span<const uint32_t> chart_of_site);
+
 // Standard error of a band of the basis: of the length of its vector of luminances, one for each function.
 // From the replicates' differences at the site and around it, as many samples as each has. `first_planes`: of
 // its functions, whose colours follow each other.

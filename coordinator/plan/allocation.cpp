@@ -36,7 +36,8 @@ Expected<ErrorNorm> find_error_norm(std::string_view name) {
               text("there is no error norm '{}': choose one of max, mean-square, perceptual", name));
 }
 
-std::vector<double> needed_samples(const SampleState& s, ErrorNorm norm, double error, double z) {
+std::vector<double> needed_samples(const SampleState& s, ErrorNorm norm, double error, double z,
+                                   double fall) {
   std::vector<double> needed(s.samples.begin(), s.samples.end());
   const double floor = least_mean(s, norm);
   // Relative deviation of one sample, as if errors came from independent ones.
@@ -58,8 +59,24 @@ std::vector<double> needed_samples(const SampleState& s, ErrorNorm norm, double 
     if (is_lit(s, i)) {
       const double wanted = factor * deviation(i);
       needed[i] = norm == ErrorNorm::kMeanSquare ? wanted : wanted * wanted;
+      if (needed[i] > s.samples[i]) needed[i] = s.samples[i] * std::pow(needed[i] / s.samples[i], 1 / fall);
     }
   return needed;
+}
+
+void ErrorFall::observe(const SampleState& before, const SampleState& after) {
+  for (size_t i = 0; i < after.samples.size(); ++i) {
+    if (!is_lit(before, i) || !is_lit(after, i) || after.samples[i] <= before.samples[i]) continue;
+    if (!(before.standard_error[i] > 0 && after.standard_error[i] > 0)) continue;
+    errors_ += 2 * std::log(double{before.standard_error[i]} / after.standard_error[i]);
+    samples_ += std::log(double{after.samples[i]} / before.samples[i]);
+  }
+}
+
+double ErrorFall::get() const {
+  // A few texels' worth of what is expected, so that the first few do not decide.
+  constexpr double kExpected = 0.75, kTexels = 100, kLeast = 0.4;
+  return std::clamp((errors_ + kExpected * kTexels) / (samples_ + kTexels), kLeast, 1.0);
 }
 
 double missing_samples(std::span<const double> needed, const SampleState& s, uint32_t most) {

@@ -24,9 +24,22 @@ struct SampleState {
 };
 
 // Samples (in each replicate) that every site needs for z x error <= `error` in that norm, as far as the
-// present standard errors tell: they fall as 1 / sqrt(n). Sites without an error or light need what they
+// present standard errors tell: their squares fall as n^-fall. Sites without an error or light need what they
 // have. kMeanSquare: Neyman 1934, n_i proportional to the relative deviation of one sample.
-std::vector<double> needed_samples(const SampleState& state, ErrorNorm norm, double error, double z);
+std::vector<double> needed_samples(const SampleState& state, ErrorNorm norm, double error, double z,
+                                   double fall = 1);
+
+// How errors fall with samples: 1 for means; less for a denoiser's, whose filters narrow as samples come
+// (2/3 for planes fitted to a smooth field on a surface, at the best width). Learnt from what passes did.
+class ErrorFall {
+ public:
+  // Of the sites that got more samples from one state to the other.
+  void observe(const SampleState& before, const SampleState& after);
+  double get() const;
+
+ private:
+  double errors_ = 0, samples_ = 0;  // logarithms of the ratios of squared errors and of counts, summed
+};
 
 // Samples of all sites and replicates that are missing to `needed`, where no site gets more than `most`.
 double missing_samples(std::span<const double> needed, const SampleState& state, uint32_t most);

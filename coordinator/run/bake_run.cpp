@@ -98,11 +98,30 @@ void state_doubts(const TexelStatistics& statistics, std::span<const uint32_t> c
              few, kFewSamples));
 }
 
-// What is left of the time limit when stages before and after the passes have theirs. For those after an
-// allowance is taken off by the size of the map (docs/samples.md, "Allocation").
-double seconds_for_passes(const BakeRequest& request, const Preflight& pre, const Stopwatch& watch) {
+// Filtering takes away what texels are wrong by themselves; what they took from the cache stays. The passes
+// after the first cache take more than half of its error away where rooms are lit by more than a slit (bench
+// scenes: docs/error_vs_time.md).
+constexpr double kRefined = 0.5;
+
+void state_shared_doubts(const Baked& baked, BakeReport& report) {
+  if (baked.first_cache_error.empty()) return;
+  const TexelErrors& e = baked.errors;
+  uint64_t doubtful = 0;
+  for (size_t i = 0; i < e.mean.size(); ++i)
+    doubtful += std::isfinite(e.standard_error[i]) &&
+                e.standard_error[i] < kRefined * baked.first_cache_error[i] * e.mean[i];
+  report.post.push_back({"texels of a rough first cache", static_cast<double>(doubtful), "texels"});
+  if (doubtful > 0)
+    report.warnings.push_back(text(
+        "{} texels have their light by way of texels that whole paths hardly found: what they are all wrong "
+        "by alike may be more than error.exr says. --denoise off or --cache off tell more surely",
+        doubtful));
+}
+
+// What stages after the passes are taken to need: an allowance by the size of the map (docs/samples.md,
+// "Allocation").
+double seconds_after_passes(const BakeRequest& request, const Preflight& pre) {
   const BakeSettings& s = request.settings;
-  if (s.time_limit <= 0) return std::numeric_limits<double>::infinity();
   // The report's pictures, whose size is fixed; then seconds of one thread for each texel.
   const double pictures = request.pictures ? 1.7 : 0;
   double texel_seconds = 2e-6;
@@ -110,9 +129,14 @@ double seconds_for_passes(const BakeRequest& request, const Preflight& pre, cons
   if (s.seams) texel_seconds += 3e-6;
   for (const std::string& encoding : s.encodings)
     if (encoding != "none") texel_seconds += 4e-6;
-  const double after =
-      pictures + texel_seconds * static_cast<double>(pre.atlas.sites.size()) / hardware_threads();
-  return std::max(0.0, s.time_limit - watch.seconds() - after);
+  return pictures + texel_seconds * static_cast<double>(pre.atlas.sites.size()) / hardware_threads();
+}
+
+// What is left of the time limit when stages before and after the passes have theirs.
+double seconds_for_passes(const BakeRequest& request, double after, const Stopwatch& watch) {
+  const double limit = request.settings.time_limit;
+  if (limit <= 0) return std::numeric_limits<double>::infinity();
+  return std::max(0.0, limit - watch.seconds() - after);
 }
 
 // Puts the filtered planes in the place of the measured ones, and what is stated of them. Returns by how much
@@ -127,7 +151,8 @@ std::vector<float> take_denoised(Lightmap& map, const Atlas& atlas, const TexelS
   std::vector<float> lowered(statistics.sites, 1.0f);
   for (uint32_t site = 0; site < statistics.sites; ++site) {
     if (!statistics.known[site]) continue;
-    if (d.raw_error[site] > 0) lowered[site] = d.standard_error[site] / d.raw_error[site];
+    if (d.raw_error[site] > 0 && std::isfinite(d.raw_error[site]))
+      lowered[site] = d.standard_error[site] / d.raw_error[site];
     for (size_t p = 0; p < statistics.planes; ++p)
       map.planes.data[p][atlas.sites.texel[site]] = d.mean[site * statistics.planes + p];
     map.measured.plane("error")[atlas.sites.texel[site]] = d.raw_error[site];
@@ -213,7 +238,7 @@ Expected<BakeReport> run_bake(const BakeRequest& request, const Progress& progre
   report.scene_id = job.scene.hex();
 
   Accumulator sums(pre.atlas.sites.size(), job.transport.basis);
-  TexelErrors texel_errors;
+  Baked baked;
   std::optional<SurfaceGraph> surface;
   if (request.settings.denoise) {
     const StageTimer timer(report.stages, "neighbours");
@@ -224,9 +249,10 @@ Expected<BakeReport> run_bake(const BakeRequest& request, const Progress& progre
   {
     const StageTimer timer(report.stages, "bake");
     KILN_TRY(const Workplace place, open_workplace(request, job, chunks));
-    KILN_TRY(texel_errors,
-             bake_passes({request, pre, surface ? &*surface : nullptr,
-                          seconds_for_passes(request, pre, watch), *place.job, sums, report, progress}));
+    const double after = seconds_after_passes(request, pre);
+    KILN_TRY(baked, bake_passes({request, pre, surface ? &*surface : nullptr,
+                                 seconds_for_passes(request, after, watch), after, *place.job, sums, report,
+                                 progress}));
     report.farm = place.job->statistics();
   }
   KILN_TRY_STATUS(check_cancelled(request));
@@ -236,11 +262,12 @@ Expected<BakeReport> run_bake(const BakeRequest& request, const Progress& progre
     progress({.stage = surface ? "denoise" : "errors"});
     const TexelStatistics statistics = sums.statistics();
     std::vector<float> lowered;
-    if (surface) lowered = take_denoised(map, pre.atlas, statistics, *surface, texel_errors);
-    state_errors(map, pre.atlas, texel_errors);
+    if (surface) lowered = take_denoised(map, pre.atlas, statistics, *surface, baked.errors);
+    state_errors(map, pre.atlas, baked.errors);
     const std::vector<uint32_t> charts = charts_of_sites(pre.atlas);
     state_band_errors(map, pre.atlas, statistics, charts, basis_roster()[job.transport.basis], lowered);
     state_doubts(statistics, charts, report);
+    if (surface) state_shared_doubts(baked, report);
   }
   for (const PostStage& stage : post_stages()) {
     const StageTimer timer(report.stages, std::string(stage.name));

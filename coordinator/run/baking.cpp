@@ -25,7 +25,6 @@ constexpr uint32_t kMostPasses = 64;
 constexpr double kRenewal = 1.5;  // caches are made anew when this many times the samples were taken
 constexpr double kSureToRenew = 2;
 constexpr double kStragglers = 0.01;  // share of all samples so far
-constexpr double kStragglerGrowth = 2;
 constexpr double kLeastPassSeconds = 0.02;
 
 TexelErrors filtered_errors(const TexelStatistics& statistics, const SurfaceGraph& surface) {
@@ -49,9 +48,10 @@ class Baking {
         nonfinite_(task.preflight.atlas, task.preflight.imported.scene),
         charts_(charts_of_sites(task.preflight.atlas)),
         z_(normal_interval(settings_.confidence)),
-        pace_(task.seconds) {}
+        pace_(task.seconds),
+        after_seconds_(task.after_seconds) {}
 
-  Expected<TexelErrors> run() {
+  Expected<Baked> run() {
     KILN_TRY(norm_, find_error_norm(settings_.error_norm));
     for (;;) {
       KILN_TRY(const PassEnd end, run_passes());
@@ -69,7 +69,7 @@ class Baking {
           text("{} units failed on every worker that tried them and were left out; their {} "
                "texels have fewer samples or none: {}",
                skipped_units_, skipped_.size(), skip_reason_));
-    return std::move(errors_);
+    return Baked{std::move(errors_), std::move(first_cache_error_)};
   }
 
  private:
@@ -79,6 +79,9 @@ class Baking {
     pass_ = 0;
     sampled_ = 0;
     caches_.clear();
+    errors_ = {};
+    fall_ = {};
+    grew_ = false;
     const uint32_t least = std::max(1u, (settings_.min_samples + 1) / 2);
     // With caches a fixed count is reached in steps too: what the first of them was read from is the
     // roughest.
@@ -86,8 +89,8 @@ class Baking {
     least_ = least;
     // Whole paths, then as often as it takes paths that end at what the pass before has found.
     uint32_t count = std::min(kPilotSamples, least);
+    later_ = -1;
     for (uint32_t round = 0; cache_ && round <= kMostRounds; ++round) {
-      later_ = -1;
       KILN_TRY(const PassEnd end, run_pass(all_sites({0, count})));
       record();
       if (end != PassEnd::kComplete) return end;
@@ -99,10 +102,13 @@ class Baking {
       }
       renew_caches();
       sums_.clear();
+      grew_ = false;
       report_.passes.back().kept = false;
-      later_ = missing_samples(needed_samples(state(), norm_, asked_error(), z_), state(), most_samples());
+      // What whole paths needed says little of what is needed from here on.
       if (round == 0) continue;
-      if (report_.passes.back().rms_relative <= kRoughCache) break;
+      const bool good = report_.passes.back().rms_relative <= kRoughCache;
+      foretell(all_needed(asked_error()), good ? work : all_sites({0, 2 * count}), 0);
+      if (good) break;
       count = std::min(2 * count, least);
     }
     while (!work.empty() && pass_ < kMostPasses) {
@@ -113,6 +119,33 @@ class Baking {
       work = next_work();
     }
     return PassEnd::kComplete;
+  }
+
+  // Samples of each site (of a replicate) for that error.
+  std::vector<double> all_needed(double error) const {
+    std::vector<double> needed = needed_samples(state(), norm_, error, z_, fall());
+    for (double& n : needed) n = std::max<double>(n, least_);
+    return needed;
+  }
+  // Filters narrow as samples come: what is denoised gains less from them.
+  double fall() const { return surface_ ? fall_.get() : 1; }
+
+  // How long it will take from here, the next pass being of `work`: said with the last point, and while the
+  // next pass runs. `kept`: share of the present samples that last.
+  void foretell(const std::vector<double>& needed, const std::vector<SiteSamples>& work, double kept) {
+    double samples = 0, growth = 1;
+    for (size_t i = 0; i < needed.size(); ++i) {
+      const double have = kept * samples_[i], to = std::min<double>(needed[i], most_samples());
+      if (samples_[i] == 0 || skipped_.count(static_cast<uint32_t>(i)) || !(to > have)) continue;
+      samples += kReplicates * (to - have);
+      growth = std::max(growth, to / samples_[i]);
+    }
+    pace_.end_barrier();
+    const double now = samples_of(work);
+    later_ = std::max(0.0, samples - now);
+    later_passes_ = work.empty() ? 0 : std::ceil(std::log(growth) / std::log(kGrowth));
+    const double seconds = pace_.seconds_for(now + later_, later_passes_);
+    if (seconds >= 0) report_.passes.back().seconds_left = seconds + after_seconds_;
   }
 
   static double samples_of(const std::vector<SiteSamples>& work) {
@@ -127,7 +160,13 @@ class Baking {
     return work;
   }
 
-  uint32_t most_samples() const { return std::max(1u, settings_.max_samples / kReplicates); }
+  // Of a replicate. A bake that is asked for nothing but to end on time is not held by a bound nobody gave.
+  uint32_t most_samples() const {
+    constexpr uint32_t kUnbounded = 1u << 29;
+    if (is_limited() && !settings_.source.count("error") && !settings_.source.count("max-samples"))
+      return kUnbounded;
+    return std::max(1u, settings_.max_samples / kReplicates);
+  }
   bool is_limited() const { return std::isfinite(pace_.limit_left()); }
   // A bake whose time is limited takes all of it, unless an error was asked for too.
   double asked_error() const {
@@ -142,14 +181,17 @@ class Baking {
       error = affordable_error(state(), norm_, error, z_, most_samples(),
                                pace_.limit_left() * pace_.samples_per_second());
       report_.complete = reached_error(state(), norm_, z_) <= settings_.error;
-      if (pace_.limit_left() < kLeastPassSeconds) return {};
+      if (pace_.limit_left() < kLeastPassSeconds) {
+        report_.passes.back().seconds_left = after_seconds_;
+        return {};
+      }
     }
-    std::vector<double> needed = needed_samples(state(), norm_, error, z_);
-    for (double& n : needed) n = std::max<double>(n, least_);
+    const std::vector<double> needed = all_needed(error);
     std::vector<SiteSamples> work = work_towards(needed, 1);
     // Few texels are cheap, and a pass for each step of theirs is not.
-    if (samples_of(work) < kStragglers * sampled_) work = work_towards(needed, kStragglerGrowth);
-    later_ = std::max(0.0, missing_samples(needed, state(), most_samples()) - samples_of(work));
+    for (const double growth : {2.0, kGrowth})
+      if (samples_of(work) < kStragglers * sampled_) work = work_towards(needed, growth);
+    foretell(needed, work, 1);
     return work;
   }
 
@@ -191,7 +233,7 @@ class Baking {
     order_by_gain(units);
     active_ = work.size();
     const FarmStatistics earlier = farm_.statistics();
-    pace_.begin_pass(samples, later_);
+    pace_.begin_pass(samples, later_, later_passes_);
     PassHandlers handlers;
     handlers.on_result = [&](const WorkUnit& unit, const UnitResult& result) {
       nonfinite_.add(unit, result);
@@ -220,6 +262,7 @@ class Baking {
     pace_.heard_of_threads(f.threads);
     b.converged_share = report_.passes.empty() ? 0 : report_.passes.back().converged_share;
     b.seconds_left = pace_.seconds_left(b.done);
+    if (b.seconds_left >= 0) b.seconds_left += after_seconds_;
     return b;
   }
 
@@ -250,7 +293,12 @@ class Baking {
   // What is known after a pass: the errors, and the point of the curve.
   void record() {
     const TexelStatistics statistics = sums_.statistics(false);
-    errors_ = surface_ ? filtered_errors(statistics, *surface_) : estimate_errors(statistics, charts_);
+    TexelErrors errors =
+        surface_ ? filtered_errors(statistics, *surface_) : estimate_errors(statistics, charts_);
+    if (cache_ && caches_.empty()) first_cache_error_ = chart_errors(statistics, charts_);
+    if (grew_) fall_.observe(state(), {errors.mean, errors.standard_error, statistics.samples});
+    grew_ = true;
+    errors_ = std::move(errors);
     samples_ = statistics.samples;
     PassPoint point;
     double squares = 0, samples = 0;
@@ -273,8 +321,6 @@ class Baking {
     point.active = active_;
     point.seconds = pace_.seconds();
     point.rays = farm_.statistics().rays;
-    if (pace_.samples_per_second() > 0 && later_ >= 0)
-      point.seconds_left = std::min(later_ / pace_.samples_per_second(), std::max(0.0, pace_.limit_left()));
     report_.passes.push_back(point);
   }
 
@@ -296,8 +342,13 @@ class Baking {
   uint64_t active_ = 0;
   std::vector<Digest> caches_;  // by replicate; empty: none
   TexelErrors errors_;
+  std::vector<float> first_cache_error_;
   std::vector<uint32_t> samples_;  // by site, of each replicate
-  double later_ = -1;              // samples that passes after the present one will take; negative: not known
+  ErrorFall fall_;
+  bool grew_ = false;        // the next record is of the same samples and more
+  double later_ = -1;        // samples that passes after the present one will take; negative: not known
+  double later_passes_ = 0;  // how many those will be
+  const double after_seconds_;
   double sampled_ = 0, sampled_at_renewal_ = 0;
   std::set<uint32_t> skipped_;  // sites of units that failed for good: no more samples
   uint64_t skipped_units_ = 0;
@@ -308,7 +359,7 @@ class Baking {
 
 }  // namespace
 
-Expected<TexelErrors> bake_passes(const BakingTask& task) {
+Expected<Baked> bake_passes(const BakingTask& task) {
   return Baking(task).run();
 }
 

@@ -24,11 +24,18 @@ struct BakingTask {
   const Preflight& preflight;
   const SurfaceGraph* surface;  // null: texels are not denoised, and stated by themselves
   double seconds;               // that the passes may take; infinite: as long as it takes
+  double after_seconds;         // that the stages after them will take: foretold, for the time left
   FarmJob& farm;
   Accumulator& sums;   // empty; filled with what lasts
   BakeReport& report;  // gets passes, warnings, non-finite samples, completeness
   const std::function<void(const BakeProgress&)>& progress;
 };
-Expected<TexelErrors> bake_passes(const BakingTask& task);
+struct Baked {
+  TexelErrors errors;
+  // By site, relative: what its chart's light was wrong by in the first irradiance cache (chart_errors);
+  // empty without one.
+  std::vector<float> first_cache_error;
+};
+Expected<Baked> bake_passes(const BakingTask& task);
 
 }  // namespace kiln

@@ -26,14 +26,16 @@ uint32_t BakePace::unit_texels(double samples, uint32_t first) const {
   return static_cast<uint32_t>(std::clamp(texels, 16.0, 8192.0));
 }
 
-void BakePace::begin_pass(double samples, double later) {
+void BakePace::begin_pass(double samples, double later, double passes) {
   began_ = seconds();
   samples_ = samples;
   later_ = later;
+  passes_ = passes;
 }
 
 void BakePace::end_pass(uint32_t unit_texels, uint64_t units, double worker_seconds) {
-  const double took = seconds() - began_;
+  ended_ = seconds();
+  const double took = ended_ - began_;
   if (took > 0) speed_ = samples_ / took;
   unit_texels_ = unit_texels;
   if (units > 0) unit_seconds_ = worker_seconds / static_cast<double>(units);
@@ -41,8 +43,13 @@ void BakePace::end_pass(uint32_t unit_texels, uint64_t units, double worker_seco
 
 double BakePace::seconds_left(double done) const {
   if (!(done > 0.02) || later_ < 0) return -1;
-  return std::min((seconds() - began_) / done * (1 - done + later_ / std::max(1.0, samples_)),
-                  std::max(0.0, limit_left()));
+  const double baking = (seconds() - began_) / done * (1 - done + later_ / std::max(1.0, samples_));
+  return std::min(baking + (1 + passes_) * barrier_, std::max(0.0, limit_left()));
+}
+
+double BakePace::seconds_for(double samples, double passes) const {
+  if (speed_ <= 0) return -1;
+  return std::min(samples / speed_ + passes * barrier_, std::max(0.0, limit_left()));
 }
 
 double BakePace::limit_left() const {

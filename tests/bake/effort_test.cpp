@@ -77,5 +77,14 @@ TEST_F(Effort, ABakeOfLimitedTimeIsWholeAndSaysItsError) {
   }
 }
 
+TEST_F(Effort, OnlyABoundThatWasGivenHoldsALimitedBake) {
+  request_.settings.time_limit = 3;
+  request_.settings.cache = false;
+  request_.settings.max_samples = 64;  // stands for the default
+  EXPECT_GT(bake().passes.back().samples, 64);
+  request_.settings.source["max-samples"] = "test";
+  EXPECT_LE(bake().passes.back().samples, 64);
+}
+
 }  // namespace
 }  // namespace kiln

@@ -136,6 +136,56 @@ TEST(Allocation, AMapWithoutLightIsDone) {
   }
 }
 
+TEST(Allocation, SlowFallNeedsMoreSamples) {
+  // Errors that fall as n^(-fall / 2): at what is said to be needed, each is what was asked for.
+  const Texels t = three();
+  const double fall = 0.6, e = 0.03, z = 1.96;
+  const auto needed = needed_samples(t.state(), ErrorNorm::kMax, e, z, fall);
+  for (size_t i = 0; i < 3; ++i) {
+    ASSERT_GT(needed[i], t.samples[i]);
+    const double error = t.error[i] * std::pow(t.samples[i] / needed[i], fall / 2);
+    EXPECT_NEAR(z * error / t.mean[i], e, 1e-6);
+  }
+  // What is better than asked for is not asked to lose samples.
+  const auto few = needed_samples(t.state(), ErrorNorm::kMax, 10, z, fall);
+  for (size_t i = 0; i < 3; ++i) EXPECT_LE(few[i], t.samples[i]);
+}
+
+TEST(Allocation, FallIsLearntFromPasses) {
+  constexpr size_t kSites = 20000;
+  const auto state_at = [](uint32_t n, double fall, std::vector<float>& error, std::vector<uint32_t>& samples,
+                           const std::vector<float>& mean) {
+    error.clear();
+    samples.assign(kSites, n);
+    for (size_t i = 0; i < kSites; ++i)
+      error.push_back(static_cast<float>((1 + i % 7) * std::pow(n, -fall / 2)));
+    return SampleState{mean, error, samples};
+  };
+  const std::vector<float> mean(kSites, 1.0f);
+  for (const double fall : {0.5, 0.7, 1.0}) {
+    std::vector<float> error[3];
+    std::vector<uint32_t> samples[3];
+    const SampleState a = state_at(32, fall, error[0], samples[0], mean),
+                      b = state_at(128, fall, error[1], samples[1], mean),
+                      c = state_at(160, fall, error[2], samples[2], mean);
+    ErrorFall learnt;
+    learnt.observe(a, b);
+    EXPECT_NEAR(learnt.get(), fall, 0.005);
+    learnt.observe(b, c);
+    EXPECT_NEAR(learnt.get(), fall, 0.005);
+    const double before = learnt.get();
+    learnt.observe(c, c);  // no site got more
+    EXPECT_EQ(learnt.get(), before);
+  }
+  // What is not light, or has no error, says nothing.
+  ErrorFall none;
+  const double expected = none.get();
+  const Texels dark = Texels().add(0, 1, 10).add(1, 0, 10);
+  const Texels more = Texels().add(0, 0.1, 20).add(1, 0, 20);
+  none.observe(dark.state(), more.state());
+  EXPECT_EQ(none.get(), expected);
+}
+
 TEST(Allocation, NormsHaveNames) {
   EXPECT_EQ(*find_error_norm("max"), ErrorNorm::kMax);
   EXPECT_EQ(*find_error_norm("mean-square"), ErrorNorm::kMeanSquare);

@@ -255,6 +255,48 @@ TEST(Denoise, LeavesLonelySitesAlone) {
   }
 }
 
+// What all texels are wrong by alike - an irradiance cache that is too bright - is in the difference of the
+// replicates, and no filter takes it away.
+TEST(Denoise, StatesWhatAllTexelsAreWrongByAlike) {
+  const Surface wall(test::wall_of_eight().scene, 4);
+  constexpr int kRuns = 200;
+  const double common = 0.02;  // relative, of the mean of both replicates
+  double error = 0, stated = 0;
+  for (uint64_t seed = 0; seed < kRuns; ++seed) {
+    TexelStatistics s = noisy(wall.sites, constant(2), constant(0.05), seed);
+    std::mt19937_64 random(seed + 1000);
+    std::normal_distribution<double> normal;
+    for (uint32_t r = 0; r < kReplicates; ++r) {
+      const auto factor = static_cast<float>(1 + std::sqrt(2.0) * common * normal(random));
+      for (float& v : s.mean[r]) v *= factor;
+      for (float& v : s.luminance[r]) v *= factor;
+    }
+    const Denoised d = wall.denoise(s);
+    for (size_t i = 0; i < s.sites; ++i) {
+      const double e = d.luminance[i] - 2 * kShare;
+      error += e * e;
+      stated += double{d.standard_error[i]} * d.standard_error[i];
+    }
+  }
+  // One normal number a run is most of either sum: its square has the variance 2.
+  const double deviation = std::sqrt(2.0 * 2.0 / kRuns);
+  EXPECT_NEAR(error / stated, 1, 3 * deviation);
+}
+
+// A site without extent, or with light that is no number, has nobody to be filtered with; but it is not
+// perfect for that.
+TEST(Denoise, StatesTheErrorOfWhatItCannotFilter) {
+  Surface wall(test::wall_of_eight().scene, 4);
+  TexelStatistics s = noisy(wall.sites, constant(2), constant(0.3), 8);
+  const size_t flat = 5, broken = 9;
+  wall.sites.texel_size[flat] = 0;
+  s.luminance[1][broken] = std::nanf("");
+  const Denoised d = wall.denoise(s);
+  EXPECT_FLOAT_EQ(d.standard_error[flat], std::sqrt(s.variance[flat] / (2.0f * s.samples[flat])));
+  EXPECT_EQ(d.raw_error[flat], d.standard_error[flat]);
+  EXPECT_EQ(d.standard_error[broken], std::numeric_limits<float>::infinity());
+}
+
 // Whatever stands in unknown sites, even what is not a number.
 TEST(Denoise, LeavesUnknownSitesOut) {
   const Surface wall(test::wall_of_eight().scene, 8);
