@@ -85,7 +85,7 @@ class Passes : public testing::Test {
     request_.settings.texels_per_metre = 3;
     request_.settings.denoise = false;
     request_.settings.cache = true;
-    // As a farm that has begun the job before; how fast an answer comes must not matter here.
+    // As a farm answers that has begun the job before: how fast answers come must not matter here.
     request_.cut = [](uint32_t, uint32_t) { return 64u; };
   }
   BakeReport bake(Stub& stub) {
