@@ -117,6 +117,22 @@ TEST(Reading, PathsGoOnAtGlass) {
   EXPECT_EQ(with_cache(scene), without(scene));
 }
 
+TEST(Reading, PathsGoOnUnderSheenAndCoat) {
+  // What comes through those layers is not a fixed share of E.
+  const auto covered_by = [](const std::vector<Property>& layers) {
+    return facing(2, [&](SceneMaker& m) {
+      const uint32_t wall = m.metallic_roughness(Vec3(0.8f), 0, 0.5f);
+      for (const Property& p : layers) m.scene().materials[wall].properties.push_back(p);
+      return wall;
+    });
+  };
+  const Scene coat = covered_by({{"clearcoat", {0.7}, "", {}}}),
+              sheen = covered_by({{"sheen_color", {0.5, 0.5, 0.5}, "", {}}}), bare = covered_by({});
+  EXPECT_EQ(with_cache(coat), without(coat));
+  EXPECT_EQ(with_cache(sheen), without(sheen));
+  EXPECT_NE(with_cache(bare), without(bare));
+}
+
 // The wall's normals turned by an angle about its tangent.
 Scene turned(float degrees) {
   Scene scene = facing(2, lambert(0.6f));
@@ -157,6 +173,31 @@ TEST(Reading, CacheOfAnotherSizeIsRefused) {
     ASSERT_FALSE(result);
     EXPECT_EQ(result.error().kind, ErrorKind::kInvalidInput);
   }
+}
+
+TEST(Reading, ReplicatesDrawTheirOwnSamples) {
+  // Whatever shape the light has, the difference of two runs of samples is noise, and so is any two such
+  // differences' correlation over sites: 1 / sqrt(sites) in the standard deviation, 4 of which are 6e-5.
+  const CachedBake b(facing(2, lambert(0.6f)), kTexelsPerMetre, paths());
+  const auto luminance = [&](uint32_t replicate, uint32_t first) {
+    const auto result = b.run(first, kSamples, nullptr, replicate);
+    std::vector<double> out;
+    for (uint32_t s = 0; s < b.sites(); ++s)
+      out.push_back(result->moments[s * result->plane_count + kMomentLum]);
+    return out;
+  };
+  const std::vector<double> a0 = luminance(0, 0), a1 = luminance(0, kSamples), b0 = luminance(1, 0),
+                            b1 = luminance(1, kSamples);
+  double ab = 0, aa = 0, bb = 0;
+  for (size_t s = 0; s < b.sites(); ++s) {
+    const double a = a0[s] - a1[s], c = b0[s] - b1[s];
+    ab += a * c;
+    aa += a * a;
+    bb += c * c;
+  }
+  ASSERT_GT(aa, 0);
+  ASSERT_GT(b.sites(), 500u);
+  EXPECT_LT(std::abs(ab), 4 / std::sqrt(b.sites()) * std::sqrt(aa * bb));
 }
 
 TEST(Reading, UnitsWithoutACacheDoNotDependOnOthers) {

@@ -10,8 +10,9 @@
 namespace kiln {
 namespace {
 
-Atlas layout(const Scene& scene, float texels_per_metre, bool cut) {
+Atlas layout(const Scene& scene, float texels_per_metre, bool cut, uint32_t max_page_size = 8192) {
   AtlasSettings a;
+  a.max_page_size = max_page_size;
   a.layout = AtlasSettings::Layout::kPack;
   a.texels_per_metre = texels_per_metre;
   a.cut_contacts = cut;
@@ -38,6 +39,13 @@ void expect_own_points(const Scene& scene, const Atlas& atlas) {
 TEST(SiteLookup, FindsTheSiteOfItsOwnPoints) {
   const Scene room = test::small_room();
   for (const float density : {2.0f, 4.0f, 11.3f}) expect_own_points(room, layout(room, density, false));
+}
+
+TEST(SiteLookup, FindsThemOnEveryPage) {
+  const Scene room = test::small_room();
+  const Atlas atlas = layout(room, 4, false, 32);
+  ASSERT_GT(atlas.pages, 1u);
+  expect_own_points(room, atlas);
 }
 
 TEST(SiteLookup, FindsThemWhereChartsAreCut) {
@@ -83,6 +91,9 @@ TEST(SiteLookup, WhatIsNoPointHasNoSite) {
   EXPECT_EQ(lookup.find(0, 0, nan, 0.2f).site, SiteLookup::kNone);
   EXPECT_EQ(lookup.find(0, 0, 1e30f, 0.2f).site, SiteLookup::kNone);
   EXPECT_EQ(lookup.find(0, 0, -1e30f, 0.2f).site, SiteLookup::kNone);
+  // What rays meet may have no place in the atlas.
+  EXPECT_EQ(lookup.find(~0u, 0, 0.2f, 0.2f).site, SiteLookup::kNone);
+  EXPECT_EQ(lookup.find(0, ~0u, 0.2f, 0.2f).site, SiteLookup::kNone);
 }
 
 }  // namespace

@@ -118,11 +118,14 @@ TEST(Allocation, BlackAndUnknownTexelsNeedNothing) {
   all.mean.push_back(1);  // no sample
   all.error.push_back(kInfinite);
   all.samples.push_back(0);
+  all.mean.push_back(1);  // no sample either, whatever its error says
+  all.error.push_back(1);
+  all.samples.push_back(0);
   for (const ErrorNorm norm : {ErrorNorm::kMax, ErrorNorm::kMeanSquare, ErrorNorm::kPerceptual}) {
     const auto alone = needed_samples(lit.state(), norm, 0.03, 1.96);
     const auto needed = needed_samples(all.state(), norm, 0.03, 1.96);
     for (size_t i = 0; i < 3; ++i) EXPECT_DOUBLE_EQ(needed[i], alone[i]);
-    for (size_t i = 3; i < 7; ++i) EXPECT_EQ(needed[i], all.samples[i]) << i;
+    for (size_t i = 3; i < 8; ++i) EXPECT_EQ(needed[i], all.samples[i]) << i;
     EXPECT_DOUBLE_EQ(reached_error(all.state(), norm, 1.96), reached_error(lit.state(), norm, 1.96));
   }
 }

@@ -1,0 +1,302 @@
+// What the conductor asks a farm for, pass after pass, and what it makes of the answers. The farm is a stub:
+// no process and no ray.
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include "common/basis/basis.h"
+#include "common/job/irradiance_cache.h"
+#include "common/math/sequence.h"
+#include "coordinator/run/bake_run.h"
+#include "tests/bake/scene_gltf.h"
+
+namespace kiln {
+namespace {
+
+// What a farm was asked for and what it does about it. Outlives the job.
+struct Stub {
+  // Luminance of a sample; E is once, twice and three times that.
+  std::function<double(uint32_t site, uint32_t replicate, uint32_t sample)> light;
+  size_t rewind_at = ~size_t{0};   // call of run_pass that revokes all, when half its units are there
+  size_t time_up_at = ~size_t{0};  // call that ends without a result
+  std::vector<std::vector<WorkUnit>> calls;
+  std::map<Digest, Bytes> chunks;
+};
+
+class StubJob final : public FarmJob {
+ public:
+  StubJob(Stub& stub, uint32_t planes) : stub_(stub), planes_(planes) {}
+  Digest add_chunk(Bytes bytes) override {
+    const Digest id = sha256(bytes);
+    stub_.chunks[id] = std::move(bytes);
+    return id;
+  }
+  Expected<PassEnd> run_pass(std::vector<WorkUnit> units, int64_t, const PassHandlers& handlers) override {
+    const size_t call = stub_.calls.size();
+    stub_.calls.push_back(units);
+    if (call == stub_.time_up_at) return PassEnd::kTimeUp;
+    const size_t answered = call == stub_.rewind_at ? units.size() / 2 : units.size();
+    for (size_t i = 0; i < answered; ++i) KILN_TRY_STATUS(handlers.on_result(units[i], answer(units[i])));
+    return call == stub_.rewind_at ? PassEnd::kRewound : PassEnd::kComplete;
+  }
+  FarmStatistics statistics() override { return {}; }
+
+ private:
+  UnitResult answer(const WorkUnit& unit) const {
+    UnitResult r;
+    r.unit = unit.id;
+    r.site_count = static_cast<uint32_t>(unit.sites.size());
+    r.plane_count = planes_;
+    r.moments.assign(unit.sites.size() * planes_, 0.0);
+    for (size_t i = 0; i < unit.sites.size(); ++i) {
+      double* sums = &r.moments[i * planes_];
+      for (uint32_t k = 0; k < unit.sample_count; ++k) {
+        const double light = stub_.light(unit.sites[i], unit.replicate, unit.first_sample + k);
+        for (size_t c = 0; c < 3; ++c) sums[kMomentER + c] += static_cast<double>(c + 1) * light;
+        sums[kMomentLum] += light;
+        sums[kMomentLum2] += light * light;
+      }
+    }
+    return r;
+  }
+
+  Stub& stub_;
+  const uint32_t planes_;
+};
+
+double noisy(uint32_t site, uint32_t replicate, uint32_t sample) {
+  return 2.0 * unit_float(static_cast<uint32_t>(
+                   mix_bits((uint64_t{site} << 32 | sample) * kReplicates + replicate)));
+}
+
+// The order in which units are handed out is free.
+std::vector<WorkUnit> by_number(std::vector<WorkUnit> units) {
+  std::sort(units.begin(), units.end(), [](const WorkUnit& a, const WorkUnit& b) { return a.id < b.id; });
+  return units;
+}
+
+class Passes : public testing::Test {
+ protected:
+  Passes() {
+    test::write_scene_glb(test::small_room(), dir_.path() / "room.glb");
+    request_.scene = dir_.path() / "room.glb";
+    request_.pictures = false;
+    request_.settings.layout = "pack";
+    request_.settings.texels_per_metre = 3;
+    request_.settings.denoise = false;
+    request_.settings.cache = true;
+    // As a farm answers that has begun the job before: how fast answers come must not matter here.
+    request_.cut = [](uint32_t, uint32_t) { return 64u; };
+  }
+  BakeReport bake(Stub& stub) {
+    request_.output = dir_.path() / ("out" + std::to_string(++count_));
+    request_.open_job = [&](const JobSpec& spec, const ChunkStore&) -> Expected<std::unique_ptr<FarmJob>> {
+      const auto planes = static_cast<uint32_t>(moment_plane_names(spec.transport.basis).size());
+      return std::make_unique<StubJob>(stub, planes);
+    };
+    const auto report = run_bake(request_, [](const auto&) {});
+    if (!report) throw std::runtime_error(report.error().message);
+    return *report;
+  }
+  static std::map<std::string, std::string> masters(const BakeReport& report) {
+    std::map<std::string, std::string> out;
+    for (const OutputFile& f : report.outputs)
+      if (f.master) out[f.name] = f.digest.hex();
+    return out;
+  }
+
+  // Passes whose samples are in no texel; they come first.
+  static size_t dropped(const BakeReport& report) {
+    size_t n = 0;
+    while (n < report.passes.size() && !report.passes[n].kept) ++n;
+    return n;
+  }
+
+  test::TempDir dir_;
+  int count_ = 0;
+  BakeRequest request_;
+};
+
+TEST_F(Passes, EachReplicateReadsWhatItFoundItself) {
+  // What replicates differ by is only their error if neither knows anything of the other.
+  request_.settings.min_samples = request_.settings.max_samples = 128;
+  Stub stub;
+  stub.light = [](uint32_t, uint32_t replicate, uint32_t) { return 1.0 + replicate; };
+  bake(stub);
+  ASSERT_GE(stub.calls.size(), 3u);
+  size_t sites = 0;
+  for (const WorkUnit& unit : stub.calls[0]) {
+    EXPECT_EQ(unit.cache, Digest{}) << "nothing is known before the first pass";
+    if (unit.replicate == 0) sites += unit.sites.size();
+  }
+  for (size_t call = 1; call < stub.calls.size(); ++call)
+    for (uint32_t r = 0; r < kReplicates; ++r) {
+      std::set<Digest> named;
+      for (const WorkUnit& unit : stub.calls[call])
+        if (unit.replicate == r) named.insert(unit.cache);
+      ASSERT_EQ(named.size(), 1u) << "pass " << call;
+      ASSERT_TRUE(stub.chunks.count(*named.begin())) << "pass " << call;
+      const auto cache = read_irradiance_cache(stub.chunks[*named.begin()], sites);
+      ASSERT_TRUE(cache);
+      for (const Vec3& e : cache->irradiance) ASSERT_EQ(e, Vec3(1, 2, 3) * (1.0f + r)) << "pass " << call;
+    }
+}
+
+TEST_F(Passes, CachesFollowWhatIsFound) {
+  // A cache stays what it was while samples are few, and its error is in all that read it.
+  request_.settings.min_samples = 32;
+  request_.settings.max_samples = 2000;
+  request_.settings.error = 0.05;
+  Stub stub;
+  stub.light = noisy;
+  const BakeReport report = bake(stub);
+  ASSERT_EQ(report.passes.size(), stub.calls.size());
+  // Of the first pass that lasts, and of the last one.
+  const size_t first = dropped(report);
+  ASSERT_GT(report.passes.back().samples, 4 * report.passes[first].samples);
+  for (const WorkUnit& now : stub.calls.back())
+    for (const WorkUnit& then : stub.calls[first]) ASSERT_NE(now.cache, then.cache);
+}
+
+TEST_F(Passes, WhatOnlyMakesTheCacheIsInNoTexel) {
+  // Brighter as long as a cache is made: the map must show nothing of it.
+  request_.settings.min_samples = request_.settings.max_samples = 128;
+  Stub stub;
+  stub.light = [&](uint32_t, uint32_t, uint32_t) { return stub.calls.size() <= 2 ? 8.0 : 1.0; };
+  const BakeReport report = bake(stub);
+  ASSERT_EQ(report.passes.size(), stub.calls.size());
+  double samples = 0;
+  for (size_t i = 0; i < stub.calls.size(); ++i) {
+    EXPECT_EQ(report.passes[i].kept, i >= 2) << i;
+    if (i < 2) continue;
+    for (const WorkUnit& unit : stub.calls[i]) samples += unit.sites.front() == 0 ? unit.sample_count : 0;
+  }
+  EXPECT_EQ(samples, 128);
+  Stub dim;
+  dim.light = [](uint32_t, uint32_t, uint32_t) { return 1.0; };
+  EXPECT_EQ(masters(report), masters(bake(dim)));
+}
+
+TEST_F(Passes, ARewoundJobIsBakedAsIfForTheFirstTime) {
+  request_.settings.min_samples = 32;
+  request_.settings.max_samples = 2000;
+  request_.settings.error = 0.1;
+  for (const bool cache : {false, true}) {
+    request_.settings.cache = cache;
+    Stub plain;
+    plain.light = noisy;
+    const BakeReport expected = bake(plain);
+    ASSERT_GE(plain.calls.size(), 3u);
+    for (size_t at = 0; at < plain.calls.size(); ++at) {
+      Stub rewound;
+      rewound.light = noisy;
+      rewound.rewind_at = at;
+      const BakeReport report = bake(rewound);
+      EXPECT_EQ(masters(report), masters(expected)) << "rewound in pass " << at;
+      EXPECT_EQ(report.passes.size(), expected.passes.size());
+      // What a store kept of the run before is found by the numbers of units.
+      ASSERT_EQ(rewound.calls.size(), at + 1 + plain.calls.size());
+      for (size_t i = 0; i < plain.calls.size(); ++i) {
+        const std::vector<WorkUnit> a = by_number(plain.calls[i]), b = by_number(rewound.calls[at + 1 + i]);
+        ASSERT_EQ(a.size(), b.size());
+        for (size_t u = 0; u < a.size(); ++u) {
+          ASSERT_EQ(a[u].id, b[u].id);
+          ASSERT_EQ(a[u].sites, b[u].sites);
+          ASSERT_EQ(a[u].first_sample, b[u].first_sample);
+          ASSERT_EQ(a[u].cache, b[u].cache);
+        }
+      }
+    }
+  }
+}
+
+TEST_F(Passes, EveryTexelGetsTheLeast) {
+  // Light without noise meets any error at once.
+  request_.settings.min_samples = 256;
+  request_.settings.max_samples = 4096;
+  for (const bool cache : {false, true}) {
+    request_.settings.cache = cache;
+    Stub stub;
+    stub.light = [](uint32_t, uint32_t, uint32_t) { return 1.0; };
+    const BakeReport report = bake(stub);
+    EXPECT_EQ(report.passes.back().samples, 256) << "cache " << cache;
+    // In one go, or in steps: what the first of them was read from is the roughest.
+    EXPECT_EQ(report.passes[dropped(report)].samples < 256, cache);
+  }
+}
+
+TEST_F(Passes, ARoughCacheIsMadeBetter) {
+  request_.settings.min_samples = request_.settings.max_samples = 512;
+  Stub even, rough;
+  even.light = [](uint32_t, uint32_t, uint32_t) { return 1.0; };
+  rough.light = [](uint32_t site, uint32_t replicate, uint32_t sample) {
+    return noisy(site, replicate, sample) < 0.02 ? 100.0 : 0.0;
+  };
+  const BakeReport a = bake(even), b = bake(rough);
+  EXPECT_EQ(dropped(a), 2u);
+  EXPECT_GT(dropped(b), 2u);
+  EXPECT_EQ(a.passes.back().samples, 512);
+  EXPECT_EQ(b.passes.back().samples, 512);
+}
+
+TEST_F(Passes, NoTexelGrowsByMuchMoreThanFourTimes) {
+  // Of few samples not even their error is known well. Counts are rounded up by less than a quarter.
+  request_.settings.min_samples = 16;
+  request_.settings.max_samples = 4000;
+  request_.settings.error = 1e-3;
+  request_.settings.cache = false;
+  Stub stub;
+  stub.light = noisy;
+  EXPECT_GT(bake(stub).passes.back().samples, 3000);
+  std::map<uint32_t, uint32_t> have;
+  for (const std::vector<WorkUnit>& call : stub.calls) {
+    const std::map<uint32_t, uint32_t> before = have;
+    for (const WorkUnit& unit : call)
+      for (const uint32_t site : unit.sites) {
+        const uint32_t to = unit.first_sample + unit.sample_count;
+        have[site] = std::max(have[site], to);
+        if (&call != &stub.calls[0]) ASSERT_LE(to, 5 * before.at(site));
+      }
+  }
+}
+
+TEST_F(Passes, LimitedTimeIsAllTakenUnlessAnErrorWasAskedFor) {
+  request_.settings.min_samples = 32;
+  request_.settings.max_samples = 2000;
+  request_.settings.source["max-samples"] = "test";
+  request_.settings.error = 0.1;
+  request_.settings.time_limit = 1e6;
+  request_.settings.cache = false;
+  Stub all, enough;
+  all.light = enough.light = noisy;
+  EXPECT_GT(bake(all).passes.back().samples, 1900);
+  request_.settings.source["error"] = "test";
+  const BakeReport report = bake(enough);
+  EXPECT_LT(report.passes.back().samples, 1900);
+  EXPECT_TRUE(report.complete);
+}
+
+TEST_F(Passes, WithoutTimeNothingIsDropped) {
+  request_.settings.min_samples = 32;
+  request_.settings.time_limit = 1e-3;  // gone before the first pass
+  Stub stub;
+  stub.light = noisy;
+  const BakeReport report = bake(stub);
+  ASSERT_EQ(report.passes.size(), 1u);
+  EXPECT_TRUE(report.passes[0].kept);
+  EXPECT_GT(report.texels_by_class[static_cast<size_t>(Validity::kMeasured)], 100u);
+}
+
+TEST_F(Passes, ABakeThatRanOutOfTimeSaysSo) {
+  request_.settings.min_samples = 32;
+  request_.settings.max_samples = 2000;
+  request_.settings.error = 0.1;
+  Stub stub;
+  stub.light = noisy;
+  stub.time_up_at = 3;
+  EXPECT_FALSE(bake(stub).complete);
+  EXPECT_EQ(stub.calls.size(), 4u);  // nothing is asked for after
+}
+
+}  // namespace
+}  // namespace kiln
