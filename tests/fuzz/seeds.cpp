@@ -6,6 +6,7 @@
 #include "common/atlas/atlas.h"
 #include "common/base/files.h"
 #include "common/base/json.h"
+#include "common/job/irradiance_cache.h"
 #include "common/job/settings.h"
 #include "common/scene/prepared.h"
 #include "common/tls/certificate.h"
@@ -57,6 +58,16 @@ void wire_seeds() {
   result.unit = 9, result.site_count = 2, result.plane_count = 2, result.moments = {1, 2, 3, 4};
   const Bytes payload = write_result(result);
   seed("result", "plain", payload);
+  const auto cache_seed = [](const char* name, const IrradianceCache& cache) {
+    ByteWriter sites;
+    sites.put(static_cast<uint32_t>(cache.irradiance.size()));
+    Bytes input = sites.take();
+    const Bytes blob = write_irradiance_cache(cache);
+    input.insert(input.end(), blob.begin(), blob.end());
+    seed("irradiance", name, input);
+  };
+  cache_seed("known", {{Vec3(1, 2, 3), Vec3(0), Vec3(-1), Vec3(0.25f, 1e-30f, 1e30f)}});
+  cache_seed("no-sites", {});
   const auto text_seed = [](const char* target, const char* name, std::string_view words) {
     const auto bytes = bytes_of(words);
     seed(target, name, Bytes(bytes.begin(), bytes.end()));
