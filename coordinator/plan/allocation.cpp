@@ -15,7 +15,7 @@ bool is_lit(const SampleState& s, size_t i) {
 }
 
 double least_mean(const SampleState& s, ErrorNorm norm) {
-  if (norm != ErrorNorm::kPerceptual) return 0;
+  if (norm == ErrorNorm::kMax) return 0;
   double sum = 0;
   size_t count = 0;
   for (size_t i = 0; i < s.mean.size(); ++i) {
@@ -23,7 +23,8 @@ double least_mean(const SampleState& s, ErrorNorm norm) {
     sum += s.mean[i];
     ++count;
   }
-  return count ? kDarkest * sum / static_cast<double>(count) : 0;
+  const double share = norm == ErrorNorm::kPerceptual ? kDarkest : kBlack;
+  return count ? share * sum / static_cast<double>(count) : 0;
 }
 
 }  // namespace
@@ -87,8 +88,8 @@ double missing_samples(std::span<const double> needed, const SampleState& s, uin
 }
 
 double affordable_error(const SampleState& s, ErrorNorm norm, double error, double z, uint32_t most,
-                        double samples) {
-  const auto costs = [&](double e) { return missing_samples(needed_samples(s, norm, e, z), s, most); };
+                        double samples, double fall) {
+  const auto costs = [&](double e) { return missing_samples(needed_samples(s, norm, e, z, fall), s, most); };
   double low = std::max(error, 1e-6), high = std::max(low, reached_error(s, norm, z));
   if (costs(low) <= samples) return low;
   for (int step = 0; step < 40; ++step) {

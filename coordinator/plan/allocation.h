@@ -12,10 +12,12 @@ namespace kiln {
 // What of the map shall be within the asked-for error.
 enum class ErrorNorm {
   kMax,         // every texel's interval, relative to its own mean
-  kMeanSquare,  // z times the root of the mean over texels of (standard error / mean)^2
+  kMeanSquare,  // z times the root of the mean over texels of (standard error / mean)^2, where means below
+                // kBlack of the map's count as that: else one texel that is as good as black asks for all
   kPerceptual,  // every texel's interval, relative to its mean or kDarkest of the map's, whichever is more
 };
 constexpr double kDarkest = 0.1;
+constexpr double kBlack = 0.01;                              // as in the relMSE of coordinator/compare
 Expected<ErrorNorm> find_error_norm(std::string_view name);  // of --error-norm
 
 struct SampleState {
@@ -47,7 +49,7 @@ double missing_samples(std::span<const double> needed, const SampleState& state,
 // The least error, not below `error`, that is reached with so many more samples (of all sites and
 // replicates).
 double affordable_error(const SampleState& state, ErrorNorm norm, double error, double z, uint32_t most,
-                        double samples);
+                        double samples, double fall = 1);
 
 // The norm itself, z included: what is reached now, to be compared with the asked-for error.
 double reached_error(const SampleState& state, ErrorNorm norm, double z);

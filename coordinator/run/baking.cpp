@@ -18,9 +18,10 @@ namespace {
 
 constexpr uint32_t kPilotSamples = 16;  // of a replicate: of a pass whose samples are dropped
 constexpr uint32_t kFirstSamples = 32;
-constexpr uint32_t kMostRounds = 4;  // of passes that only make the cache better
-constexpr double kRoughCache = 0.1;  // rms relative error of what is better made again: all texels share it
-constexpr double kGrowth = 4;        // a texel's samples grow by this much at most: then is looked again
+constexpr uint32_t kMostRounds = 4;   // of passes that only make the cache better
+constexpr double kRoughCache = 0.1;   // rms relative error of what is better made again: all texels share it
+constexpr double kRoundShare = 0.25;  // of all samples that are foretold: a round takes no more
+constexpr double kGrowth = 4;         // a texel's samples grow by this much at most: then is looked again
 constexpr uint32_t kMostPasses = 64;
 constexpr double kRenewal = 1.5;  // caches are made anew when this many times the samples were taken
 constexpr double kSureToRenew = 2;
@@ -90,7 +91,7 @@ class Baking {
     // Whole paths, then as often as it takes paths that end at what the pass before has found.
     uint32_t count = std::min(kPilotSamples, least);
     later_ = -1;
-    for (uint32_t round = 0; cache_ && round <= kMostRounds; ++round) {
+    for (uint32_t round = 0; cache_; ++round) {
       KILN_TRY(const PassEnd end, run_pass(all_sites({0, count})));
       record();
       if (end != PassEnd::kComplete) return end;
@@ -106,10 +107,14 @@ class Baking {
       report_.passes.back().kept = false;
       // What whole paths needed says little of what is needed from here on.
       if (round == 0) continue;
-      const bool good = report_.passes.back().rms_relative <= kRoughCache;
-      foretell(all_needed(asked_error()), good ? work : all_sites({0, 2 * count}), 0);
-      if (good) break;
-      count = std::min(2 * count, least);
+      const std::vector<double> needed = all_needed(asked_error());
+      const uint32_t more = std::min(2 * count, least);
+      const bool enough =
+          report_.passes.back().rms_relative <= kRoughCache || round == kMostRounds ||
+          kReplicates * more * static_cast<double>(sums_.sites()) > kRoundShare * all_of(needed);
+      foretell(needed, enough ? work : all_sites({0, more}), 0);
+      if (enough) break;
+      count = more;
     }
     while (!work.empty() && pass_ < kMostPasses) {
       KILN_TRY(const PassEnd end, run_pass(std::move(work)));
@@ -126,6 +131,12 @@ class Baking {
     std::vector<double> needed = needed_samples(state(), norm_, error, z_, fall());
     for (double& n : needed) n = std::max<double>(n, least_);
     return needed;
+  }
+  // Samples of all sites and replicates.
+  double all_of(const std::vector<double>& needed) const {
+    double sum = 0;
+    for (const double n : needed) sum += kReplicates * std::min<double>(n, most_samples());
+    return sum;
   }
   // Filters narrow as samples come: what is denoised gains less from them.
   double fall() const { return surface_ ? fall_.get() : 1; }
@@ -179,7 +190,7 @@ class Baking {
     double error = asked_error();
     if (is_limited()) {
       error = affordable_error(state(), norm_, error, z_, most_samples(),
-                               pace_.limit_left() * pace_.samples_per_second());
+                               pace_.limit_left() * pace_.samples_per_second(), fall());
       report_.complete = reached_error(state(), norm_, z_) <= settings_.error;
       if (pace_.limit_left() < kLeastPassSeconds) {
         report_.passes.back().seconds_left = after_seconds_;

@@ -7,8 +7,9 @@
     python3 tests/bench/error_vs_time.py --only none                        # the page again, from what was measured
 
 Every result is kept as JSON in the work folder, so that parts can be measured again one by one; the page is made of all
-that is there. Calibration keeps a set of results for every --label: `before` is the same command with --kiln of an
-earlier build. Real scenes are looked for in $KILN_SCENES or ../shared/scenes and left out, saying so, where absent.
+that is there, and a table of which nothing was measured stays as it is. Calibration keeps a set of results for every
+--label: `before` is the same command with --bakes-with the kiln of an earlier build (settings it does not have are left
+out). Real scenes are looked for in $KILN_SCENES or ../shared/scenes and left out, saying so, where absent.
 """
 import argparse
 import json
@@ -142,9 +143,9 @@ class Bench:
         return json.loads(run([self.options.kiln, "compare", folder, *halves, "--json", "--error", 0.05,
                                "--confidence", 0.95]))
 
-    def bake(self, path, settings):
+    def bake(self, path, settings, program=None):
         out = os.path.join(self.options.work, "bake")
-        report = json.loads(run([self.options.kiln, "bake", path, "-o", out, "--json", "--encode", "none",
+        report = json.loads(run([program or self.options.kiln, "bake", path, "-o", out, "--json", "--encode", "none",
                                  *arguments_of(settings)]))
         return out, report
 
@@ -161,11 +162,18 @@ def bias(bench, name, path, own):
 
 def calibration(bench, name, path, own):
     halves = bench.reference(name, path, own)
+    earlier = bench.options.bakes_with
     result = {}
     for label, more in CALIBRATED.items():
-        out, report = bench.bake(path, {**own, "basis": "irradiance", "seams": "off", "dilate": 0, "error": 0.05,
-                                        "confidence": 0.95, "time-limit": 8 * bench.limit, **more})
-        result[label] = {**bench.compare(out, halves), "complete": report["complete"]}
+        if earlier and label != "plain":
+            continue
+        runs = []
+        for seed in range(bench.options.repeats):
+            out, report = bench.bake(path, {**own, "basis": "irradiance", "seams": "off", "dilate": 0, "error": 0.05,
+                                            "confidence": 0.95, "seed": seed + 1, "time-limit": 4 * bench.limit,
+                                            **({} if earlier else more)}, earlier)
+            runs.append({**bench.compare(out, halves), "complete": report["complete"]})
+        result[label] = runs
     keep(bench.options, os.path.join("calibration", bench.options.label), name, result)
 
 
@@ -255,6 +263,10 @@ def percent(x):
     return "%.1f %%" % (100 * x)
 
 
+def root_mean(values):
+    return math.sqrt(statistics.mean(x * x for x in values))
+
+
 def calibration_table(options):
     rows = ["| scene | settings | version | texels | stated, rms | true / stated | coverage of 95 % | promised 5 % | kept | "
             "reference |",
@@ -265,14 +277,19 @@ def calibration_table(options):
     for name in REFERENCE:
         for settings in CALIBRATED:
             for label in labels:
-                r = results[label].get(name, {}).get(settings)
-                if not r:
+                runs = results[label].get(name, {}).get(settings)
+                if not runs:
                     continue
-                c = r["calibration"]
-                rows.append("| %s | %s | %s | %d | %s | %.3f | %s | %s | %s | %s |" % (
-                    name, settings, label, r["texels"], percent(c["stated_rms"]), c["error_ratio"], percent(c["coverage"]),
-                    percent(c["promised"] / r["texels"]), percent(c["promise_kept"]) if c["promised"] else "",
-                    percent(c["reference_part"])))
+                c = [r["calibration"] for r in runs]
+                texels = sum(r["texels"] for r in runs)
+                promised = sum(x["promised"] for x in c)
+                ratios = sorted(x["error_ratio"] for x in c)
+                rows.append("| %s | %s | %s | %d | %s | %.2f (%.2f to %.2f) | %s | %s | %s | %s |" % (
+                    name, settings, label, texels / len(runs), percent(root_mean([x["stated_rms"] for x in c])),
+                    root_mean(ratios), ratios[0], ratios[-1], percent(statistics.mean(x["coverage"] for x in c)),
+                    percent(promised / texels),
+                    percent(sum(x["promised"] * x["promise_kept"] for x in c if x["promised"]) / promised) if promised else "",
+                    percent(statistics.mean(x["reference_part"] for x in c))))
     return rows
 
 
@@ -308,23 +325,27 @@ def time_text(found):
     return "%s%.3g" % found
 
 
+def gain(found, name):
+    """Brute force's time over that of a configuration; only what got there itself is held against it."""
+    if name not in found or "brute" not in found or found[name][0] == "≈ ":
+        return ""
+    sign = {"": "", "≈ ": "≈ ", "< ": "? "}[found["brute"][0]]
+    return "%s%s%.1f" % ("> " if found[name][0] == "< " else "", sign, found["brute"][1] / found[name][1])
+
+
 def times_table(options):
     results = kept(options, "curves")
     names = []
     for r in results.values():
         names += [c["configuration"] for c in r["curves"] if c["configuration"] not in names]
-    rows = ["| scene | relMSE | " + " | ".join(names) + " | brute / last |", "|---" * (len(names) + 3) + "|"]
+    held = [n for n in names if n not in ("brute", "owen")]
+    rows = ["| scene | relMSE | " + " | ".join(names + ["brute / " + n for n in held]) + " |",
+            "|---" * (len(names) + len(held) + 2) + "|"]
     for scene in [s for s in REFERENCE if s in results]:
         for target in TARGETS:
             found = {c["configuration"]: crossing(points_of(c), target) for c in results[scene]["curves"]}
-            ratio = ""
-            # Only what got there itself is held against brute force.
-            if "brute" in found and found[names[-1]][0] != "≈ ":
-                sign = {"": "", "≈ ": "≈ ", "< ": "? "}[found["brute"][0]]
-                sign = "> " + sign if found[names[-1]][0] == "< " else sign
-                ratio = "%s%.1f" % (sign, found["brute"][1] / found[names[-1]][1])
-            rows.append("| %s | %.0e | %s | %s |" % (
-                scene, target, " | ".join(time_text(found[n]) if n in found else "" for n in names), ratio))
+            times = [time_text(found[n]) if n in found else "" for n in names]
+            rows.append("| %s | %.0e | %s |" % (scene, target, " | ".join(times + [gain(found, n) for n in held])))
     return rows
 
 
@@ -378,10 +399,13 @@ def write_page(options):
         text = file.read()
     folder = os.path.dirname(os.path.abspath(options.page))
     sections = {"machine": machine_line(options), "bias": bias_table(options),
-                "calibration": calibration_table(options),
-                "foretold": foretold_table(options), "curves": curves_section(options, folder), "times": times_table(options), "texel": texel_table(options),
+                "calibration": calibration_table(options), "foretold": foretold_table(options),
+                "curves": curves_section(options, folder), "times": times_table(options), "texel": texel_table(options),
                 "others": others_table(options)}
+    measured = {"machine": "curves", "times": "curves"}
     for name, rows in sections.items():
+        if not os.path.isdir(os.path.join(options.work, measured.get(name, name))):
+            continue
         begin, end = "<!-- %s -->\n" % name, "<!-- end of %s -->" % name
         if begin not in text or end not in text:
             sys.exit("%s has no place for '%s'" % (options.template, name))
@@ -403,6 +427,7 @@ def main():
     parser.add_argument("--most-seconds", type=float, default=10, help="a run beyond this is the last of its ladder")
     parser.add_argument("--label", default="now", help="of the calibration: before, now")
     parser.add_argument("--kiln", default=os.path.join(ROOT, "build/bin/kiln"))
+    parser.add_argument("--bakes-with", help="calibration: another program for the bakes, of an earlier build")
     parser.add_argument("--work", help="folder of the results [kiln/error_vs_time in the cache folder]")
     parser.add_argument("--page", default=page)
     options = parser.parse_args()
