@@ -66,22 +66,24 @@ void measure_reference(const std::vector<Pair>& pairs, bool halves, bool stated,
   if (halves) c.bias_error = std::sqrt(mean_of(pairs, variance) / static_cast<double>(pairs.size()));
 }
 
+// Of the mean of a map: less is as good as black, and its errors are relative to nothing.
+constexpr double kBlackShare = 0.01;
+
 Calibration calibrate(const std::vector<Pair>& pairs, bool halves, const CompareSettings& s) {
   const double z = normal_interval(s.confidence);
   Calibration c;
   double ratio = 0, squares = 0, noise = 0, stated = 0, kept = 0;
   uint64_t lit = 0, known = 0;
+  const double black = kBlackShare * mean_of(pairs, [](const Pair& p) { return p.a; });
   for (const Pair& p : pairs) {
     const bool covered = p.away() <= z * p.stated;
     c.coverage += covered;
-    const bool promised = z * p.stated <= s.error * p.a;
+    const bool promised = p.a > 0 && z * p.stated <= s.error * p.a;
     c.promised += promised;
     kept += promised && p.away() <= s.error * p.r();
-    if (!std::isfinite(p.stated)) continue;
-    if (p.a > 0) {
-      squares += p.stated * p.stated / (p.a * p.a);
-      ++lit;
-    }
+    if (!std::isfinite(p.stated) || !(p.a > black)) continue;
+    squares += p.stated * p.stated / (p.a * p.a);
+    ++lit;
     if (!(p.stated > 0)) continue;
     ratio += p.squared() / (p.stated * p.stated);
     ++known;

@@ -26,11 +26,11 @@ struct WorstTexel {
 // Whether a bake's statements of its error hold. A stated error is a standard error s; at the confidence C
 // the texel promises |a - r| <= z(C) s.
 struct Calibration {
-  double stated_rms = 0;  // root of the mean of (s / a)^2 over texels with light
+  double stated_rms = 0;  // root of the mean of (s / a)^2 over texels above a hundredth of a's mean
   double coverage = 0;    // share of texels with |a - r| <= z s: C if the statements are true
-  double error_ratio =
-      0;                  // root of mean (a - r)^2 / s^2, the reference's noise taken out: 1 if they are true
-  uint64_t promised = 0;  // texels whose z s <= error x a: they say that they are within `error`
+  // Of the same texels: root of mean (a - r)^2 / s^2, the reference's noise taken out; 1 if they are true.
+  double error_ratio = 0;
+  uint64_t promised = 0;      // texels with light, z s <= error x a: they say that they are within `error`
   double promise_kept = 0;    // the share of these with |a - r| <= error x r; 0 if there are none
   double reference_part = 0;  // mean variance of r over mean s^2: the other figures mean little near 1
 };

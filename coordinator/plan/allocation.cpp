@@ -60,7 +60,8 @@ std::vector<double> needed_samples(const SampleState& s, ErrorNorm norm, double 
     if (is_lit(s, i)) {
       const double wanted = factor * deviation(i);
       needed[i] = norm == ErrorNorm::kMeanSquare ? wanted : wanted * wanted;
-      if (needed[i] > s.samples[i]) needed[i] = s.samples[i] * std::pow(needed[i] / s.samples[i], 1 / fall);
+      if (fall < 1 && needed[i] > s.samples[i])
+        needed[i] = s.samples[i] * std::pow(needed[i] / s.samples[i], 1 / fall);
     }
   return needed;
 }
@@ -77,7 +78,10 @@ void ErrorFall::observe(const SampleState& before, const SampleState& after) {
 double ErrorFall::get() const {
   // A few texels' worth of what is expected, so that the first few do not decide.
   constexpr double kExpected = 0.75, kTexels = 100, kLeast = 0.4;
-  return std::clamp((errors_ + kExpected * kTexels) / (samples_ + kTexels), kLeast, 1.0);
+  // In steps, so that the last bits of logarithms decide nothing.
+  constexpr double kSteps = 64;
+  const double fall = (errors_ + kExpected * kTexels) / (samples_ + kTexels);
+  return std::round(kSteps * std::clamp(fall, kLeast, 1.0)) / kSteps;
 }
 
 double missing_samples(std::span<const double> needed, const SampleState& s, uint32_t most) {

@@ -29,7 +29,7 @@ struct PassPoint {
   double seconds_left = -1;  // to the end of the bake, as foretold then; negative: not known
   double rms_relative = 0;   // root mean square of stated error / E over measured texels with E > 0
   double worst_relative = 0;
-  double converged_share = 0;  // of the measured texels
+  double converged_share = 0;  // of the measured texels that have met light
 };
 
 // A sample with light beyond what a float holds, which was left out: the first of a unit.

@@ -90,6 +90,10 @@ void state_doubts(const TexelStatistics& statistics, std::span<const uint32_t> c
   const auto few =
       std::count_if(samples.begin(), samples.end(), [](float n) { return n > 0 && n < kFewSamples; });
   report.post.push_back({"texels of few bright samples", static_cast<double>(few), "texels"});
+  uint64_t black = 0;
+  for (size_t i = 0; i < statistics.sites; ++i)
+    black += statistics.known[i] && statistics.luminance[0][i] == 0 && statistics.luminance[1][i] == 0;
+  report.post.push_back({"texels that met no light", static_cast<double>(black), "texels"});
   if (few > 0)
     report.warnings.push_back(
         text("{} texels have their light from fewer than {:.0f} bright samples, those around them included: "

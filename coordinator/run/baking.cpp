@@ -81,6 +81,8 @@ class Baking {
     sampled_ = 0;
     caches_.clear();
     errors_ = {};
+    first_cache_error_.clear();
+    most_ = std::max(1u, settings_.max_samples / kReplicates);
     fall_ = {};
     grew_ = false;
     const uint32_t least = std::max(1u, (settings_.min_samples + 1) / 2);
@@ -129,7 +131,7 @@ class Baking {
   // Samples of each site (of a replicate) for that error.
   std::vector<double> all_needed(double error) const {
     std::vector<double> needed = needed_samples(state(), norm_, error, z_, fall());
-    for (double& n : needed) n = std::max<double>(n, least_);
+    for (double& n : needed) n = n > least_ ? n : least_;  // of constant light no number is needed: NaN
     return needed;
   }
   // Samples of all sites and replicates.
@@ -171,12 +173,13 @@ class Baking {
     return work;
   }
 
-  // Of a replicate. A bake that is asked for nothing but to end on time is not held by a bound nobody gave.
-  uint32_t most_samples() const {
+  uint32_t most_samples() const { return most_; }  // of a replicate
+  // A bake that is asked for nothing but to end on time is not held by a bound nobody gave: it is raised once
+  // all texels are there. (Not before: a texel that is as good as black would take all of the time.)
+  bool may_raise_most() const {
     constexpr uint32_t kUnbounded = 1u << 29;
-    if (is_limited() && !settings_.source.count("error") && !settings_.source.count("max-samples"))
-      return kUnbounded;
-    return std::max(1u, settings_.max_samples / kReplicates);
+    return is_limited() && !settings_.source.count("error") && !settings_.source.count("max-samples") &&
+           most_ < kUnbounded;
   }
   bool is_limited() const { return std::isfinite(pace_.limit_left()); }
   // A bake whose time is limited takes all of it, unless an error was asked for too.
@@ -186,7 +189,7 @@ class Baking {
 
   // Decided at the barrier, from merged sums only: every run of the job decides alike (unless time is
   // limited).
-  std::vector<SiteSamples> next_work() {
+  std::vector<SiteSamples> next_work(bool may_raise = true) {
     double error = asked_error();
     if (is_limited()) {
       error = affordable_error(state(), norm_, error, z_, most_samples(),
@@ -202,6 +205,10 @@ class Baking {
     // Few texels are cheap, and a pass for each step of theirs is not.
     for (const double growth : {2.0, kGrowth})
       if (samples_of(work) < kStragglers * sampled_) work = work_towards(needed, growth);
+    if (work.empty() && may_raise && may_raise_most()) {
+      most_ *= 4;
+      return next_work(false);
+    }
     foretell(needed, work, 1);
     return work;
   }
@@ -222,6 +229,7 @@ class Baking {
   SampleState state() const { return {errors_.mean, errors_.standard_error, samples_}; }
 
   void renew_caches() {
+    if (caches_.empty()) first_cache_error_ = chart_errors(sums_.statistics(false), charts_);
     caches_.clear();
     sampled_at_renewal_ = sampled_;
     for (uint32_t r = 0; r < kReplicates; ++r)
@@ -306,28 +314,30 @@ class Baking {
     const TexelStatistics statistics = sums_.statistics(false);
     TexelErrors errors =
         surface_ ? filtered_errors(statistics, *surface_) : estimate_errors(statistics, charts_);
-    if (cache_ && caches_.empty()) first_cache_error_ = chart_errors(statistics, charts_);
     if (grew_) fall_.observe(state(), {errors.mean, errors.standard_error, statistics.samples});
     grew_ = true;
     errors_ = std::move(errors);
     samples_ = statistics.samples;
     PassPoint point;
     double squares = 0, samples = 0;
-    uint64_t lit = 0, measured = 0, converged = 0;
+    uint64_t lit = 0, met = 0, measured = 0, converged = 0;
     for (uint32_t site = 0; site < samples_.size(); ++site) {
       if (!statistics.known[site]) continue;
       const double mean = errors_.mean[site], error = errors_.standard_error[site];
       ++measured;
       samples += kReplicates * samples_[site];
-      converged += z_ * error <= settings_.error * mean;
+      met += mean > 0;
       if (!(mean > 0) || !std::isfinite(error)) continue;
+      converged += z_ * error <= settings_.error * mean;
       const double relative = error / mean;
       squares += relative * relative;
       point.worst_relative = std::max(point.worst_relative, relative);
       ++lit;
     }
     point.rms_relative = lit ? std::sqrt(squares / static_cast<double>(lit)) : 0;
-    point.converged_share = measured ? static_cast<double>(converged) / static_cast<double>(measured) : 0;
+    // Of a texel that has met no light nothing is known but that: it is not counted as right.
+    point.converged_share = measured > 0 && met == 0 ? 1 : 0;
+    if (met > 0) point.converged_share = static_cast<double>(converged) / static_cast<double>(met);
     point.samples = measured ? samples / static_cast<double>(measured) : 0;
     point.active = active_;
     point.seconds = pace_.seconds();
@@ -350,6 +360,7 @@ class Baking {
   BakePace pace_;
   uint32_t pass_ = 0;
   uint32_t least_ = 0;  // samples of a replicate that every texel gets
+  uint32_t most_ = 0;   // and that no texel exceeds
   uint64_t active_ = 0;
   std::vector<Digest> caches_;  // by replicate; empty: none
   TexelErrors errors_;

@@ -72,6 +72,19 @@ TEST(Measures, TrueStatementsAreCovered) {
   EXPECT_EQ(compare_maps(stating(0.2), truth, nullptr, {})->calibration->promised, 0u);
 }
 
+TEST(Measures, BlackTexelsPromiseNothing) {
+  // Ten texels of which no sample met light state 0 +- 0; two have met next to none. Neither may hide what is
+  // said of the other hundred, nor count as right.
+  std::vector<double> light(112, 1.0), stated(112, 0.01), truth(112, 1.01);
+  for (size_t i = 0; i < 10; ++i) light[i] = stated[i] = 0;
+  light[10] = light[11] = 1e-9, stated[10] = stated[11] = 1e-15;
+  const auto k = *compare_maps(map_of(light, stated), map_of(truth), nullptr, {})->calibration;
+  EXPECT_EQ(k.promised, 102u);
+  EXPECT_DOUBLE_EQ(k.promise_kept, 100.0 / 102);
+  EXPECT_NEAR(k.error_ratio, 1, 1e-6);
+  EXPECT_NEAR(k.stated_rms, 0.01, 1e-9);
+}
+
 TEST(Measures, PercentilesAndWorstTexels) {
   std::vector<double> light(100, 1.0), stated(100, 0.5);
   for (size_t i = 0; i < 100; ++i) light[i] += 0.001 * static_cast<double>(i);

@@ -187,9 +187,9 @@ TEST(Allocation, FallIsLearntFromPasses) {
                       c = state_at(160, fall, error[2], samples[2], mean);
     ErrorFall learnt;
     learnt.observe(a, b);
-    EXPECT_NEAR(learnt.get(), fall, 0.005);
+    EXPECT_NEAR(learnt.get(), fall, 0.005 + 0.5 / 64);
     learnt.observe(b, c);
-    EXPECT_NEAR(learnt.get(), fall, 0.005);
+    EXPECT_NEAR(learnt.get(), fall, 0.005 + 0.5 / 64);
     const double before = learnt.get();
     learnt.observe(c, c);  // no site got more
     EXPECT_EQ(learnt.get(), before);
