@@ -14,6 +14,8 @@ bool is_lit(const SampleState& s, size_t i) {
   return s.samples[i] > 0 && s.mean[i] > 0 && std::isfinite(s.standard_error[i]);
 }
 
+}  // namespace
+
 double least_mean(const SampleState& s, ErrorNorm norm) {
   if (norm == ErrorNorm::kMax) return 0;
   double sum = 0;
@@ -26,8 +28,6 @@ double least_mean(const SampleState& s, ErrorNorm norm) {
   const double share = norm == ErrorNorm::kPerceptual ? kDarkest : kBlack;
   return count ? share * sum / static_cast<double>(count) : 0;
 }
-
-}  // namespace
 
 Expected<ErrorNorm> find_error_norm(std::string_view name) {
   if (name == "max") return ErrorNorm::kMax;

@@ -25,6 +25,9 @@ struct SampleState {
   std::span<const uint32_t> samples;            // by site: in each replicate
 };
 
+// Means below this count as it in that norm; 0 in kMax.
+double least_mean(const SampleState& state, ErrorNorm norm);
+
 // Samples (in each replicate) that every site needs for z x error <= `error` in that norm, as far as the
 // present standard errors tell: their squares fall as n^-fall. Sites without an error or light need what they
 // have. kMeanSquare: Neyman 1934, n_i proportional to the relative deviation of one sample.

@@ -27,7 +27,9 @@ struct PassPoint {
   double seconds = 0;        // since the first unit was handed out
   uint64_t rays = 0;         // since then
   double seconds_left = -1;  // to the end of the bake, as foretold then; negative: not known
-  double rms_relative = 0;   // root mean square of stated error / E over measured texels with E > 0
+  // Root mean square, and the largest, of stated error / E over measured texels with E > 0; E below a
+  // hundredth of the map's counts as that.
+  double rms_relative = 0;
   double worst_relative = 0;
   double converged_share = 0;  // of the measured texels that have met light
 };

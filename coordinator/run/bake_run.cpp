@@ -127,7 +127,7 @@ void state_shared_doubts(const Baked& baked, BakeReport& report) {
 double seconds_after_passes(const BakeRequest& request, const Preflight& pre) {
   const BakeSettings& s = request.settings;
   // The report's pictures, whose size is fixed; then seconds of one thread for each texel.
-  const double pictures = request.pictures ? 1.7 : 0;
+  const double pictures = request.pictures ? 2.0 : 0;
   double texel_seconds = 2e-6;
   if (s.denoise) texel_seconds += 8e-6;
   if (s.seams) texel_seconds += 3e-6;

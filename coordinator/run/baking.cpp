@@ -321,6 +321,7 @@ class Baking {
     PassPoint point;
     double squares = 0, samples = 0;
     uint64_t lit = 0, met = 0, measured = 0, converged = 0;
+    const double black = least_mean(state(), ErrorNorm::kMeanSquare);
     for (uint32_t site = 0; site < samples_.size(); ++site) {
       if (!statistics.known[site]) continue;
       const double mean = errors_.mean[site], error = errors_.standard_error[site];
@@ -329,7 +330,7 @@ class Baking {
       met += mean > 0;
       if (!(mean > 0) || !std::isfinite(error)) continue;
       converged += z_ * error <= settings_.error * mean;
-      const double relative = error / mean;
+      const double relative = error / std::max(mean, black);
       squares += relative * relative;
       point.worst_relative = std::max(point.worst_relative, relative);
       ++lit;
