@@ -103,8 +103,8 @@ void state_doubts(const TexelStatistics& statistics, std::span<const uint32_t> c
 }
 
 // Filtering takes away what texels are wrong by themselves; what they took from the cache stays. The passes
-// after the first cache take more than half of its error away where rooms are lit by more than a slit (bench
-// scenes: docs/error_vs_time.md).
+// after the first cache take a part of its error away. Chosen on the bench scenes: most texels of rooms lit
+// by a slit are beyond this, few of the others.
 constexpr double kRefined = 0.5;
 
 void state_shared_doubts(const Baked& baked, BakeReport& report) {
