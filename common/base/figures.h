@@ -12,18 +12,20 @@ namespace kiln {
 struct StageTime {
   std::string name;
   double seconds = 0;
+  double cpu_seconds = 0;  // of all threads of this process
 };
 
 // Adds the seconds since its making to a list when it ends.
 class StageTimer {
  public:
   StageTimer(std::vector<StageTime>& times, std::string name) : times_(times), name_(std::move(name)) {}
-  ~StageTimer() { times_.push_back({name_, watch_.seconds()}); }
+  ~StageTimer() { times_.push_back({name_, watch_.seconds(), cpu_.seconds()}); }
 
  private:
   std::vector<StageTime>& times_;
   std::string name_;
   Stopwatch watch_;
+  CpuStopwatch cpu_;
 };
 
 // "largest step across a seam before", 0.31, "".

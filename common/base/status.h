@@ -16,6 +16,7 @@ enum class ErrorKind {
   kProtocol,      // a peer broke the protocol: its connection is closed
   kUnavailable,   // a peer or resource is gone: a retry may help
   kInternal,      // a bug, said with what is needed to reproduce it
+  kTooShort,      // a time limit leaves no time for a whole map: nothing is published, exit 4
 };
 
 // `message` is one sentence for a person: it names the thing, the place and the way out.
@@ -32,8 +33,11 @@ inline tl::unexpected<Error> fail(ErrorKind kind, std::string message) {
   return tl::unexpected<Error>(Error{kind, std::move(message)});
 }
 
-// 2 for wrong usage or input, else 1 (contract: exit status).
+// Exit statuses: 0 done, 1 failed, 2 wrong usage or input, 3 published, but with texels that were never sampled
+// (coordinator/cli/bake.cpp), 4 too little time for any map.
+constexpr int kExitIncomplete = 3;
 inline int exit_status(const Error& error) {
+  if (error.kind == ErrorKind::kTooShort) return 4;
   return error.kind == ErrorKind::kInvalidInput || error.kind == ErrorKind::kUsage ? 2 : 1;
 }
 

@@ -45,10 +45,10 @@ struct BakeSettings {
   bool direct = true, indirect = true;
   uint32_t max_bounces = 64;
   double error = 0.05, confidence = 0.95;
-  std::string error_norm = "max";  // max, mean-square, perceptual
+  std::string error_norm = "mean-square";  // max, mean-square, perceptual
   uint32_t min_samples = 64, max_samples = 16384;
   double time_limit = 0;  // seconds; 0: none
-  bool cache = true, denoise = false;
+  bool cache = true, denoise = true;
   std::string basis = "sh_l1";
   bool seams = true;
   double seam_angle = 5;              // degrees

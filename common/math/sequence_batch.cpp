@@ -55,7 +55,7 @@ KILN_WIDE void owen_singles(const uint32_t* __restrict sample, size_t count, See
 }  // namespace
 
 void SampleBatch::pairs(uint32_t dimension, const uint32_t* chosen, size_t count, float* x, float* y) const {
-  if (stream_.sampler_ != Sampler::kOwen) {
+  if (!is_vectorised()) {
     for (size_t k = 0; k < count; ++k) {
       const Vec2 pair = stream(chosen[k]).pair(dimension);
       x[k] = pair.x, y[k] = pair.y;
@@ -72,7 +72,7 @@ void SampleBatch::pairs(uint32_t dimension, const uint32_t* chosen, size_t count
 }
 
 void SampleBatch::singles(uint32_t dimension, const uint32_t* chosen, size_t count, float* x) const {
-  if (stream_.sampler_ != Sampler::kOwen) {
+  if (!is_vectorised()) {
     for (size_t k = 0; k < count; ++k) x[k] = stream(chosen[k]).single(dimension);
     return;
   }
@@ -84,6 +84,7 @@ void SampleBatch::singles(uint32_t dimension, const uint32_t* chosen, size_t cou
 
 SampleStream SampleBatch::stream(size_t i) const {
   SampleStream s = stream_;
+  s.key_ = key_[i];
   s.reversed_ = reversed_[i];
   s.sample_ = reverse_bits(reversed_[i]);
   return s;

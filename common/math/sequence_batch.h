@@ -1,5 +1,5 @@
-// Random numbers of many samples of one texel at once: bit for bit those of their SampleStreams, several
-// times faster, since a dimension's scrambles are found once and the samples run side by side in vector
+// Random numbers of many samples at once, bit for bit those of their SampleStreams. Samples of one texel are
+// several times faster: a dimension's scrambles are found once and the samples run side by side in vector
 // registers.
 #pragma once
 
@@ -13,10 +13,15 @@ class SampleBatch {
  public:
   static constexpr size_t kMost = 64;
 
-  // Samples that are added share the job's seed and the texel.
-  void clear() { count_ = 0; }
+  // Samples that are added share the sampler.
+  void clear() {
+    count_ = 0;
+    one_texel_ = true;
+  }
   void add(const SampleStream& stream) {
     if (count_ == 0) stream_ = stream;
+    one_texel_ = one_texel_ && stream.key_ == stream_.key_;
+    key_[count_] = stream.key_;
     reversed_[count_++] = stream.reversed_;
   }
   // x[k], y[k]: the pair of the sample that was added as number chosen[k].
@@ -25,9 +30,12 @@ class SampleBatch {
 
  private:
   SampleStream stream(size_t i) const;
+  bool is_vectorised() const { return one_texel_ && stream_.sampler_ == Sampler::kOwen; }
   SampleStream stream_;  // of the first sample
+  uint64_t key_[kMost];
   uint32_t reversed_[kMost];
   size_t count_ = 0;
+  bool one_texel_ = true;
 };
 
 }  // namespace kiln

@@ -1,3 +1,4 @@
+#include <cmath>
 #include <cstdio>
 
 #include "common/base/files.h"
@@ -10,14 +11,32 @@
 namespace kiln {
 namespace {
 
+std::string percent(double share) {
+  return std::isfinite(share) ? text("{:.1f} %", 100 * share) : "unknown";
+}
+
+void print_statement(const BakeReport& r) {
+  const MapStatement& m = r.statement;
+  std::printf("relative error: median %s, 95th percentile %s\n", percent(m.median_relative).c_str(),
+              percent(m.p95_relative).c_str());
+  std::printf("%s of texels within %g %% at %g %% confidence%s\n", percent(m.within_target).c_str(),
+              100 * r.settings.error, 100 * r.settings.confidence,
+              r.complete ? "" : "; stopped by the time limit");
+  const auto count = [&](uint64_t n, const char* what) {
+    if (n > 0)
+      std::printf("%llu texels (%s) %s\n", static_cast<unsigned long long>(n),
+                  percent(static_cast<double>(n) / static_cast<double>(std::max<uint64_t>(1, m.texels))).c_str(),
+                  what);
+  };
+  count(m.never_sampled, "were never sampled and are filled from their neighbours");
+  count(m.met_no_light, "met no light");
+}
+
 void print_result(const BakeReport& r, const std::string& folder) {
-  const PassPoint last = r.passes.empty() ? PassPoint{} : r.passes.back();
   std::printf("%llu texels in %s, %.1f million rays, %.2f million rays/s and thread\n",
               static_cast<unsigned long long>(r.plan.valid_texels), duration_text(r.total_seconds).c_str(),
               r.farm.rays / 1e6, r.farm.worker_seconds > 0 ? r.farm.rays / r.farm.worker_seconds / 1e6 : 0.0);
-  std::printf("stated error: %.2f %% rms; %.1f %% of texels within %g %% at %g %% confidence%s\n",
-              100 * last.rms_relative, 100 * last.converged_share, 100 * r.settings.error,
-              100 * r.settings.confidence, r.complete ? "" : " (stopped by the time limit)");
+  print_statement(r);
   std::fputs(textures_summary(r.textures).c_str(), stdout);
   for (const ImportNote& n : r.notes) {
     if (n.kind == ImportNote::Kind::kWarning) std::printf("warning: %s\n", n.what.c_str());
@@ -53,7 +72,7 @@ int run(const Arguments& a, const BakeSettings& settings) {
   else
     print_result(*report, request.output.string());
   if (!report->unmet.empty()) return report_error({ErrorKind::kUnavailable, report->unmet});
-  return 0;
+  return report->statement.never_sampled > 0 ? kExitIncomplete : 0;
 }
 
 }  // namespace

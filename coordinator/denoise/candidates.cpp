@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "coordinator/denoise/site_runs.h"
+#include "coordinator/denoise/site_average.h"
 
 namespace kiln {
 namespace {
@@ -10,6 +10,7 @@ namespace {
 // Of a luminance: what float paths round.
 constexpr double kRounding = 0x1p-20;
 constexpr double kDark = 1e-6;  // of the brightest: below this nothing is relative
+constexpr double kWideSamples = 16;  // of fewer samples of a texel, what is around it says more
 constexpr uint32_t kRounds =
     16;  // steps to a linked site or none: three texels of spread, as the widest filter
 
@@ -32,51 +33,44 @@ double scale_of(const TexelStatistics& s, const std::vector<uint8_t>& known) {
 double sample_variance(const TexelStatistics& s, const Candidates& c, size_t i) {
   const double v = double{s.variance[i]} / c.scale / c.scale;
   const double mean = 0.5 * (double{c.value[0][0][i]} + double{c.value[1][0][i]});
-  return std::isfinite(v) && v >= 0 ? v : mean * mean;
+  const double keep = std::min(c.keep[0][i], c.keep[1][i]);
+  return std::isfinite(v) && v >= 0 ? keep * keep * v : mean * mean;
 }
 
-// Means over a site and those linked with it, the site counting twice.
-void average(const std::vector<float>& in, const std::vector<uint8_t>& known, const SurfaceLinks& links,
-             unsigned threads, std::vector<float>& out) {
-  out.assign(in.size(), 0);
-  for_each_site(in.size(), threads, [&](size_t i) {
-    if (!known[i]) return;
-    double sum = 2 * double{in[i]}, weight = 2;
-    for (const uint32_t j : links.of(static_cast<uint32_t>(i))) {
-      if (!known[j]) continue;
-      sum += in[j];
-      weight += 1;
-    }
-    out[i] = static_cast<float>(sum / weight);
-  });
+// Diffused over three texels, as far as the widest filter reaches.
+std::vector<float> diffused(const std::vector<float>& in, const Candidates& c, const SurfaceLinks& links,
+                            unsigned threads) {
+  std::vector<float> out = in, next;
+  for (uint32_t round = 0; round < kRounds; ++round) {
+    average_linked(out, c.known, links, threads, next);
+    out.swap(next);
+  }
+  return out;
 }
 
 // Where a sample in ten thousand is bright, most texels have met none and their own variance is far too low;
 // a filter chosen by that would take the light off the few that have and give it to nobody. So half of what
-// is expected of a texel is the relative variance around it, at its own brightness.
+// is expected of a texel is the relative variance around it, at its own brightness. Of few samples not even
+// the brightness of a texel is known: a texel that is black by chance has the noise of those around it.
 void find_prior(const TexelStatistics& s, const SurfaceLinks& links, unsigned threads, Candidates& c) {
-  std::vector<float> own(s.sites, 0), brightness(s.sites, 0), local, relative(s.sites, 0), next;
+  std::vector<float> own(s.sites, 0), light(s.sites, 0), near_own, near_light;
   for_each_site(s.sites, threads, [&](size_t i) {
     if (!c.known[i]) return;
     own[i] = static_cast<float>(sample_variance(s, c, i));
-    brightness[i] = 0.5f * (std::abs(c.value[0][0][i]) + std::abs(c.value[1][0][i]));
+    light[i] = 0.5f * (std::abs(c.value[0][0][i]) + std::abs(c.value[1][0][i]));
   });
-  average(own, c.known, links, threads, local);
-  average(brightness, c.known, links, threads, next);
-  brightness.swap(next);
-  for_each_site(s.sites, threads, [&](size_t i) {
-    const double f = brightness[i];
-    if (c.known[i]) relative[i] = static_cast<float>(own[i] / (f * f + kDark * kDark));
-  });
-  for (uint32_t round = 0; round < kRounds; ++round) {
-    average(relative, c.known, links, threads, next);
-    relative.swap(next);
-  }
+  average_linked(own, c.known, links, threads, near_own);
+  average_linked(light, c.known, links, threads, near_light);
+  const std::vector<float> wide_own = diffused(own, c, links, threads);
+  const std::vector<float> wide_light = diffused(light, c, links, threads);
   for_each_site(s.sites, threads, [&](size_t i) {
     if (!c.known[i]) return;
-    const double f = brightness[i], around = relative[i] * (f * f + kDark * kDark);
-    const double variance = 0.5 * (local[i] + around);
-    c.prior[i] = static_cast<float>(variance / (2.0 * s.samples[i]) + kRounding * kRounding * f * f + 1e-30);
+    const double samples = s.samples[i], near = samples / (samples + kWideSamples);
+    const double f = near * near_light[i] + (1 - near) * wide_light[i];
+    const double wide = wide_light[i], relative = wide_own[i] / (wide * wide + kDark * kDark);
+    const double local = near * near_own[i] + (1 - near) * wide_own[i], around = relative * f * f;
+    const double variance = 0.5 * (local + around);
+    c.prior[i] = static_cast<float>(variance / (2.0 * samples) + kRounding * kRounding * f * f + 1e-30);
     c.variance[0][i] = c.prior[i];
   });
 }
@@ -88,6 +82,8 @@ Candidates find_candidates(const TexelStatistics& s, const SiteGeometry& sites, 
   Candidates c;
   c.known = usable(s, sites);
   c.scale = scale_of(s, c.known);
+  c.samples = s.samples;
+  c.piece = surface_pieces(c.known, links);
   c.prior.assign(s.sites, 0);
   for (uint32_t r = 0; r < kReplicates; ++r)
     for (uint32_t k = 0; k < kLevels; ++k) c.value[r][k].assign(s.sites, 0);
@@ -96,6 +92,13 @@ Candidates find_candidates(const TexelStatistics& s, const SiteGeometry& sites, 
     for (size_t i = 0; i < s.sites; ++i)
       if (c.known[i]) c.value[r][0][i] = static_cast<float>(s.luminance[r][i] / c.scale);
 
+  const Spikes spikes = find_spikes(s, c.known, c.piece, links, threads);
+  for (uint32_t r = 0; r < kReplicates; ++r) {
+    c.keep[r] = spikes.keep[r];
+    for (size_t i = 0; i < s.sites; ++i) c.value[r][0][i] *= spikes.keep[r][i];
+  }
+  c.gain = spikes.gain;
+  c.gain_error = spikes.relative_error;
   find_prior(s, links, threads, c);
 
   for_each_run(s.sites, threads, [&](size_t begin, size_t end) {

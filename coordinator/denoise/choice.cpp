@@ -8,7 +8,6 @@
 
 #include <cmath>
 #include <cstring>
-#include <numeric>
 
 #include "coordinator/denoise/site_runs.h"
 
@@ -20,6 +19,15 @@ namespace {
 // itself where it stands out by three standard errors of its product.
 constexpr float kBesideTexels = 2.0f;
 constexpr double kAlone = 6;
+constexpr double kFewAlone = 32;  // samples: of fewer, coincidences of rare bright ones are no surprise; that
+                                  // all samples of both replicates are dark is one as rare as it looks
+
+// A bias counts as far as it stands out of chance by so many standard errors: in the choice, and in what is
+// stated.
+constexpr double kChoiceErrors = 1.0, kStatedErrors = 0.5;
+
+// What a level may be expected to be wrong by where nothing is known, relative to the light.
+constexpr double kExpectedBias[kLevels] = {0, 0.02, 0.05, 0.1, 0.1};
 
 // What all texels of a window lose or gain together counts so many times more: it is seen, and it is what
 // takes light from the whole (peaks under lamps are lowered). Measured on four scenes: the loss falls by a
@@ -45,16 +53,7 @@ double fourth_order(const Candidates& c, int replicate, size_t j) {
 // measured there as a whole: with all texels wrong alike a window knows no more than one texel does.
 class SharedError {
  public:
-  SharedError(const Candidates& c, const SurfaceLinks& links) : piece_(c.known.size()) {
-    std::iota(piece_.begin(), piece_.end(), 0u);
-    for (uint32_t i = 0; i < piece_.size(); ++i) {
-      if (!c.known[i]) continue;
-      for (const uint32_t j : links.of(i))
-        if (j < i && c.known[j]) join(i, j);
-    }
-    for (uint32_t i = 0; i < piece_.size(); ++i) piece_[i] = root(i);
-    sums_.resize(piece_.size());
-  }
+  explicit SharedError(const Candidates& c) : piece_(c.piece), sums_(c.piece.size()) {}
 
   // Of a site whose measured variance is `factor` times what was expected.
   void add(const Candidates& c, size_t i, double factor) {
@@ -95,20 +94,11 @@ class SharedError {
     const double f = 0.5 * (double{c.value[0][kLevel][i]} + double{c.value[1][kLevel][i]});
     return f * f;
   }
-  uint32_t root(uint32_t i) {
-    while (piece_[i] != i) i = piece_[i] = piece_[piece_[i]];
-    return i;
-  }
-  void join(uint32_t a, uint32_t b) {
-    a = root(a), b = root(b);
-    piece_[std::max(a, b)] = std::min(a, b);
-  }
-
-  std::vector<uint32_t> piece_;  // by site: the least site that is linked with it over others
+  const std::vector<uint32_t>& piece_;
   std::vector<Sums> sums_;       // by piece
 };
 
-// What is summed over windows, of one site, in units of its prior.
+// Summed over windows: terms of one site, in units of its prior.
 struct Terms {
   float noise = 0;
   float product[kLevels] = {};              // estimates squares of biases; [0] is not used
@@ -135,24 +125,39 @@ Terms terms_of(const Candidates& c, size_t j) {
   return t;
 }
 
-// Weighted sums of terms.
-struct Pool {
-  double weight = 0, squares = 0, sum[kTerms] = {};
-  void add(double w, const Terms& terms) {
+// Weighted sums of terms and of their squares.
+class Pool {
+ public:
+  void add(float w, const Terms& terms) {
     float t[kTerms];
     std::memcpy(t, &terms, sizeof t);
-    weight += w;
-    squares += w * w;
-    for (size_t i = 0; i < kTerms; ++i) sum[i] += w * double{t[i]};
+    weight_ += w;
+    for (size_t i = 0; i < kTerms; ++i) {
+      const float weighted = w * t[i];
+      sum_[i] += weighted;
+      square_[i] += weighted * weighted;
+    }
   }
-  double noise() const { return sum[0]; }
-  double product(uint32_t k) const { return sum[1 + k] / weight; }
-  double growth(uint32_t k) const { return sum[1 + kLevels + k] / weight; }
-  double change(uint32_t r, uint32_t k) const { return sum[1 + kLevels * (2 + r) + k] / weight; }
-  // Half the standard error of a mean, over the factor: differences of replicates have twice the variance of
-  // their mean. Measured of the wide one: with none of it true errors are 0.8 of the stated ones where light
-  // is smooth, with all of it 1.3.
-  double half_error() const { return std::sqrt(squares) / weight; }
+  double weight() const { return weight_; }
+  double noise() const { return sum_[0]; }
+  // Means of products as far as they stand out of chance by so many standard errors. The error is that of the
+  // terms themselves: where samples are rare and bright, a few texels are all that a mean is made of, and one
+  // coincidence of two of them is never significant (Student 1908; de la Pena et al. 2009 on self-normalised
+  // sums).
+  double product(uint32_t k, double errors) const { return beyond(1 + k, errors); }
+  double growth(uint32_t k, double errors) const { return beyond(1 + kLevels + k, errors); }
+  // The product of what both replicates change by in common.
+  double common(uint32_t k, double errors) const {
+    const size_t a = 1 + kLevels * 2 + k, b = a + kLevels;
+    const double product = double{sum_[a]} * sum_[b], error = std::sqrt(double{square_[a]} * square_[b]);
+    return std::max(0.0, product - errors * error) / (double{weight_} * weight_);
+  }
+
+ private:
+  double beyond(size_t i, double errors) const {
+    return (double{sum_[i]} - errors * std::sqrt(double{square_[i]})) / weight_;
+  }
+  float weight_ = 0, sum_[kTerms] = {}, square_[kTerms] = {};
 };
 
 // The square of the bias of level k from what one level does to another. Where light is smooth the bias of a
@@ -161,10 +166,10 @@ struct Pool {
 // than the difference from what was measured: the least of noisy risks is stated too low (a third of the true
 // one, where bias and noise are alike), and with this it is not. The larger of both is taken: beside edges
 // this one is too low.
-double smooth_bias(const Pool& pool, uint32_t k) {
+double smooth_bias(const Pool& pool, uint32_t k, double errors) {
   if (k == kQuadratic)
-    return 0.3 * pool.growth(0);  // measured: true errors are 0.8 to 0.95 of stated on waves
-  return k + 1 == kQuadratic ? pool.growth(kQuadratic) : pool.growth(k + 1) / 9;
+    return 0.3 * pool.growth(0, errors);  // measured: true errors are 0.8 to 0.95 of stated on waves
+  return k + 1 == kQuadratic ? pool.growth(kQuadratic, errors) : pool.growth(k + 1, errors) / 9;
 }
 
 }  // namespace
@@ -189,32 +194,35 @@ Choice choose(const Candidates& c, const SiteGeometry& sites, const SurfaceLinks
       Pool wide, beside;
       for (size_t q = 0; q < window.size(); ++q) {
         const Terms& of = terms[window[q]];
-        wide.add(kernel.falloff(q, kPooled), of);
-        if (const double w = kernel.falloff(q, kBesideTexels); w > 0) beside.add(w, of);
+        wide.add(static_cast<float>(kernel.falloff(q, kPooled)), of);
+        if (const double w = kernel.falloff(q, kBesideTexels); w > 0) beside.add(static_cast<float>(w), of);
       }
       // What low-discrepancy sampling makes of the variance of independent samples.
-      const double factor = (wide.noise() + kDoubtTexels) / (wide.weight + kDoubtTexels);
+      const double factor = (wide.noise() + kDoubtTexels) / (wide.weight() + kDoubtTexels);
       out.factor[i] = static_cast<float>(factor);
-      const double wide_error = factor * wide.half_error(), beside_error = factor * beside.half_error();
-      const double prior = c.prior[i];
+      const double prior = c.prior[i], light = 0.5 * (double{c.value[0][kQuadratic - 1][i]} +
+                                                      double{c.value[1][kQuadratic - 1][i]});
+      const double dark_errors = kAlone * factor, bright_errors = dark_errors * (1 + kFewAlone / c.samples[i]);
       double least = factor * double{c.variance[0][i]};
       for (uint32_t k = 1; k < kLevels; ++k) {
-        const double smooth = smooth_bias(wide, k), direct = wide.product(k);
-        const double alone = terms[i].product[k];
-        const double sharp = std::max(beside.product(k) - beside_error, alone - kAlone * factor);
-        const double common = wide.change(0, k) * wide.change(1, k);
-        const double bias = std::max({direct, smooth, sharp}) + kCommon * common;
-        const double risk = factor * double{c.variance[k][i]} + bias * prior;
-        // The largest of noisy numbers is too large in the mean: stated is what stands out.
-        const double stated = std::max({0.0, smooth, direct - wide_error, sharp});
-        out.bias[i][k] = static_cast<float>(std::sqrt(stated * prior));
+        const double alone =
+            terms[i].product[k] - (terms[i].change[0][k] > 0 ? dark_errors : bright_errors);
+        const auto sharp = [&](double errors) { return std::max(beside.product(k, errors), alone); };
+        const auto bias = [&](double errors) {
+          return std::max({0.0, wide.product(k, errors), smooth_bias(wide, k, errors), sharp(errors)});
+        };
+        const double expected = kExpectedBias[k] * light;
+        const double doubt = kDoubtTexels / (wide.weight() + kDoubtTexels) * expected * expected;
+        const double risk = factor * double{c.variance[k][i]} + doubt +
+                            (bias(kChoiceErrors) + kCommon * wide.common(k, kChoiceErrors)) * prior;
+        out.bias[i][k] = static_cast<float>(std::sqrt(bias(kStatedErrors) * prior + doubt));
         if (risk >= least) continue;
         least = risk;
         out.level[i] = static_cast<uint8_t>(k);
       }
     }
   });
-  SharedError shared(c, links);
+  SharedError shared(c);
   for (size_t i = 0; i < c.known.size(); ++i)
     if (c.known[i]) shared.add(c, i, out.factor[i]);
   for_each_site(c.known.size(), threads, [&](size_t i) {

@@ -83,10 +83,11 @@ void put_errors(const Candidates& c, const Choice& choice, const Blend& blend, s
   }
   for (size_t q = 0; q < blend.window().size(); ++q)
     variance += blend.weights()[q] * blend.weights()[q] * double{c.prior[blend.window()[q]]};
-  const double factor = choice.factor[i];
+  const double factor = choice.factor[i], gain = c.gain[i], spikes = value * double{c.gain_error[i]};
   const double shared = (1 - blend.shares()[0]) * double{choice.shared[i]};  // measured noise has its own
-  out.luminance[i] = static_cast<float>(std::max(0.0, value) * c.scale);
-  out.standard_error[i] = static_cast<float>(std::sqrt(factor * variance + shared + bias * bias) * c.scale);
+  out.luminance[i] = static_cast<float>(std::max(0.0, value) * gain * c.scale);
+  out.standard_error[i] = static_cast<float>(
+      std::sqrt(gain * gain * (factor * variance + shared + bias * bias) + spikes * spikes) * c.scale);
   out.raw_error[i] = static_cast<float>(std::sqrt(factor * double{c.prior[i]}) * c.scale);
   out.strength[i] = static_cast<float>(std::clamp(1 - blend.weights()[0], 0.0, 1.0));
 }
@@ -101,18 +102,20 @@ float lonely_error(const TexelStatistics& s, size_t i) {
 }
 
 // A sum of differences: where all are equal nothing is rounded.
-void mix_planes(const TexelStatistics& s, const Blend& blend, size_t i, float* out) {
+void mix_planes(const TexelStatistics& s, const Candidates& c, const Blend& blend, size_t i, float* out) {
   double sum[kMostPlanes] = {};
   const float* own[2] = {&s.mean[0][i * s.planes], &s.mean[1][i * s.planes]};
+  const double keep[2] = {c.keep[0][i], c.keep[1][i]};
   for (size_t q = 1; q < blend.window().size(); ++q) {
     const double w = 0.5 * blend.weights()[q];
     if (w == 0) continue;
-    const size_t j = blend.window()[q] * s.planes;
+    const size_t site = blend.window()[q], j = site * s.planes;
+    const double a = c.keep[0][site], b = c.keep[1][site];
     for (size_t p = 0; p < s.planes; ++p)
-      sum[p] += w * ((double{s.mean[0][j + p]} - own[0][p]) + (double{s.mean[1][j + p]} - own[1][p]));
+      sum[p] += w * ((a * s.mean[0][j + p] - keep[0] * own[0][p]) + (b * s.mean[1][j + p] - keep[1] * own[1][p]));
   }
   for (size_t p = 0; p < s.planes; ++p)
-    out[p] = static_cast<float>(0.5 * (double{own[0][p]} + double{own[1][p]}) + sum[p]);
+    out[p] = static_cast<float>(c.gain[i] * (0.5 * (keep[0] * own[0][p] + keep[1] * own[1][p]) + sum[p]));
 }
 
 // No light is negative, and no direction longer than its light: what regression may give beside borders.
@@ -128,6 +131,58 @@ void hold_bounds(std::span<const DirectionBound> bounds, float* plane, size_t pl
   }
 }
 
+// What is stated is bounded by what the samples may have met: a texel is not further off than the brightest
+// texel, and a filter that is chosen for its lower error has no higher one over a chart.
+void hold_errors(const Candidates& c, const SiteGeometry& sites, Denoised& out) {
+  float brightest = 0;
+  uint32_t charts = 0;
+  for (size_t i = 0; i < c.known.size(); ++i) {
+    if (!c.known[i]) continue;
+    brightest = std::max(brightest, out.luminance[i]);
+    charts = std::max(charts, sites.placement[i] + 1);
+  }
+  std::vector<double> raw(charts, 0.0), filtered(charts, 0.0);
+  for (size_t i = 0; i < c.known.size(); ++i) {
+    if (!c.known[i]) continue;
+    out.raw_error[i] = std::min(out.raw_error[i], brightest);
+    out.standard_error[i] = std::min(out.standard_error[i], brightest);
+    raw[sites.placement[i]] += out.raw_error[i];
+    filtered[sites.placement[i]] += out.standard_error[i];
+  }
+  for (size_t i = 0; i < c.known.size(); ++i) {
+    if (!c.known[i]) continue;
+    const uint32_t chart = sites.placement[i];
+    if (filtered[chart] > raw[chart])
+      out.standard_error[i] = static_cast<float>(out.standard_error[i] * (raw[chart] / filtered[chart]));
+  }
+}
+
+// A site without samples is between sites that have some: their filtered values by distance.
+void fill_site(const Candidates& c, const SiteGeometry& sites, SurfaceWindow& around, size_t i, size_t planes,
+               Denoised& out) {
+  constexpr float kFillTexels = 9.0f;  // the first look leaves gaps of eight
+  const float reach = kFillTexels * sites.texel_size[i];
+  double weight = 0, light = 0, square = 0, errors = 0, sum[kMostPlanes] = {};
+  for (const uint32_t j : around.around(static_cast<uint32_t>(i), reach)) {
+    if (!c.known[j]) continue;
+    const Vec3 d = sites.position[j] - sites.position[i];
+    const double off = dot(d, d) / (double{reach} * reach), w = 1 / (off * off + 1e-4);
+    weight += w;
+    light += w * out.luminance[j];
+    square += w * out.luminance[j] * out.luminance[j];
+    errors += w * out.standard_error[j];
+    for (size_t p = 0; p < planes; ++p) sum[p] += w * out.mean[j * planes + p];
+  }
+  if (!(weight > 0)) return;
+  light /= weight;
+  const double spread = std::sqrt(std::max(0.0, square / weight - light * light));
+  out.luminance[i] = static_cast<float>(light);
+  out.standard_error[i] = static_cast<float>(std::max(errors / weight, spread));
+  out.filled[i] = 1;
+  out.strength[i] = 1;
+  for (size_t p = 0; p < planes; ++p) out.mean[i * planes + p] = static_cast<float>(sum[p] / weight);
+}
+
 Denoised run(const TexelStatistics& s, std::span<const DirectionBound> bounds, bool planes,
              const SiteGeometry& sites, const SurfaceLinks& links, unsigned threads) {
   KILN_CHECK(s.planes <= kMostPlanes && s.sites == sites.size());
@@ -138,6 +193,7 @@ Denoised run(const TexelStatistics& s, std::span<const DirectionBound> bounds, b
   out.standard_error.assign(s.sites, 0);
   out.raw_error.assign(s.sites, 0);
   out.strength.assign(s.sites, 0);
+  out.filled.assign(s.sites, 0);
   if (planes) out.mean.resize(s.sites * s.planes);
   for_each_run(s.sites, threads, [&](size_t begin, size_t end) {
     Blend blend(candidates, choice, sites, links);
@@ -146,7 +202,7 @@ Denoised run(const TexelStatistics& s, std::span<const DirectionBound> bounds, b
         blend.enter(static_cast<uint32_t>(i));
         put_errors(candidates, choice, blend, i, out);
         if (!planes) continue;
-        mix_planes(s, blend, i, &out.mean[i * s.planes]);
+        mix_planes(s, candidates, blend, i, &out.mean[i * s.planes]);
         hold_bounds(bounds, &out.mean[i * s.planes], s.planes);
       } else {
         out.luminance[i] = 0.5f * s.luminance[0][i] + 0.5f * s.luminance[1][i];
@@ -156,6 +212,13 @@ Denoised run(const TexelStatistics& s, std::span<const DirectionBound> bounds, b
           out.mean[p] = 0.5f * s.mean[0][p] + 0.5f * s.mean[1][p];
       }
     }
+  });
+  hold_errors(candidates, sites, out);
+  for_each_run(s.sites, threads, [&](size_t begin, size_t end) {
+    SurfaceWindow around(sites, links);
+    for (size_t i = begin; i < end; ++i)
+      if (s.samples[i] == 0 && !s.known[i] && sites.texel_size[i] > 0)
+        fill_site(candidates, sites, around, i, planes ? s.planes : 0, out);
   });
   return out;
 }

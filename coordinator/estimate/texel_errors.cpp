@@ -69,6 +69,24 @@ TexelErrors estimate_errors(const TexelStatistics& s, std::span<const uint32_t> 
   return out;
 }
 
+std::vector<float> neighbourhood_means(const TexelStatistics& s, std::span<const uint32_t> chart_of_site) {
+  std::vector<float> out(s.sites, 0.0f);
+  const auto mean = [&](size_t j) { return 0.5 * (double{s.luminance[0][j]} + double{s.luminance[1][j]}); };
+  for (size_t i = 0; i < s.sites; ++i) {
+    if (!s.known[i]) continue;
+    double near = 0;
+    size_t neighbours = 0;
+    for_each_near(s, chart_of_site, i, [&](size_t j) {
+      near += mean(j);
+      ++neighbours;
+    });
+    const double own = kReplicates * s.samples[i], share = neighbours ? kMeanDoubt / (own + kMeanDoubt) : 0;
+    out[i] = static_cast<float>((1 - share) * mean(i) +
+                                share * near / static_cast<double>(std::max<size_t>(1, neighbours)));
+  }
+  return out;
+}
+
 std::vector<float> effective_samples(const TexelStatistics& s, std::span<const uint32_t> chart_of_site) {
   std::vector<float> out(s.sites, 0.0f);
   for (size_t i = 0; i < s.sites; ++i) {

@@ -29,6 +29,13 @@ constexpr uint32_t kReplicateNeighbours = 128;
 
 TexelErrors estimate_errors(const TexelStatistics& statistics, std::span<const uint32_t> chart_of_site);
 
+// Luminance of E of a texel of few samples is next to unknown, and what it needs depends on it: by site, the
+// mean over the texel and its neighbourhood (as for S), where the texel's own counts as its samples do beside
+// kMeanDoubt of the neighbours'.
+constexpr double kMeanDoubt = 8;
+std::vector<float> neighbourhood_means(const TexelStatistics& statistics,
+                                       std::span<const uint32_t> chart_of_site);
+
 // How many equal samples would tell as much as those that a texel and its neighbourhood have: (sum x)^2 / sum
 // x^2 of the luminance of E (Kish 1965). Below kFewSamples what is stated rests on a few bright samples, and
 // may be wrong by more than it says.

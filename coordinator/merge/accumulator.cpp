@@ -8,6 +8,11 @@
 #include "common/basis/basis.h"
 
 namespace kiln {
+namespace {
+
+constexpr uint32_t kFewSamples = 8;  // of a replicate
+
+}  // namespace
 
 Accumulator::Accumulator(size_t sites, uint32_t basis)
     : basis_(basis), planes_(moment_plane_names(basis).size()) {
@@ -90,8 +95,8 @@ TexelStatistics Accumulator::statistics(bool planes) const {
     const Estimate e = estimate(site);
     if (e.inside || out.samples[site] == 0) continue;
     out.known[site] = 1;
+    // Within the replicates: what the means differ by is not in it, but where there is next to nothing else.
     const double n = samples(site);
-    // Within the replicates: what the means differ by is not in it.
     double squares = 0;
     for (uint32_t r = 0; r < kReplicates; ++r) {
       const double* sums = &sums_[r][site * planes_];
@@ -105,7 +110,13 @@ TexelStatistics Accumulator::statistics(bool planes) const {
       for (size_t p = kMomentBasis; p < planes_; ++p)
         means[3 + p - kMomentBasis] = static_cast<float>(sums[p] * scale);
     }
-    out.variance[site] = static_cast<float>(squares / std::max(1.0, n - kReplicates));
+    double freedom = n - kReplicates;
+    if (out.samples[site] < kFewSamples) {
+      const double half = 0.5 * (double{out.luminance[0][site]} - double{out.luminance[1][site]});
+      squares += n * half * half;
+      freedom += 1;
+    }
+    out.variance[site] = static_cast<float>(squares / std::max(1.0, freedom));
   }
   return out;
 }

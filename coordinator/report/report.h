@@ -41,6 +41,17 @@ struct NonfinitePlace {
   uint32_t site = 0, sample = 0;  // to replay: a unit of this one site and sample
 };
 
+// The map as a whole. Relative errors are reported standard errors over E; E below a hundredth of the map's
+// mean counts as that. Texels that met no light are in no share: their error is unknown.
+struct MapStatement {
+  uint64_t texels = 0;         // with a surface, and not inside geometry
+  uint64_t never_sampled = 0;  // filled from their neighbours
+  uint64_t few_samples = 0;    // lit by few bright samples: their error is not to be relied on
+  uint64_t met_no_light = 0;
+  double median_relative = 0, p95_relative = 0;
+  double within_target = 0;  // share within the asked-for error at the asked-for confidence
+};
+
 struct BakeReport {
   std::filesystem::path scene_path;
   BakeSettings settings;
@@ -59,6 +70,7 @@ struct BakeReport {
   std::vector<NonfinitePlace> nonfinite;
   std::vector<DisplayFit> lods;
   Figures post;
+  MapStatement statement;
   uint64_t texels_by_class[kValidityClasses] = {};
   bool complete = true;  // false: stopped by the time limit
   double total_seconds = 0;

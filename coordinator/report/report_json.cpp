@@ -20,7 +20,11 @@ void write_settings(JsonWriter& w, const BakeSettings& settings) {
 void write_times(JsonWriter& w, const char* key, const std::vector<StageTime>& times) {
   w.key(key).begin_array();
   for (const StageTime& s : times)
-    w.begin_object().pair("name", s.name).pair("seconds", s.seconds).end_object();
+    w.begin_object()
+        .pair("name", s.name)
+        .pair("seconds", s.seconds)
+        .pair("cpu_seconds", s.cpu_seconds)
+        .end_object();
   w.end_array();
 }
 
@@ -115,6 +119,10 @@ std::string report_json(const BakeReport& r) {
   w.begin_object();
   w.pair("scene", r.scene_path.filename().string()).pair("scene_id", r.scene_id);
   w.pair("complete", r.complete).pair("total_seconds", r.total_seconds);
+  w.pair("median_relative_error", r.statement.median_relative);
+  w.pair("p95_relative_error", r.statement.p95_relative);
+  w.pair("within_target", r.statement.within_target).pair("never_sampled", r.statement.never_sampled);
+  w.pair("few_samples", r.statement.few_samples).pair("met_no_light", r.statement.met_no_light);
   if (!r.unmet.empty()) w.pair("unmet", r.unmet);
   write_settings(w, r.settings);
   write_atlas(w, r);

@@ -9,6 +9,7 @@
 #include "common/base/files.h"
 #include "common/base/format.h"
 #include "common/base/parallel.h"
+#include "common/base/statistics.h"
 #include "common/basis/basis.h"
 #include "common/math/samplers.h"
 #include "common/scene/prepared.h"
@@ -18,6 +19,7 @@
 #include "coordinator/report/preview.h"
 #include "coordinator/report/validity_view.h"
 #include "coordinator/run/baking.h"
+#include "coordinator/run/statement.h"
 #include "coordinator/textures/textures.h"
 
 namespace kiln {
@@ -84,65 +86,6 @@ void state_band_errors(Lightmap& map, const Atlas& atlas, const TexelStatistics&
   }
 }
 
-// Texels of which the stated error is not to be relied on.
-void state_doubts(const TexelStatistics& statistics, std::span<const uint32_t> charts, BakeReport& report) {
-  const std::vector<float> samples = effective_samples(statistics, charts);
-  const auto few =
-      std::count_if(samples.begin(), samples.end(), [](float n) { return n > 0 && n < kFewSamples; });
-  report.post.push_back({"texels of few bright samples", static_cast<double>(few), "texels"});
-  uint64_t black = 0;
-  for (size_t i = 0; i < statistics.sites; ++i)
-    black += statistics.known[i] && statistics.luminance[0][i] == 0 && statistics.luminance[1][i] == 0;
-  report.post.push_back({"texels that met no light", static_cast<double>(black), "texels"});
-  if (few > 0)
-    report.warnings.push_back(
-        text("{} texels have their light from fewer than {:.0f} bright samples, those around them included: "
-             "it may be "
-             "further off than error.exr says. More samples (--min-samples) tell",
-             few, kFewSamples));
-}
-
-// Filtering takes away what texels are wrong by themselves; what they took from the cache stays. The passes
-// after the first cache take a part of its error away. Chosen on the bench scenes: most texels of rooms lit
-// by a slit are beyond this, few of the others.
-constexpr double kRefined = 0.5;
-
-void state_shared_doubts(const Baked& baked, BakeReport& report) {
-  if (baked.first_cache_error.empty()) return;
-  const TexelErrors& e = baked.errors;
-  uint64_t doubtful = 0;
-  for (size_t i = 0; i < e.mean.size(); ++i)
-    doubtful += std::isfinite(e.standard_error[i]) &&
-                e.standard_error[i] < kRefined * baked.first_cache_error[i] * e.mean[i];
-  report.post.push_back({"texels of a rough first cache", static_cast<double>(doubtful), "texels"});
-  if (doubtful > 0)
-    report.warnings.push_back(text(
-        "{} texels have their light by way of texels that whole paths hardly found: what they are all wrong "
-        "by alike may be more than error.exr says. --denoise off or --cache off tell more surely",
-        doubtful));
-}
-
-// What stages after the passes are taken to need: an allowance by the size of the map (docs/samples.md,
-// "Allocation").
-double seconds_after_passes(const BakeRequest& request, const Preflight& pre) {
-  const BakeSettings& s = request.settings;
-  // The report's pictures, whose size is fixed; then seconds of one thread for each texel.
-  const double pictures = request.pictures ? 2.0 : 0;
-  double texel_seconds = 2e-6;
-  if (s.denoise) texel_seconds += 8e-6;
-  if (s.seams) texel_seconds += 3e-6;
-  for (const std::string& encoding : s.encodings)
-    if (encoding != "none") texel_seconds += 4e-6;
-  return pictures + texel_seconds * static_cast<double>(pre.atlas.sites.size()) / hardware_threads();
-}
-
-// What is left of the time limit when stages before and after the passes have theirs.
-double seconds_for_passes(const BakeRequest& request, double after, const Stopwatch& watch) {
-  const double limit = request.settings.time_limit;
-  if (limit <= 0) return std::numeric_limits<double>::infinity();
-  return std::max(0.0, limit - watch.seconds() - after);
-}
-
 // Puts the filtered planes in the place of the measured ones, and what is stated of them. Returns by how much
 // errors became less, by site.
 std::vector<float> take_denoised(Lightmap& map, const Atlas& atlas, const TexelStatistics& statistics,
@@ -154,7 +97,8 @@ std::vector<float> take_denoised(Lightmap& map, const Atlas& atlas, const TexelS
   const Denoised d = denoise(statistics, map.bounds, surface.sites, surface.links, 0);
   std::vector<float> lowered(statistics.sites, 1.0f);
   for (uint32_t site = 0; site < statistics.sites; ++site) {
-    if (!statistics.known[site]) continue;
+    if (d.filled[site]) map.validity[atlas.sites.texel[site]] = Validity::kFilled;
+    if (!statistics.known[site] && !d.filled[site]) continue;
     if (d.raw_error[site] > 0 && std::isfinite(d.raw_error[site]))
       lowered[site] = d.standard_error[site] / d.raw_error[site];
     for (size_t p = 0; p < statistics.planes; ++p)
@@ -164,6 +108,16 @@ std::vector<float> take_denoised(Lightmap& map, const Atlas& atlas, const TexelS
     errors.standard_error[site] = d.standard_error[site];
   }
   return lowered;
+}
+
+// A map of which some charts are only guessed is no map.
+tl::unexpected<Error> too_short(const BakeRequest& request, const Preflight& pre, const Stopwatch& watch) {
+  return fail(ErrorKind::kTooShort,
+              text("{}: --time-limit {} is too short: import, atlas and start took {:.1f} s, and what comes "
+                   "after the passes its share, so that not every chart of the {} texels could be sampled; "
+                   "nothing was published. Give it more time, or a lower --texels-per-metre",
+                   request.scene.string(), request.settings.time_limit, watch.seconds(),
+                   pre.atlas.sites.size()));
 }
 
 void count_classes(const Lightmap& map, const Atlas& atlas, BakeReport& report) {
@@ -243,22 +197,24 @@ Expected<BakeReport> run_bake(const BakeRequest& request, const Progress& progre
 
   Accumulator sums(pre.atlas.sites.size(), job.transport.basis);
   Baked baked;
+  TimeBudget budget(request, pre, watch);
   std::optional<SurfaceGraph> surface;
   if (request.settings.denoise) {
     const StageTimer timer(report.stages, "neighbours");
+    const Stopwatch neighbours;
     surface.emplace();
     surface->sites = site_geometry(pre.imported.scene, pre.atlas, 0);
     surface->links = surface_links(pre.imported.scene, pre.atlas, surface->sites, 0);
+    budget.neighbours_took(neighbours.seconds());
   }
   {
     const StageTimer timer(report.stages, "bake");
     KILN_TRY(const Workplace place, open_workplace(request, job, chunks));
-    const double after = seconds_after_passes(request, pre);
-    KILN_TRY(baked, bake_passes({request, pre, surface ? &*surface : nullptr,
-                                 seconds_for_passes(request, after, watch), after, *place.job, sums, report,
-                                 progress}));
+    KILN_TRY(baked, bake_passes({request, pre, surface ? &*surface : nullptr, budget, *place.job, sums,
+                                 report, progress}));
     report.farm = place.job->statistics();
   }
+  if (!baked.whole) return too_short(request, pre, watch);
   KILN_TRY_STATUS(check_cancelled(request));
   Lightmap map = sums.resolve(pre.atlas);
   {
@@ -270,8 +226,10 @@ Expected<BakeReport> run_bake(const BakeRequest& request, const Progress& progre
     state_errors(map, pre.atlas, baked.errors);
     const std::vector<uint32_t> charts = charts_of_sites(pre.atlas);
     state_band_errors(map, pre.atlas, statistics, charts, basis_roster()[job.transport.basis], lowered);
-    state_doubts(statistics, charts, report);
-    if (surface) state_shared_doubts(baked, report);
+    report.statement = state_map(baked.errors, statistics, request.settings.error,
+                                 normal_interval(request.settings.confidence));
+    warn_of_few_samples(statistics, charts, report);
+    if (surface) warn_of_rough_cache(baked.errors, baked.first_cache_error, report);
   }
   for (const PostStage& stage : post_stages()) {
     const StageTimer timer(report.stages, std::string(stage.name));

@@ -10,6 +10,7 @@
 #include "common/base/statistics.h"
 #include "coordinator/plan/allocation.h"
 #include "coordinator/plan/schedule.h"
+#include "coordinator/run/first_look.h"
 #include "coordinator/run/nonfinite.h"
 #include "coordinator/run/pace.h"
 
@@ -17,6 +18,8 @@ namespace kiln {
 namespace {
 
 constexpr uint32_t kPilotSamples = 16;  // of a replicate: of a pass whose samples are dropped
+constexpr uint32_t kFilterFrom = 8;     // samples of a replicate from which on passes look at filtered errors
+constexpr double kFilterShare = 0.1;    // of the time that is left: what filtering inside passes may take
 constexpr uint32_t kFirstSamples = 32;
 constexpr uint32_t kMostRounds = 4;   // of passes that only make the cache better
 constexpr double kRoughCache = 0.1;   // rms relative error of what is better made again: all texels share it
@@ -47,10 +50,11 @@ class Baking {
         surface_(task.surface),
         cache_(task.preflight.plan.cache),
         nonfinite_(task.preflight.atlas, task.preflight.imported.scene),
+        atlas_(task.preflight.atlas),
         charts_(charts_of_sites(task.preflight.atlas)),
         z_(normal_interval(settings_.confidence)),
-        pace_(task.seconds),
-        after_seconds_(task.after_seconds) {}
+        budget_(task.budget),
+        pace_(task.budget.seconds_for_passes()) {}
 
   Expected<Baked> run() {
     KILN_TRY(norm_, find_error_norm(settings_.error_norm));
@@ -70,7 +74,7 @@ class Baking {
           text("{} units failed on every worker that tried them and were left out; their {} "
                "texels have fewer samples or none: {}",
                skipped_units_, skipped_.size(), skip_reason_));
-    return Baked{std::move(errors_), std::move(first_cache_error_)};
+    return Baked{std::move(errors_), std::move(first_cache_error_), whole_};
   }
 
  private:
@@ -83,40 +87,26 @@ class Baking {
     errors_ = {};
     first_cache_error_.clear();
     most_ = std::max(1u, settings_.max_samples / kReplicates);
+    least_ = std::max(1u, (settings_.min_samples + 1) / 2);
     fall_ = {};
     grew_ = false;
-    const uint32_t least = std::max(1u, (settings_.min_samples + 1) / 2);
-    // With caches a fixed count is reached in steps too: what the first of them was read from is the
-    // roughest.
-    std::vector<SiteSamples> work = all_sites({0, cache_ ? std::min(least, kFirstSamples) : least});
-    least_ = least;
-    // Whole paths, then as often as it takes paths that end at what the pass before has found.
-    uint32_t count = std::min(kPilotSamples, least);
+    whole_ = true;
     later_ = -1;
-    for (uint32_t round = 0; cache_; ++round) {
-      KILN_TRY(const PassEnd end, run_pass(all_sites({0, count})));
-      record();
+    std::vector<SiteSamples> work;
+    if (is_limited()) {
+      KILN_TRY(const PassEnd end, first_looks(work));
       if (end != PassEnd::kComplete) return end;
-      // What is dropped must be made good in time, at worst at the speed of whole paths.
-      const double next = samples_of(work) + 2.0 * kReplicates * count * static_cast<double>(sums_.sites());
-      if (pace_.limit_left() * pace_.samples_per_second() < kSureToRenew * next) {
-        work = next_work();
-        break;
+    } else {
+      // With caches a fixed count is reached in steps too: what the first of them was read from is the
+      // roughest.
+      work = all_sites({0, cache_ ? std::min(least_, kFirstSamples) : least_});
+      if (cache_) {
+        KILN_TRY(const PassEnd end, run_pass(all_sites({0, std::min(kPilotSamples, least_)})));
+        record();
+        if (end != PassEnd::kComplete) return end;
+        KILN_TRY(const PassEnd made, make_caches(std::min(kPilotSamples, least_), work, 0));
+        if (made != PassEnd::kComplete) return made;
       }
-      renew_caches();
-      sums_.clear();
-      grew_ = false;
-      report_.passes.back().kept = false;
-      // What whole paths needed says little of what is needed from here on.
-      if (round == 0) continue;
-      const std::vector<double> needed = all_needed(asked_error());
-      const uint32_t more = std::min(2 * count, least);
-      const bool enough =
-          report_.passes.back().rms_relative <= kRoughCache || round == kMostRounds ||
-          kReplicates * more * static_cast<double>(sums_.sites()) > kRoundShare * all_of(needed);
-      foretell(needed, enough ? work : all_sites({0, more}), 0);
-      if (enough) break;
-      count = more;
     }
     while (!work.empty() && pass_ < kMostPasses) {
       KILN_TRY(const PassEnd end, run_pass(std::move(work)));
@@ -128,11 +118,89 @@ class Baking {
     return PassEnd::kComplete;
   }
 
+  // Whole before fine: one sample of each replicate for a stride of the texels, then finer strides, then all
+  // of them; from there samples double everywhere. Every pass reads the light that those before it have
+  // found. Leaves the work that comes next, none where time is up.
+  Expected<PassEnd> first_looks(std::vector<SiteSamples>& work) {
+    const std::vector<std::vector<uint32_t>> looks = sites_by_look(atlas_);
+    for (size_t look = 0; look < looks.size(); ++look) {
+      std::vector<SiteSamples> sites;
+      for (const uint32_t site : looks[look]) sites.push_back({site, {0, 1}});
+      if (sites.empty()) continue;
+      KILN_TRY(const PassEnd end, run_pass(std::move(sites)));
+      if (look + 1 == looks.size() || end != PassEnd::kComplete) record();
+      if (end == PassEnd::kTimeUp && look == 0) whole_ = false;
+      if (end != PassEnd::kComplete) return end;
+    }
+    const uint32_t most = std::min(kPilotSamples, most_);
+    for (uint32_t have = 1;;) {
+      if (cache_) renew_caches();
+      if (have == most) break;
+      const uint32_t to = std::min(2 * have, most);
+      work = all_sites({have, to - have});
+      if (samples_of(work) > pace_.limit_left() * pace_.samples_per_second()) break;
+      KILN_TRY(const PassEnd end, run_pass(std::move(work)));
+      record();
+      if (end != PassEnd::kComplete) return end;
+      have = to;
+    }
+    if (cache_ && has_time_for_caches(samples_.front(), all_sites({0, std::min(least_, kFirstSamples)}))) {
+      work = all_sites({0, std::min(least_, kFirstSamples)});
+      return make_caches(samples_.front(), work, 1);
+    }
+    work = next_work();
+    return PassEnd::kComplete;
+  }
+
+  // What is dropped must be made good in time, at worst at the speed of whole paths.
+  bool has_time_for_caches(uint32_t count, const std::vector<SiteSamples>& work) const {
+    const double next = samples_of(work) + 2.0 * kReplicates * count * static_cast<double>(sums_.sites());
+    return !(pace_.limit_left() * pace_.samples_per_second() < kSureToRenew * next);
+  }
+
+  // From a pass of `count` samples of every site, as often as it takes: a cache of what was found, then a
+  // pass of paths that end at it. None of these samples last. `round`: 0 where the present ones are of whole
+  // paths. `work`: what comes after.
+  Expected<PassEnd> make_caches(uint32_t count, std::vector<SiteSamples>& work, uint32_t round) {
+    for (;; ++round) {
+      if (!has_time_for_caches(count, work)) {
+        work = next_work();
+        return PassEnd::kComplete;
+      }
+      renew_caches();
+      sums_.clear();
+      grew_ = false;
+      report_.passes.back().kept = false;
+      // What whole paths needed says little of what is needed from here on.
+      if (round > 0) {
+        const std::vector<double> needed = all_needed(asked_error());
+        const uint32_t more = std::min(2 * count, least_);
+        const bool enough =
+            report_.passes.back().rms_relative <= kRoughCache || round == kMostRounds ||
+            kReplicates * more * static_cast<double>(sums_.sites()) > kRoundShare * all_of(needed);
+        foretell(needed, enough ? work : all_sites({0, more}), 0);
+        if (enough) return PassEnd::kComplete;
+        count = more;
+      }
+      KILN_TRY(const PassEnd end, run_pass(all_sites({0, count})));
+      record();
+      if (end != PassEnd::kComplete) return end;
+    }
+  }
+
   // Samples of each site (of a replicate) for that error.
   std::vector<double> all_needed(double error) const {
     std::vector<double> needed = needed_samples(state(), norm_, error, z_, fall());
-    for (double& n : needed) n = n > least_ ? n : least_;  // of constant light no number is needed: NaN
+    // A bake without much time gives every texel what it can, then looks where it is needed.
+    const double least = is_limited() && !affords(least_) ? 1 : least_;
+    for (double& n : needed) n = n > least ? n : least;  // of constant light no number is needed: NaN
     return needed;
+  }
+  // So many samples of a replicate for every site, in the time that is left?
+  bool affords(uint32_t count) const {
+    double missing = 0;
+    for (const uint32_t have : samples_) missing += count > have ? count - have : 0;
+    return kReplicates * missing < pace_.limit_left() * pace_.samples_per_second();
   }
   // Samples of all sites and replicates.
   double all_of(const std::vector<double>& needed) const {
@@ -158,7 +226,7 @@ class Baking {
     later_ = std::max(0.0, samples - now);
     later_passes_ = work.empty() ? 0 : std::ceil(std::log(growth) / std::log(kGrowth));
     const double seconds = pace_.seconds_for(now + later_, later_passes_);
-    if (seconds >= 0) report_.passes.back().seconds_left = seconds + after_seconds_;
+    if (seconds >= 0) report_.passes.back().seconds_left = seconds + budget_.seconds_after();
   }
 
   static double samples_of(const std::vector<SiteSamples>& work) {
@@ -196,7 +264,7 @@ class Baking {
                                pace_.limit_left() * pace_.samples_per_second(), fall());
       report_.complete = reached_error(state(), norm_, z_) <= settings_.error;
       if (pace_.limit_left() < kLeastPassSeconds) {
-        report_.passes.back().seconds_left = after_seconds_;
+        report_.passes.back().seconds_left = budget_.seconds_after();
         return {};
       }
     }
@@ -252,6 +320,7 @@ class Baking {
     order_by_gain(units);
     active_ = work.size();
     const FarmStatistics earlier = farm_.statistics();
+    pace_.set_limit(budget_.seconds_for_passes());
     pace_.begin_pass(samples, later_, later_passes_);
     PassHandlers handlers;
     handlers.on_result = [&](const WorkUnit& unit, const UnitResult& result) {
@@ -281,7 +350,7 @@ class Baking {
     pace_.heard_of_threads(f.threads);
     b.converged_share = report_.passes.empty() ? 0 : report_.passes.back().converged_share;
     b.seconds_left = pace_.seconds_left(b.done);
-    if (b.seconds_left >= 0) b.seconds_left += after_seconds_;
+    if (b.seconds_left >= 0) b.seconds_left += budget_.seconds_after();
     return b;
   }
 
@@ -309,13 +378,32 @@ class Baking {
     units = std::move(sorted);
   }
 
+  // Filtering a large map takes as long as a pass: with little time, or few samples, passes are planned by
+  // what texels are wrong by themselves.
+  bool should_filter(const TexelStatistics& statistics) const {
+    if (!surface_) return false;
+    if (!is_limited()) return true;
+    return *std::min_element(statistics.samples.begin(), statistics.samples.end()) >= kFilterFrom &&
+           budget_.denoise_seconds() <= kFilterShare * pace_.limit_left();
+  }
+
   // What is known after a pass: the errors, and the point of the curve.
   void record() {
     const TexelStatistics statistics = sums_.statistics(false);
-    TexelErrors errors =
-        surface_ ? filtered_errors(statistics, *surface_) : estimate_errors(statistics, charts_);
-    if (grew_) fall_.observe(state(), {errors.mean, errors.standard_error, statistics.samples});
+    const bool filters = should_filter(statistics);
+    TexelErrors errors;
+    if (filters) {
+      const Stopwatch watch;
+      errors = filtered_errors(statistics, *surface_);
+      budget_.denoise_took(watch.seconds());
+    } else {
+      errors = estimate_errors(statistics, charts_);
+      if (is_limited()) errors.mean = neighbourhood_means(statistics, charts_);
+    }
+    if (grew_ && filters == filtered_)
+      fall_.observe(state(), {errors.mean, errors.standard_error, statistics.samples});
     grew_ = true;
+    filtered_ = filters;
     errors_ = std::move(errors);
     samples_ = statistics.samples;
     PassPoint point;
@@ -355,8 +443,10 @@ class Baking {
   const SurfaceGraph* const surface_;
   const bool cache_;
   NonfiniteLog nonfinite_;
+  const Atlas& atlas_;
   const std::vector<uint32_t> charts_;  // by site
   const double z_;
+  TimeBudget& budget_;
   ErrorNorm norm_ = ErrorNorm::kMax;
   BakePace pace_;
   uint32_t pass_ = 0;
@@ -368,10 +458,11 @@ class Baking {
   std::vector<float> first_cache_error_;
   std::vector<uint32_t> samples_;  // by site, of each replicate
   ErrorFall fall_;
+  bool filtered_ = false;    // the present errors are of filtered texels
   bool grew_ = false;        // the next record is of the same samples and more
+  bool whole_ = true;        // every chart has met its first look
   double later_ = -1;        // samples that passes after the present one will take; negative: not known
   double later_passes_ = 0;  // how many those will be
-  const double after_seconds_;
   double sampled_ = 0, sampled_at_renewal_ = 0;
   std::set<uint32_t> skipped_;  // sites of units that failed for good: no more samples
   uint64_t skipped_units_ = 0;

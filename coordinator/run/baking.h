@@ -10,6 +10,7 @@
 #include "coordinator/estimate/texel_errors.h"
 #include "coordinator/merge/accumulator.h"
 #include "coordinator/run/bake_run.h"
+#include "coordinator/run/time_budget.h"
 
 namespace kiln {
 
@@ -23,8 +24,7 @@ struct BakingTask {
   const BakeRequest& request;
   const Preflight& preflight;
   const SurfaceGraph* surface;  // null: texels are not denoised, and stated by themselves
-  double seconds;               // that the passes may take; infinite: as long as it takes
-  double after_seconds;         // that the stages after them will take: foretold, for the time left
+  TimeBudget& budget;
   FarmJob& farm;
   Accumulator& sums;   // empty; filled with what lasts
   BakeReport& report;  // gets passes, warnings, non-finite samples, completeness
@@ -35,6 +35,7 @@ struct Baked {
   // By site, relative: what its chart's light was wrong by in the first irradiance cache (chart_errors);
   // empty without one.
   std::vector<float> first_cache_error;
+  bool whole = true;  // false: time was up before every chart had a sample
 };
 Expected<Baked> bake_passes(const BakingTask& task);
 

@@ -12,7 +12,7 @@ constexpr double kUnitsPerThread = 8;  // at least, of a pass: so that its end i
 
 }  // namespace
 
-BakePace::BakePace(double seconds) {
+void BakePace::set_limit(double seconds) {
   if (std::isfinite(seconds))
     deadline_ms_ = clock_.now_ms() + static_cast<int64_t>(std::clamp(seconds, 0.0, 1e9) * 1000);
 }

@@ -10,7 +10,8 @@ namespace kiln {
 
 class BakePace {
  public:
-  explicit BakePace(double seconds);  // from now that it may go on; infinite: no limit
+  explicit BakePace(double seconds) { set_limit(seconds); }
+  void set_limit(double seconds);  // from now that passes may go on; infinite: no limit
 
   // Texels that units of a pass of so many samples should have: about a second of a thread's time, less where
   // that would leave threads without work at the end. `first`: before anything is known.

@@ -45,24 +45,21 @@ class PathBaker final : public Baker {
                          cache->irradiance.size(), atlas_.sites.size()));
       known.emplace(KnownIrradiance{lookup(), *cache});
     }
-    Run run{Film(settings_.basis), integrator_->make_workspace(), {}, known ? &*known : nullptr};
-    Film& film = run.film;
+    Run run{{}, integrator_->make_workspace(), {}, known ? &*known : nullptr};
     UnitResult& result = run.result;
     result.unit = unit.id;
     result.site_count = static_cast<uint32_t>(unit.sites.size());
-    result.plane_count = static_cast<uint32_t>(film.planes());
-    result.moments.reserve(unit.sites.size() * film.planes());
-    for (uint32_t site : unit.sites) {
+    result.plane_count = static_cast<uint32_t>(Film(settings_.basis).planes());
+    result.moments.reserve(unit.sites.size() * result.plane_count);
+    for (uint32_t site : unit.sites)
       if (site >= atlas_.sites.size())
         return fail(ErrorKind::kInvalidInput, text("unit {} names texel site {}, and there are {}", unit.id,
                                                    site, atlas_.sites.size()));
-      film.clear();
-      const uint32_t texel = atlas_.sites.texel[site];
-      Texel of{texel, SitePicker(atlas_, site), SitePlaces(*surfaces_, *tracer_)};
-      for (uint32_t done = 0; done < unit.sample_count; done += kBatch)
-        sample(of, unit.replicate, unit.first_sample + done, std::min(kBatch, unit.sample_count - done), run);
-      result.moments.insert(result.moments.end(), film.sums().begin(), film.sums().begin() + film.planes());
-    }
+    // Texels of few samples share a batch.
+    const size_t together = std::max(1u, kBatch / std::max(1u, unit.sample_count));
+    run.films.assign(together, Film(settings_.basis));
+    for (size_t begin = 0; begin < unit.sites.size(); begin += together)
+      bake_texels(unit, begin, std::min(unit.sites.size(), begin + together), run);
     result.seconds = watch.seconds();
     return std::move(result);
   }
@@ -72,7 +69,7 @@ class PathBaker final : public Baker {
 
   // A unit in work.
   struct Run {
-    Film film;
+    std::vector<Film> films;  // of texels that share a batch
     std::unique_ptr<Integrator::Workspace> workspace;
     UnitResult result;
     const KnownIrradiance* known;
@@ -83,9 +80,27 @@ class PathBaker final : public Baker {
     SitePlaces places;
   };
 
+  // The unit's samples of sites [begin, end), each texel's added in their order.
+  void bake_texels(const WorkUnit& unit, size_t begin, size_t end, Run& run) const {
+    std::vector<Texel> texels;
+    texels.reserve(end - begin);
+    for (size_t i = begin; i < end; ++i)
+      texels.push_back({atlas_.sites.texel[unit.sites[i]], SitePicker(atlas_, unit.sites[i]),
+                        SitePlaces(*surfaces_, *tracer_)});
+    for (Film& film : run.films) film.clear();
+    const uint32_t step = kBatch / static_cast<uint32_t>(texels.size());
+    for (uint32_t done = 0; done < unit.sample_count; done += step)
+      sample(texels, unit.replicate, unit.first_sample + done, std::min(step, unit.sample_count - done), run);
+    std::vector<double>& moments = run.result.moments;
+    for (size_t t = 0; t < texels.size(); ++t) {
+      const Film& film = run.films[t];
+      moments.insert(moments.end(), film.sums().begin(), film.sums().begin() + film.planes());
+    }
+  }
+
   // Samples that met a back face, from a site inside geometry, are taken again from outside. That is decided
   // for each sample by itself, so that no cut of a texel's samples into ranges changes any of them.
-  void take_again(Texel& texel, std::span<Integrator::Task> tasks, Run& run) const {
+  void take_again(Texel& texel, std::span<Integrator::Task> tasks, Film& film, Run& run) const {
     Integrator::Task again[kBatch];
     size_t from[kBatch], count = 0;
     for (size_t i = 0; i < tasks.size(); ++i) {
@@ -96,7 +111,7 @@ class PathBaker final : public Baker {
       again[count] = {place->point, tasks[i].stream, {}};
       again[count].splats.rays = tasks[i].splats.rays;
       from[count++] = i;
-      if (place->moved) run.film.count_pushed();
+      if (place->moved) film.count_pushed();
     }
     if (count == 0) return;
     integrator_->sample(std::span(again, count), *run.workspace, run.known);
@@ -109,24 +124,30 @@ class PathBaker final : public Baker {
     return *lookup_;
   }
 
-  // Samples [first, first + count) of one texel, added in their order.
-  void sample(Texel& texel, uint32_t replicate, uint32_t first, uint32_t count, Run& run) const {
+  // Samples [first, first + count) of some texels, together at most kBatch.
+  void sample(std::span<Texel> texels, uint32_t replicate, uint32_t first, uint32_t count, Run& run) const {
     UnitResult& result = run.result;
     const uint64_t seed = replicate_seed(settings_.seed, replicate);
     Integrator::Task tasks[kBatch];
-    for (uint32_t i = 0; i < count; ++i) {
-      const SampleStream stream(seed, texel.index, first + i, settings_.sampler);
-      const SitePick pick = texel.picker.pick(stream.single(0));
-      tasks[i] = {surfaces_->at(pick.instance, pick.triangle, pick.b1, pick.b2), stream, {}};
-    }
-    integrator_->sample(std::span(tasks, count), *run.workspace, run.known);
-    if (std::any_of(tasks, tasks + count, [](const auto& t) { return t.splats.inside; }))
-      take_again(texel, std::span(tasks, count), run);
-    for (uint32_t i = 0; i < count; ++i) {
-      result.rays += tasks[i].splats.rays;
-      if (!run.film.add(tasks[i].splats, tasks[i].receiver.ns) && result.nonfinite++ == 0) {
-        result.nonfinite_texel = texel.index;
-        result.nonfinite_sample = first + i;
+    size_t next = 0;
+    for (Texel& texel : texels)
+      for (uint32_t i = 0; i < count; ++i) {
+        const SampleStream stream(seed, texel.index, first + i, settings_.sampler);
+        const SitePick pick = texel.picker.pick(stream.single(0));
+        tasks[next++] = {surfaces_->at(pick.instance, pick.triangle, pick.b1, pick.b2), stream, {}};
+      }
+    integrator_->sample(std::span(tasks, next), *run.workspace, run.known);
+    for (size_t t = 0; t < texels.size(); ++t) {
+      const std::span<Integrator::Task> own(tasks + t * count, count);
+      Film& film = run.films[t];
+      if (std::any_of(own.begin(), own.end(), [](const auto& task) { return task.splats.inside; }))
+        take_again(texels[t], own, film, run);
+      for (uint32_t i = 0; i < count; ++i) {
+        result.rays += own[i].splats.rays;
+        if (!film.add(own[i].splats, own[i].receiver.ns) && result.nonfinite++ == 0) {
+          result.nonfinite_texel = texels[t].index;
+          result.nonfinite_sample = first + i;
+        }
       }
     }
   }

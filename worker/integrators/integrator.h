@@ -53,7 +53,7 @@ class Integrator {
                                             uint32_t features);
   virtual ~Integrator() = default;
 
-  // One sample of the light that arrives at a surface point. Those of a batch are samples of one texel.
+  // One sample of the light that arrives at a surface point.
   struct Task {
     SurfacePoint receiver;
     SampleStream stream;
