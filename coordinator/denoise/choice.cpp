@@ -19,14 +19,17 @@ namespace {
 // itself where it stands out by three standard errors of its product.
 constexpr float kBesideTexels = 2.0f;
 constexpr double kAlone = 6;
-constexpr double kFewAlone = 32;  // samples: of fewer, coincidences of rare bright ones are no surprise; that
+constexpr double kFewBeside = 1;
+constexpr double kFewAlone = 8;  // samples: of fewer, coincidences of rare bright ones are no surprise; that
                                   // all samples of both replicates are dark is one as rare as it looks
 
 // A bias counts as far as it stands out of chance by so many standard errors: in the choice, and in what is
 // stated.
 constexpr double kChoiceErrors = 1.0, kStatedErrors = 0.5;
 
-// What a level may be expected to be wrong by where nothing is known, relative to the light.
+// What a level may be expected to be wrong by where nothing is known, relative to the light; but not more than
+// so many standard errors of what is known.
+constexpr double kDoubtErrors = 0.25;
 constexpr double kExpectedBias[kLevels] = {0, 0.02, 0.05, 0.1, 0.1};
 
 // What all texels of a window lose or gain together counts so many times more: it is seen, and it is what
@@ -132,6 +135,7 @@ class Pool {
     float t[kTerms];
     std::memcpy(t, &terms, sizeof t);
     weight_ += w;
+    squares_ += w * w;
     for (size_t i = 0; i < kTerms; ++i) {
       const float weighted = w * t[i];
       sum_[i] += weighted;
@@ -146,6 +150,12 @@ class Pool {
   // sums).
   double product(uint32_t k, double errors) const { return beyond(1 + k, errors); }
   double growth(uint32_t k, double errors) const { return beyond(1 + kLevels + k, errors); }
+  double product_error(uint32_t k) const { return std::sqrt(double{square_[1 + k]}) / weight_; }
+  // What one texel that is sharp by itself adds to the mean of its window is never significant by the above. It
+  // is by the noise that is expected of terms, `deviation` each.
+  double sharp(uint32_t k, double deviation) const {
+    return (sum_[1 + k] - deviation * std::sqrt(double{squares_})) / weight_;
+  }
   // The product of what both replicates change by in common.
   double common(uint32_t k, double errors) const {
     const size_t a = 1 + kLevels * 2 + k, b = a + kLevels;
@@ -157,7 +167,7 @@ class Pool {
   double beyond(size_t i, double errors) const {
     return (double{sum_[i]} - errors * std::sqrt(double{square_[i]})) / weight_;
   }
-  float weight_ = 0, sum_[kTerms] = {}, square_[kTerms] = {};
+  float weight_ = 0, squares_ = 0, sum_[kTerms] = {}, square_[kTerms] = {};
 };
 
 // The square of the bias of level k from what one level does to another. Where light is smooth the bias of a
@@ -207,15 +217,18 @@ Choice choose(const Candidates& c, const SiteGeometry& sites, const SurfaceLinks
       for (uint32_t k = 1; k < kLevels; ++k) {
         const double alone =
             terms[i].product[k] - (terms[i].change[0][k] > 0 ? dark_errors : bright_errors);
-        const auto sharp = [&](double errors) { return std::max(beside.product(k, errors), alone); };
+        const double few = kFewBeside * (1 + kFewAlone / c.samples[i]) * factor;
+        const auto sharp = [&](double errors) {
+          return std::max({beside.product(k, errors), beside.sharp(k, few), alone});
+        };
         const auto bias = [&](double errors) {
           return std::max({0.0, wide.product(k, errors), smooth_bias(wide, k, errors), sharp(errors)});
         };
         const double expected = kExpectedBias[k] * light;
-        const double doubt = kDoubtTexels / (wide.weight() + kDoubtTexels) * expected * expected;
+        const double doubt = std::min(expected * expected, kDoubtErrors * wide.product_error(k) * prior);
         const double risk = factor * double{c.variance[k][i]} + doubt +
                             (bias(kChoiceErrors) + kCommon * wide.common(k, kChoiceErrors)) * prior;
-        out.bias[i][k] = static_cast<float>(std::sqrt(bias(kStatedErrors) * prior + doubt));
+        out.bias[i][k] = static_cast<float>(std::sqrt(bias(kStatedErrors) * prior));
         if (risk >= least) continue;
         least = risk;
         out.level[i] = static_cast<uint8_t>(k);

@@ -16,7 +16,7 @@ constexpr float kChoiceTexels = 3.2f;
 
 // A site takes what others chose up to this square of bias over its variance as measured. Lower, gains fall
 // (at 1 by a tenth); higher, peaks of a texel do.
-constexpr double kMostBias = 3;
+constexpr double kMostBias = 1;
 
 constexpr size_t kMostPlanes = 64;  // of a basis; sh_l1 has 15
 

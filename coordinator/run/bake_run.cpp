@@ -232,6 +232,11 @@ Expected<BakeReport> run_bake(const BakeRequest& request, const Progress& progre
     if (surface) warn_of_rough_cache(baked.errors, baked.first_cache_error, report);
   }
   for (const PostStage& stage : post_stages()) {
+    if (stage.name == "seams" && request.settings.seams && !budget.has_time_for_seams()) {
+      report.warnings.push_back(
+          "seams between charts were not joined: the time limit left no time for it; give it more");
+      continue;
+    }
     const StageTimer timer(report.stages, std::string(stage.name));
     progress({.stage = std::string(stage.name)});
     for (Figure& figure : stage.run(map, {pre.imported.scene, pre.atlas, request.settings}))

@@ -7,17 +7,30 @@
 namespace kiln {
 namespace {
 
-// Seconds of one thread, measured by tests/bench/real_scenes.py (cpu_seconds of stages in report.json).
-constexpr double kNeighboursPerSite = 1.5e-6;
+// Seconds of one thread, from cpu_seconds of stages in report.json (tests/bench/real_scenes.py).
 constexpr double kLuminancePerSite = 16e-6;  // one run of the denoiser over luminance
 constexpr double kPlanesShare = 1.5;         // its run over all planes, by that
 constexpr double kResolvePerSite = 1.5e-6;   // means, errors, fill and dilate
 constexpr double kSeamsPerSite = 4e-6;
-constexpr double kMastersPerTexel = 1.2e-6;
-constexpr double kTexturesPerTexel = 4e-6;  // of one encoding
+constexpr double kSeamsSearches = 3;  // by the seconds of one search for neighbours across seams
+constexpr double kMastersPerTexel = 2e-6;
+constexpr double kTexturesPerTexel = 8e-6;  // of one encoding
 constexpr double kPictures = 1.0;           // of full size
 constexpr double kPage = 0.3;               // report.html, scene.glb
 constexpr double kMargin = 0.02;            // of the limit
+
+// Seconds that a fixed piece of work takes on every thread at once: how fast this machine is, and how busy.
+double probe_seconds() {
+  const Stopwatch watch;
+  parallel_for(hardware_threads(), [](size_t thread) {
+    double x = 1.0 + static_cast<double>(thread);
+    for (int i = 0; i < 4'000'000; ++i) x = x * 0.999999 + 1e-6;
+    volatile double keep = x;
+    static_cast<void>(keep);
+  });
+  return watch.seconds();
+}
+constexpr double kProbeSeconds = 0.0167;
 
 }  // namespace
 
@@ -27,31 +40,38 @@ TimeBudget::TimeBudget(const BakeRequest& request, const Preflight& pre, const S
       sites_(static_cast<double>(pre.atlas.sites.size())),
       texels_(static_cast<double>(pre.atlas.texel_count())),
       threads_(hardware_threads()) {
-  denoise_ = kLuminancePerSite * sites_ / threads_;
-}
-
-void TimeBudget::neighbours_took(double seconds) {
-  const double expected = kNeighboursPerSite * sites_ / threads_;
-  if (!(expected > 0.01)) return;
-  slowness_ = std::clamp(seconds / expected, 0.5, 4.0);
-  denoise_ *= slowness_;
+  if (request.settings.time_limit > 0) slowness_ = std::clamp(probe_seconds() / kProbeSeconds, 0.5, 4.0);
+  denoise_ = slowness_ * kLuminancePerSite * sites_ / threads_;
 }
 
 void TimeBudget::denoise_took(double seconds) {
   const double expected = kLuminancePerSite * sites_ / threads_;
-  if (expected > 0.01) slowness_ = std::clamp(seconds / expected, 0.5, 4.0);
+  if (expected > 0.1) slowness_ = std::clamp(seconds / expected, 0.5, 4.0);
   denoise_ = seconds;
 }
 
+double TimeBudget::seams_seconds() const {
+  if (!request_.settings.seams) return 0;
+  return slowness_ * kSeamsPerSite * sites_ / threads_ + kSeamsSearches * neighbours_;
+}
+
+double TimeBudget::textures_seconds() const {
+  double seconds = 0;
+  for (const std::string& encoding : request_.settings.encodings)
+    if (encoding != "none") seconds += slowness_ * kTexturesPerTexel * texels_ / threads_;
+  return seconds;
+}
+
+double TimeBudget::masters_seconds() const {
+  return slowness_ * (kMastersPerTexel * texels_ + kPage) / threads_;
+}
+
+double TimeBudget::pictures_seconds() const { return request_.pictures ? slowness_ * kPictures / threads_ : 0; }
+
 double TimeBudget::seconds_after() const {
-  const BakeSettings& s = request_.settings;
-  double thread_seconds = kResolvePerSite * sites_ + kMastersPerTexel * texels_ + kPage;
-  if (s.seams) thread_seconds += kSeamsPerSite * sites_;
-  for (const std::string& encoding : s.encodings)
-    if (encoding != "none") thread_seconds += kTexturesPerTexel * texels_;
-  if (request_.pictures) thread_seconds += kPictures;
-  const double denoise = s.denoise ? kPlanesShare * denoise_ : 0;
-  return denoise + slowness_ * thread_seconds / threads_;
+  const double denoise = request_.settings.denoise ? kPlanesShare * denoise_ : 0;
+  return denoise + slowness_ * kResolvePerSite * sites_ / threads_ + seams_seconds() + textures_seconds() +
+         masters_seconds() + pictures_seconds();
 }
 
 double TimeBudget::seconds_left() const {
@@ -64,8 +84,12 @@ double TimeBudget::seconds_for_passes() const {
   return std::max(0.0, seconds_left() - seconds_after());
 }
 
+bool TimeBudget::has_time_for_seams() const {
+  return seams_seconds() + textures_seconds() + masters_seconds() <= seconds_left();
+}
+
 bool TimeBudget::has_time_for_pictures(double share) const {
-  return share * share * kPictures * slowness_ <= seconds_left();
+  return share * share * pictures_seconds() <= seconds_left();
 }
 
 }  // namespace kiln

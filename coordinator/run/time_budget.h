@@ -21,17 +21,24 @@ class TimeBudget {
   // Of one run of the denoiser over luminance alone, as passes do it.
   double denoise_seconds() const { return denoise_; }
   void denoise_took(double seconds);
-  // The surface graph was made in so many seconds: how fast this machine is at present.
-  void neighbours_took(double seconds);
+  // The surface graph was made in so many seconds; joining seams begins with the same search.
+  void neighbours_took(double seconds) { neighbours_ = seconds; }
 
-  // Is there time for the report's pictures at this share of their width? What comes after them has its own.
+  // After the passes: is there time to join seams, and still for what comes after?
+  bool has_time_for_seams() const;
+  // The same for the report's pictures at this share of their width.
   bool has_time_for_pictures(double share) const;
 
  private:
+  double seams_seconds() const;
+  double textures_seconds() const;
+  double masters_seconds() const;
+  double pictures_seconds() const;
+
   const BakeRequest& request_;
   const Stopwatch& watch_;
   double sites_ = 0, texels_ = 0, threads_ = 1, neighbours_ = 0;
-  double slowness_ = 1;  // of this machine, against the one the constants were measured on
+  double slowness_ = 1;  // of this machine now, against the idle one that the constants were measured on
   double denoise_ = 0;
 };
 
