@@ -111,6 +111,7 @@ Expected<BenchResult> run_bench(const BenchRequest& request,
   r.scene = request.scene;
   r.settings = request.settings;
   r.samples = request.reference_samples;
+  r.share = request.reference_share;
   r.cache = request.reference_cache;
   r.folder = request.references;
   r.worker_program = request.worker_program;

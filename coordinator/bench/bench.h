@@ -16,6 +16,7 @@ struct BenchRequest {
   std::vector<double> errors, samples;  // budgets, from cheap to dear
   uint32_t repeats = 3;
   uint32_t reference_samples = 16384;
+  double reference_share = 1;  // of the texels, in blocks
   bool reference_cache = false;
   double most_seconds = 120;  // a run beyond this is the last of its ladder
 };

@@ -20,6 +20,7 @@ void write_run(JsonWriter& w, const BenchRun& r) {
       .pair("texels", r.texels)
       .pair("complete", r.complete);
   w.pair("rel_mse", c.rel_mse).pair("rel_mse_error", c.rel_mse_error).pair("rmse", c.rmse());
+  if (c.ssim) w.pair("ssim", *c.ssim);
   w.pair("bias", c.bias)
       .pair("bias_error", c.bias_error)
       .pair("mean", c.mean_reference)

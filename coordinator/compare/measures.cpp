@@ -6,6 +6,7 @@
 
 #include "common/base/format.h"
 #include "common/base/statistics.h"
+#include "coordinator/compare/ssim.h"
 
 namespace kiln {
 namespace {
@@ -164,6 +165,8 @@ Expected<Comparison> compare_maps(const ErrorMap& a, const ErrorMap& b, const Er
   c.within = mean_of(pairs, [&](const Pair& p) { return p.away() <= settings.error * p.r() ? 1.0 : 0.0; });
   measure_reference(pairs, b2 != nullptr, !b2 && !b.stated.empty(), c);
   if (!a.stated.empty()) c.calibration = calibrate(pairs, b2 != nullptr, settings);
+  c.ssim = structural_similarity(a, b, b2);
+  if (b2) c.reference_ssim = structural_similarity(b, *b2, nullptr);
   list_worst(pairs, a, settings.worst, c);
   return c;
 }

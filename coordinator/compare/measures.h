@@ -46,6 +46,8 @@ struct Comparison {
   double rel_mse = 0;
   double rel_mse_error = 0;                 // standard error of rel_mse, from its scatter over texels
   std::optional<double> reference_rel_mse;  // of r itself: from halves, else from its own error.exr
+  std::optional<double> ssim;               // ssim.h: of `a` and r, whose noise is in it
+  std::optional<double> reference_ssim;     // of the reference's halves: what its noise alone leaves
   double within = 0;                        // share with |a - r| <= error x r
   double percentiles[5] = {};               // of |a - r| / sqrt(r^2 + (mean / 100)^2) at kComparePercentiles
   std::optional<Calibration> calibration;   // if `a` states its error

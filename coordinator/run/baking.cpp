@@ -46,6 +46,7 @@ class Baking {
         progress_(task.progress),
         surface_(task.surface),
         cache_(task.preflight.plan.cache),
+        atlas_(task.preflight.atlas),
         nonfinite_(task.preflight.atlas, task.preflight.imported.scene),
         charts_(charts_of_sites(task.preflight.atlas)),
         z_(normal_interval(settings_.confidence)),
@@ -168,8 +169,11 @@ class Baking {
   }
 
   std::vector<SiteSamples> all_sites(SampleRange range) const {
-    std::vector<SiteSamples> work(sums_.sites());
-    for (uint32_t i = 0; i < work.size(); ++i) work[i] = {i, range};
+    std::vector<SiteSamples> work;
+    work.reserve(sums_.sites());
+    for (uint32_t i = 0; i < sums_.sites(); ++i)
+      if (!request_.sampled || request_.sampled(atlas_.sites.texel[i], atlas_.width))
+        work.push_back({i, range});
     return work;
   }
 
@@ -354,6 +358,7 @@ class Baking {
   const std::function<void(const BakeProgress&)>& progress_;
   const SurfaceGraph* const surface_;
   const bool cache_;
+  const Atlas& atlas_;
   NonfiniteLog nonfinite_;
   const std::vector<uint32_t> charts_;  // by site
   const double z_;
