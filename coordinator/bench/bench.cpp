@@ -122,6 +122,7 @@ Expected<BenchResult> run_bench(const BenchRequest& request,
   result.reference_key = reference.key;
   result.reference_folder = reference.folder;
   result.reference_samples = request.reference_samples;
+  result.reference_share = request.reference_share;
   result.reference_reused = reference.reused;
   KILN_TRY(const Comparison halves, compare_maps(reference.half[0], reference.half[1], nullptr, {}));
   result.texels = halves.texels;

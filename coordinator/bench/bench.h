@@ -38,6 +38,7 @@ struct BenchResult {
   std::string reference_key;
   std::filesystem::path reference_folder;
   uint32_t reference_samples = 0;
+  double reference_share = 1;
   bool reference_reused = false;
   double reference_rel_mse = 0;  // of the mean of its halves: its own noise
   std::vector<BenchRun> runs;    // in the order they were made

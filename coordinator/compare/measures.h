@@ -32,6 +32,7 @@ struct Calibration {
   double error_ratio = 0;
   uint64_t promised = 0;      // texels with light, z s <= error x a: they say that they are within `error`
   double promise_kept = 0;    // the share of these with |a - r| <= error x r; 0 if there are none
+  double largest_stated = 0;  // of all, relative to the brightest texel of a: above 1 no map can be so wrong
   double reference_part = 0;  // mean variance of r over mean s^2: the other figures mean little near 1
 };
 

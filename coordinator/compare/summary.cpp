@@ -14,8 +14,8 @@ double percent_of(double part, double whole) {
 std::string calibration_text(const Calibration& k, const CompareSettings& s) {
   std::string out = text(
       "stated   {:.3g} % rms; true error / stated {:.3f}; {:.2f} % of texels within their stated "
-      "error at {:g} %\n",
-      100 * k.stated_rms, k.error_ratio, 100 * k.coverage, 100 * s.confidence);
+      "error at {:g} %; the largest is {:.3g} of the brightest texel\n",
+      100 * k.stated_rms, k.error_ratio, 100 * k.coverage, 100 * s.confidence, k.largest_stated);
   if (k.promised)
     out += text("promised {} texels to be within {:g} %: {:.2f} % of them are\n", k.promised, 100 * s.error,
                 100 * k.promise_kept);
@@ -76,7 +76,10 @@ std::string comparison_json(const Comparison& c, const CompareSettings& s) {
   if (c.calibration) {
     const Calibration& k = *c.calibration;
     w.key("calibration").begin_object().pair("stated_rms", k.stated_rms).pair("coverage", k.coverage);
-    w.pair("error_ratio", k.error_ratio).pair("promised", k.promised).pair("promise_kept", k.promise_kept);
+    w.pair("error_ratio", k.error_ratio)
+        .pair("largest_stated", k.largest_stated)
+        .pair("promised", k.promised)
+        .pair("promise_kept", k.promise_kept);
     w.pair("reference_part", k.reference_part).end_object();
   }
   w.key("worst").begin_array();

@@ -82,6 +82,7 @@ TEST(Measures, BlackTexelsPromiseNothing) {
   light[10] = light[11] = 1e-9, stated[10] = stated[11] = 1e-15;
   const auto k = *compare_maps(map_of(light, stated), map_of(truth), nullptr, {})->calibration;
   EXPECT_EQ(k.promised, 102u);
+  EXPECT_DOUBLE_EQ(k.largest_stated, 0.01);  // brightest: 1
   EXPECT_DOUBLE_EQ(k.promise_kept, 100.0 / 102);
   EXPECT_NEAR(k.error_ratio, 1, 1e-6);
   EXPECT_NEAR(k.stated_rms, 0.01, 1e-9);
