@@ -111,6 +111,7 @@ Expected<BenchResult> run_bench(const BenchRequest& request,
   r.scene = request.scene;
   r.settings = request.settings;
   r.samples = request.reference_samples;
+  r.share = request.reference_share;
   r.cache = request.reference_cache;
   r.folder = request.references;
   r.worker_program = request.worker_program;
@@ -121,6 +122,7 @@ Expected<BenchResult> run_bench(const BenchRequest& request,
   result.reference_key = reference.key;
   result.reference_folder = reference.folder;
   result.reference_samples = request.reference_samples;
+  result.reference_share = request.reference_share;
   result.reference_reused = reference.reused;
   KILN_TRY(const Comparison halves, compare_maps(reference.half[0], reference.half[1], nullptr, {}));
   result.texels = halves.texels;

@@ -16,6 +16,7 @@ struct BenchRequest {
   std::vector<double> errors, samples;  // budgets, from cheap to dear
   uint32_t repeats = 3;
   uint32_t reference_samples = 16384;
+  double reference_share = 1;  // of the texels, in blocks
   bool reference_cache = false;
   double most_seconds = 120;  // a run beyond this is the last of its ladder
 };
@@ -37,6 +38,7 @@ struct BenchResult {
   std::string reference_key;
   std::filesystem::path reference_folder;
   uint32_t reference_samples = 0;
+  double reference_share = 1;
   bool reference_reused = false;
   double reference_rel_mse = 0;  // of the mean of its halves: its own noise
   std::vector<BenchRun> runs;    // in the order they were made

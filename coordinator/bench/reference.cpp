@@ -3,6 +3,7 @@
 #include "common/base/files.h"
 #include "common/base/format.h"
 #include "common/base/json.h"
+#include "common/math/sequence.h"
 #include "common/scene/prepared.h"
 #include "common/unwrap/unwrap_cache.h"
 
@@ -30,7 +31,7 @@ Expected<std::string> identity_of(const ReferenceRequest& r) {
       "{}\n"
       "isa {}\nsamples {}\n{}",
       KILN_VERSION, scene.hex(), atlas.hex(), s.direct, s.indirect, s.max_bounces, s.watertight, s.isa,
-      r.samples, r.cache ? "cache on\n" : "");
+      r.samples, text("{}{}", r.cache ? "cache on\n" : "", r.share < 1 ? text("share {}\n", r.share) : ""));
 }
 
 Expected<std::string> digest_of(const fs::path& file) {
@@ -64,6 +65,12 @@ Status make_reference(const ReferenceRequest& r, const std::string& identity, co
     bake.output = folder / half_name(half);
     bake.settings = reference_settings(r.settings, r.samples, r.cache, half);
     bake.worker_program = r.worker_program;
+    bake.pictures = r.share >= 1;
+    if (r.share < 1)
+      bake.sampled = [share = r.share](uint32_t texel, uint32_t width) {
+        // Pages are stacked and may not end with a block: then one reaches over both.
+        return is_reference_block(texel % width / kReferenceBlock, texel / width / kReferenceBlock, share);
+      };
     KILN_TRY(const BakeReport report, run_bake(bake, progress));
     KILN_TRY(const std::vector<std::string> files, keep_maps(bake.output));
     for (const std::string& name : files) {
@@ -118,6 +125,12 @@ BakeSettings reference_settings(BakeSettings settings, uint32_t samples, bool ca
   return settings;
 }
 
+bool is_reference_block(uint32_t column, uint32_t row, double share) {
+  constexpr uint64_t kKey = 0x6b696c6e20726566;  // of this use alone: no sampler's
+  const uint64_t hash = mix_bits(kKey ^ mix_bits(uint64_t{row} << 32 | column));
+  return static_cast<double>(hash >> 11) * 0x1p-53 < share;
+}
+
 fs::path default_reference_folder() {
   const fs::path cache = default_cache_folder();
   return cache.empty() ? cache : cache / "references";
@@ -126,6 +139,11 @@ fs::path default_reference_folder() {
 Expected<Reference> obtain_reference(const ReferenceRequest& r,
                                      const std::function<void(const BakeProgress&)>& progress) {
   const Stopwatch watch;
+  if (r.share < 1 && r.cache)
+    return fail(
+        ErrorKind::kUsage,
+        "--reference-share and --reference-cache do not go together: paths would end at texels that are "
+        "not baked. Leave one of them out");
   KILN_TRY(const std::string identity, identity_of(r));
   Reference reference;
   reference.key = sha256(std::as_bytes(std::span(identity))).hex();

@@ -20,6 +20,7 @@ void write_run(JsonWriter& w, const BenchRun& r) {
       .pair("texels", r.texels)
       .pair("complete", r.complete);
   w.pair("rel_mse", c.rel_mse).pair("rel_mse_error", c.rel_mse_error).pair("rmse", c.rmse());
+  if (c.ssim) w.pair("ssim", *c.ssim);
   w.pair("bias", c.bias)
       .pair("bias_error", c.bias_error)
       .pair("mean", c.mean_reference)
@@ -72,6 +73,7 @@ std::string bench_json(const BenchResult& b) {
       .pair("machine", b.machine);
   w.pair("texels", b.texels).key("reference").begin_object().pair("key", b.reference_key);
   w.pair("folder", b.reference_folder.string()).pair("samples", b.reference_samples);
+  w.pair("share", b.reference_share);
   w.pair("reused", b.reference_reused).pair("rel_mse", b.reference_rel_mse).end_object();
   w.key("curves").begin_array();
   for (const BenchCurve& curve : b.curves) write_curve(w, curve);

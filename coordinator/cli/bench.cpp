@@ -50,6 +50,11 @@ Expected<BenchRequest> request_of(const Arguments& a, const BakeSettings& settin
   KILN_TRY(r.samples, parse_budgets("samples", a.get("samples", "64,256,1024,4096,16384")));
   KILN_TRY(r.repeats, count_option(a, "repeats", r.repeats, 1000));
   r.reference_cache = a.has("reference-cache");
+  KILN_TRY(const std::vector<double> share, parse_budgets("reference-share", a.get("reference-share", "1")));
+  if (share.size() != 1 || share.front() > 1)
+    return fail(ErrorKind::kUsage, text("--reference-share {}: a number above 0 and up to 1 is wanted",
+                                        a.get("reference-share")));
+  r.reference_share = share.front();
   KILN_TRY(r.reference_samples, count_option(a, "reference-samples", r.reference_samples, 1u << 30));
   KILN_TRY(const std::vector<double> seconds, parse_budgets("most-seconds", a.get("most-seconds", "120")));
   r.most_seconds = seconds.front();
@@ -107,6 +112,8 @@ Command bench_command() {
            {"--repeats", "N", "of every run, each with its own seed; medians count [3]"},
            {"--most-seconds", "S", "a run that takes longer is the last of its ladder [120]"},
            {"--reference-samples", "N", "of each texel in each half of the reference [16384]"},
+           {"--reference-share", "X",
+            "of the texels, in blocks of 16 x 16, for maps of millions; only these are compared [1]"},
            {"--reference-cache", "",
             "its paths end at measured surfaces: for light that whole paths hardly find"},
            {"--references", "DIR", "where references are kept [$XDG_CACHE_HOME/kiln/references]"},

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/base/format.h"
+#include "coordinator/compare/ssim.h"
 #include "coordinator/imageio/exr.h"
 #include "coordinator/lightmap/lightmap.h"
 #include "coordinator/output/context.h"
@@ -139,6 +140,8 @@ Expected<ErrorMap> read_error_map(const fs::path& folder_or_exr) {
     KILN_TRY_STATUS(add_page(folder_or_exr, map));
   }
   KILN_TRY_STATUS(check_values(map));
+  if (const std::optional<ChartFile> charts = read_chart_boxes(folder_or_exr))
+    map.chart = chart_labels(map, charts->boxes);
   return map;
 }
 

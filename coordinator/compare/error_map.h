@@ -17,6 +17,8 @@ struct ErrorMap {
   std::vector<double> light;
   std::vector<bool> measured;  // by sampling: what was filled or dilated says nothing of the sampling
   std::vector<double> stated;  // standard error of the luminance; empty: not stated
+  // From 1, where charts.json lies beside the bake: the chart that the texel is of; 0: none, or not measured.
+  std::vector<uint32_t> chart;
 };
 
 // An output folder of a bake (irradiance.exr, and error.exr and validity.exr where they are), or one EXR file

@@ -6,6 +6,7 @@
 
 #include "common/base/format.h"
 #include "common/base/statistics.h"
+#include "coordinator/compare/ssim.h"
 
 namespace kiln {
 namespace {
@@ -72,6 +73,7 @@ constexpr double kBlackShare = 0.01;
 Calibration calibrate(const std::vector<Pair>& pairs, bool halves, const CompareSettings& s) {
   const double z = normal_interval(s.confidence);
   Calibration c;
+  double brightest = 0;
   double ratio = 0, squares = 0, noise = 0, stated = 0, kept = 0;
   uint64_t lit = 0, known = 0;
   const double black = kBlackShare * mean_of(pairs, [](const Pair& p) { return p.a; });
@@ -80,6 +82,8 @@ Calibration calibrate(const std::vector<Pair>& pairs, bool halves, const Compare
     c.coverage += covered;
     const bool promised = p.a > 0 && z * p.stated <= s.error * p.a;
     c.promised += promised;
+    brightest = std::max(brightest, p.a);
+    if (std::isfinite(p.stated)) c.largest_stated = std::max(c.largest_stated, p.stated);
     kept += promised && p.away() <= s.error * p.r();
     if (!std::isfinite(p.stated) || !(p.a > black)) continue;
     squares += p.stated * p.stated / (p.a * p.a);
@@ -90,6 +94,7 @@ Calibration calibrate(const std::vector<Pair>& pairs, bool halves, const Compare
     stated += p.stated * p.stated;
     noise += halves ? 0.25 * (p.b1 - p.b2) * (p.b1 - p.b2) : p.reference_stated * p.reference_stated;
   }
+  if (brightest > 0) c.largest_stated /= brightest;
   c.coverage /= static_cast<double>(pairs.size());
   c.stated_rms = lit ? std::sqrt(squares / static_cast<double>(lit)) : 0;
   c.error_ratio = known ? std::sqrt(std::max(0.0, ratio / static_cast<double>(known))) : 0;
@@ -164,6 +169,8 @@ Expected<Comparison> compare_maps(const ErrorMap& a, const ErrorMap& b, const Er
   c.within = mean_of(pairs, [&](const Pair& p) { return p.away() <= settings.error * p.r() ? 1.0 : 0.0; });
   measure_reference(pairs, b2 != nullptr, !b2 && !b.stated.empty(), c);
   if (!a.stated.empty()) c.calibration = calibrate(pairs, b2 != nullptr, settings);
+  c.ssim = structural_similarity(a, b, b2);
+  if (b2) c.reference_ssim = structural_similarity(b, *b2, nullptr);
   list_worst(pairs, a, settings.worst, c);
   return c;
 }

@@ -32,6 +32,7 @@ struct Calibration {
   double error_ratio = 0;
   uint64_t promised = 0;      // texels with light, z s <= error x a: they say that they are within `error`
   double promise_kept = 0;    // the share of these with |a - r| <= error x r; 0 if there are none
+  double largest_stated = 0;  // of all, relative to the brightest texel of a: above 1 no map can be so wrong
   double reference_part = 0;  // mean variance of r over mean s^2: the other figures mean little near 1
 };
 
@@ -46,6 +47,8 @@ struct Comparison {
   double rel_mse = 0;
   double rel_mse_error = 0;                 // standard error of rel_mse, from its scatter over texels
   std::optional<double> reference_rel_mse;  // of r itself: from halves, else from its own error.exr
+  std::optional<double> ssim;               // ssim.h: of `a` and r, whose noise is in it
+  std::optional<double> reference_ssim;     // of the reference's halves: what its noise alone leaves
   double within = 0;                        // share with |a - r| <= error x r
   double percentiles[5] = {};               // of |a - r| / sqrt(r^2 + (mean / 100)^2) at kComparePercentiles
   std::optional<Calibration> calibration;   // if `a` states its error

@@ -14,8 +14,8 @@ double percent_of(double part, double whole) {
 std::string calibration_text(const Calibration& k, const CompareSettings& s) {
   std::string out = text(
       "stated   {:.3g} % rms; true error / stated {:.3f}; {:.2f} % of texels within their stated "
-      "error at {:g} %\n",
-      100 * k.stated_rms, k.error_ratio, 100 * k.coverage, 100 * s.confidence);
+      "error at {:g} %; the largest is {:.3g} of the brightest texel\n",
+      100 * k.stated_rms, k.error_ratio, 100 * k.coverage, 100 * s.confidence, k.largest_stated);
   if (k.promised)
     out += text("promised {} texels to be within {:g} %: {:.2f} % of them are\n", k.promised, 100 * s.error,
                 100 * k.promise_kept);
@@ -41,6 +41,9 @@ std::string comparison_text(const Comparison& c, const CompareSettings& s) {
   if (c.reference_rel_mse)
     out += text("of these the reference's own noise has relMSE {:.4g}{}\n", *c.reference_rel_mse,
                 c.bias_error > 0 ? ", which is not in the above" : ", which is in the above");
+  if (c.ssim) out += text("SSIM     {:.4f}", *c.ssim);
+  if (c.ssim)
+    out += c.reference_ssim ? text(", of the reference's halves {:.4f}\n", *c.reference_ssim) : "\n";
   out += "error   ";
   for (size_t k = 0; k < std::size(kComparePercentiles); ++k)
     out += text(" {:.3g} % ({}){}", 100 * c.percentiles[k],
@@ -63,6 +66,8 @@ std::string comparison_json(const Comparison& c, const CompareSettings& s) {
   w.pair("bias", c.bias).pair("bias_error", c.bias_error).pair("mse", c.mse).pair("rmse", c.rmse());
   w.pair("rel_mse", c.rel_mse).pair("rel_mse_error", c.rel_mse_error);
   if (c.reference_rel_mse) w.pair("reference_rel_mse", *c.reference_rel_mse);
+  if (c.ssim) w.pair("ssim", *c.ssim);
+  if (c.reference_ssim) w.pair("reference_ssim", *c.reference_ssim);
   w.pair("error", s.error).pair("confidence", s.confidence).pair("within", c.within);
   w.key("percentiles").begin_object();
   for (size_t k = 0; k < std::size(kComparePercentiles); ++k)
@@ -71,7 +76,10 @@ std::string comparison_json(const Comparison& c, const CompareSettings& s) {
   if (c.calibration) {
     const Calibration& k = *c.calibration;
     w.key("calibration").begin_object().pair("stated_rms", k.stated_rms).pair("coverage", k.coverage);
-    w.pair("error_ratio", k.error_ratio).pair("promised", k.promised).pair("promise_kept", k.promise_kept);
+    w.pair("error_ratio", k.error_ratio)
+        .pair("largest_stated", k.largest_stated)
+        .pair("promised", k.promised)
+        .pair("promise_kept", k.promise_kept);
     w.pair("reference_part", k.reference_part).end_object();
   }
   w.key("worst").begin_array();
@@ -93,6 +101,8 @@ std::string comparison_csv(const Comparison& c) {
     names += text(",error_{:g}", kComparePercentiles[k]);
     values += text(",{:.6g}", c.percentiles[k]);
   }
+  names += ",ssim";
+  values += c.ssim ? text(",{:.6g}", *c.ssim) : ",";
   names += ",stated_rms,coverage,error_ratio,promised,promise_kept,reference_part";
   const Calibration k = c.calibration.value_or(Calibration{});
   values += c.calibration ? text(",{:.6g},{:.6g},{:.6g},{},{:.6g},{:.6g}", k.stated_rms, k.coverage,

@@ -10,7 +10,7 @@ namespace kiln {
 
 // Classes of the validity map (validity.exr holds the number).
 enum class Validity : uint8_t {
-  kEmpty = 0,     // no surface, no neighbour within the dilation
+  kEmpty = 0,     // no surface, no neighbour within the dilation; or of a chart of which nothing is known
   kMeasured = 1,  // sampled
   kPushed = 2,    // sampled from a place moved out of geometry
   kFilled = 3,    // from measured texels of the same chart

@@ -35,6 +35,9 @@ struct BakeRequest {
   // How many texels a unit of a pass should have, given what this run would choose: a farm answers with what
   // an earlier run of the job chose, so that ids of units stay. Empty: as this run chooses.
   std::function<Expected<uint32_t>(uint32_t pass, uint32_t chosen)> cut;
+  // Texels that are sampled: an index into Atlas::owner, and the width of the atlas. Empty: all. For
+  // references of large maps, without caches and denoiser; others stay as without a site.
+  std::function<bool(uint32_t texel, uint32_t width)> sampled;
   bool pictures = true;  // of the report: preview, validity, densities, and the page that shows them
   const std::atomic<bool>* cancelled = nullptr;  // looked at between stages: the bake then fails
 };

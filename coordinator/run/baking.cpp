@@ -49,6 +49,7 @@ class Baking {
         progress_(task.progress),
         surface_(task.surface),
         cache_(task.preflight.plan.cache),
+        atlas_(task.preflight.atlas),
         nonfinite_(task.preflight.atlas, task.preflight.imported.scene),
         atlas_(task.preflight.atlas),
         charts_(charts_of_sites(task.preflight.atlas)),
@@ -236,8 +237,11 @@ class Baking {
   }
 
   std::vector<SiteSamples> all_sites(SampleRange range) const {
-    std::vector<SiteSamples> work(sums_.sites());
-    for (uint32_t i = 0; i < work.size(); ++i) work[i] = {i, range};
+    std::vector<SiteSamples> work;
+    work.reserve(sums_.sites());
+    for (uint32_t i = 0; i < sums_.sites(); ++i)
+      if (!request_.sampled || request_.sampled(atlas_.sites.texel[i], atlas_.width))
+        work.push_back({i, range});
     return work;
   }
 
@@ -442,6 +446,7 @@ class Baking {
   const std::function<void(const BakeProgress&)>& progress_;
   const SurfaceGraph* const surface_;
   const bool cache_;
+  const Atlas& atlas_;
   NonfiniteLog nonfinite_;
   const Atlas& atlas_;
   const std::vector<uint32_t> charts_;  // by site

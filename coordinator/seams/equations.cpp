@@ -8,12 +8,14 @@ constexpr double kNegligible = 1.0 / 128;
 
 struct Reader {
   const Atlas& atlas;
-  std::vector<uint8_t> usable;  // set, and finite in every plane
+  std::vector<uint8_t> usable;  // set, and finite in every plane that has light
 
   Reader(const Atlas& a, const Lightmap& map) : atlas(a), usable(map.validity.size()) {
     for (size_t t = 0; t < usable.size(); ++t) usable[t] = is_set(map.validity[t]);
-    for (const std::vector<float>& plane : map.planes.data)
-      for (size_t t = 0; t < usable.size(); ++t) usable[t] &= std::isfinite(plane[t]);
+    for (size_t p = 0; p < map.planes.data.size(); ++p) {
+      if (map.planes.names[p] == "error" || map.planes.names[p] == "samples") continue;
+      for (size_t t = 0; t < usable.size(); ++t) usable[t] &= std::isfinite(map.planes.data[p][t]);
+    }
   }
 
   bool read(const SeamPoint& p, int side, Lookup& out) const {

@@ -1,61 +1,28 @@
 #include "coordinator/seams/join.h"
 
+#include "coordinator/seams/limits.h"
+#include "coordinator/seams/stated.h"
+
 namespace kiln {
 namespace {
-
-struct Steps {
-  double largest = 0, rms = 0;
-};
-
-// E.R E.G E.B come first in a map.
-double luminance_step(const SeamEquation& e, const Lightmap& map) {
-  const auto& d = map.planes.data;
-  return luminance(DVec3(seam_step(e, d[0]), seam_step(e, d[1]), seam_step(e, d[2])));
-}
-double luminance_mean(const SeamEquation& e, const Lightmap& map) {
-  const auto& d = map.planes.data;
-  return luminance(DVec3(seam_mean(e, d[0]), seam_mean(e, d[1]), seam_mean(e, d[2])));
-}
-double relative_step(const SeamEquation& e, const Lightmap& map) {
-  const double mean = luminance_mean(e, map);
-  return mean > 0 ? std::abs(luminance_step(e, map)) / mean : 0;
-}
-
-Steps measure_steps(const Lightmap& map, std::span<const SeamEquation> equations) {
-  Steps steps;
-  for (const SeamEquation& e : equations) {
-    const double relative = relative_step(e, map);
-    steps.largest = std::max(steps.largest, relative);
-    steps.rms += relative * relative;
-  }
-  if (!equations.empty()) steps.rms = std::sqrt(steps.rms / static_cast<double>(equations.size()));
-  return steps;
-}
-
-std::vector<size_t> solved_planes(const Planes& planes) {
-  std::vector<size_t> solved;
-  for (size_t p = 0; p < planes.data.size(); ++p)
-    if (planes.names[p] != "error" && planes.names[p] != "samples") solved.push_back(p);
-  return solved;
-}
 
 // How far measured texels moved, in their stated errors.
 class ChangeMeter {
  public:
   ChangeMeter(const Lightmap& map, const std::vector<uint32_t>& texels) : map_(map), texels_(texels) {
-    for (const uint32_t t : texels) before_.push_back(value(t));
+    const std::vector<float>& error = map.planes.plane("error");
+    for (const uint32_t t : texels) before_.push_back(light_of(map, t)), error_.push_back(error[t]);
   }
   void finish(SeamReport& report) const {
-    const std::vector<float>& error = map_.planes.plane("error");
     double sum = 0, squares = 0, change = 0, values = 0;
     uint64_t count = 0;
     for (size_t i = 0; i < texels_.size(); ++i) {
       const uint32_t t = texels_[i];
       if (map_.validity[t] == Validity::kFilled) continue;
-      change += value(t) - before_[i];
+      change += light_of(map_, t) - before_[i];
       values += before_[i];
-      if (!(error[t] > 0)) continue;
-      const double moved = (value(t) - before_[i]) / double{error[t]};
+      if (!(error_[i] > 0) || !std::isfinite(error_[i])) continue;
+      const double moved = (light_of(map_, t) - before_[i]) / error_[i];
       sum += std::abs(moved);
       squares += moved * moved;
       ++count;
@@ -66,86 +33,61 @@ class ChangeMeter {
   }
 
  private:
-  double value(uint32_t t) const {
-    const auto& d = map_.planes.data;
-    return luminance(DVec3(d[0][t], d[1][t], d[2][t]));
-  }
   const Lightmap& map_;
   const std::vector<uint32_t>& texels_;
-  std::vector<double> before_;
+  std::vector<double> before_, error_;
 };
 
 // Returns how many values were held at zero.
 uint64_t apply(const std::vector<float>& before, const std::vector<uint32_t>& texels,
                const std::vector<double>& change, std::vector<float>& plane) {
-  bool negative = false;
-  for (const uint32_t t : texels) negative |= before[t] < 0;
+  const bool negative = std::any_of(before.begin(), before.end(), [](float v) { return v < 0; });
   uint64_t held = 0;
   for (size_t i = 0; i < texels.size(); ++i) {
-    const uint32_t t = texels[i];
     if (change[i] == 0) continue;
-    const double moved = double{before[t]} + change[i];
+    const double moved = double{before[i]} + change[i];
     const bool hold = moved < 0 && !negative;
     held += hold;
-    plane[t] = hold ? 0.0f : std::isfinite(static_cast<float>(moved)) ? static_cast<float>(moved) : before[t];
+    plane[texels[i]] = hold                                       ? 0.0f
+                       : std::isfinite(static_cast<float>(moved)) ? static_cast<float>(moved)
+                                                                  : before[i];
   }
   return held;
 }
 
-// Weighs up the equations that differ by too much. Returns which, empty if none does.
-std::vector<uint8_t> tighten(const Lightmap& map, std::span<const SeamEquation> equations, double most_step,
-                             LeastSquares& problem) {
-  // A step goes down about as its weight goes up; twice that, since its neighbours give way less. Beyond the
-  // bound the factor of the matrix would lose digits.
-  constexpr double kMargin = 1.25, kMostWeight = 0x1p32;
-  std::vector<uint8_t> changed(equations.size(), 0);
-  bool any = false;
-  for (size_t r = 0; r < equations.size(); ++r) {
-    const double excess = relative_step(equations[r], map) / most_step;
-    if (!(excess > 1) || problem.rows[r].weight > kMostWeight) continue;
-    problem.rows[r].weight *= kMargin * excess;
-    changed[r] = any = true;
-  }
-  return any ? changed : std::vector<uint8_t>{};
-}
-
-// Root of the squares by which texels have moved, in E.
-double moved_by(const Lightmap& map, const std::vector<std::vector<float>>& before,
-                const std::vector<size_t>& planes, std::span<const uint32_t> texels) {
-  double sum = 0;
-  for (size_t p = 0; p < planes.size() && planes[p] < 3; ++p)
-    for (const uint32_t t : texels) {
-      const double d = double{map.planes.data[planes[p]][t]} - double{before[p][t]};
-      sum += d * d;
+// Texels with a channel of E at a limit that is none of its own making (0).
+uint64_t count_at_limit(const Solution& solution, const SolveLimits& limits) {
+  uint64_t count = 0;
+  for (size_t i = 0; i < solution.corrections[0].size(); ++i) {
+    bool at = false;
+    for (size_t p = 0; p < 3; ++p) {
+      const double c = solution.corrections[p][i];
+      at |= c != 0 && (c <= limits.low[p][i] || c >= limits.high[p][i]);
     }
-  return std::sqrt(sum);
+    count += at;
+  }
+  return count;
 }
 
-// Solves until no step is too large, the rounds are over, or agreement would cost too much.
-void solve_in_rounds(Lightmap& map, std::span<const SeamEquation> equations, const SeamWeights& weights,
-                     SeamUnknowns& unknowns, SeamReport& report) {
-  const std::vector<size_t> planes = solved_planes(map.planes);
-  std::vector<std::vector<double>> targets(planes.size());
-  std::vector<std::vector<float>> before;
-  for (size_t p = 0; p < planes.size(); ++p) {
-    before.push_back(map.planes.data[planes[p]]);
-    for (const SeamEquation& e : equations) targets[p].push_back(seam_step(e, before[p]));
+void solve_planes(Lightmap& map, const Atlas& atlas, std::span<const SeamEquation> equations,
+                  const SeamUnknowns& unknowns, const SeamBackup& before, const SeamWeights& weights,
+                  SeamReport& report) {
+  const size_t planes = before.planes.size();
+  std::vector<std::vector<double>> targets(planes);
+  SolveLimits limits;
+  limits.rounds = weights.rounds;
+  for (size_t k = 0; k < planes; ++k) {
+    const std::vector<float>& plane = map.planes.data[before.planes[k]];
+    for (const SeamEquation& e : equations) targets[k].push_back(seam_step(e, plane));
+    MoveLimits moves = move_limits(atlas, map, before.planes[k], unknowns, weights);
+    limits.low.push_back(std::move(moves.low));
+    limits.high.push_back(std::move(moves.high));
   }
-  Solution solution;
-  std::vector<uint8_t> changed;
-  double first_moved = 0;
-  do {
-    solve(unknowns.problem, targets, solution, changed);
-    ++report.rounds;
-    report.held_at_zero = 0;
-    for (size_t p = 0; p < planes.size(); ++p)
-      report.held_at_zero +=
-          apply(before[p], unknowns.texels, solution.corrections[p], map.planes.data[planes[p]]);
-    const double moved = moved_by(map, before, planes, unknowns.texels);
-    if (report.rounds == 1) first_moved = moved;
-    if (report.rounds >= weights.rounds || moved > weights.most_change * first_moved) break;
-    changed = tighten(map, equations, weights.most_step, unknowns.problem);
-  } while (!changed.empty());
+  const Solution solution = solve(unknowns.problem, targets, limits);
+  for (size_t k = 0; k < planes; ++k)
+    report.held_at_zero +=
+        apply(before.values[k], unknowns.texels, solution.corrections[k], map.planes.data[before.planes[k]]);
+  report.at_limit = count_at_limit(solution, limits);
   report.residual = solution.residual;
 }
 
@@ -167,30 +109,46 @@ uint64_t shorten_directions(Lightmap& map, std::span<const uint32_t> texels) {
   return shortened;
 }
 
+struct Seams {
+  std::vector<SeamStretch> stretches;
+  std::vector<SeamEquation> equations;
+};
+
+Seams find_seams(const Lightmap& map, const Scene& scene, const Atlas& atlas, const SeamSettings& settings) {
+  Seams seams;
+  const std::vector<BorderEdge> edges = border_edges(scene, atlas);
+  seams.stretches = coincident_stretches(edges, settings);
+  const std::vector<SeamPoint> points = seam_points(edges, seams.stretches, atlas.contacts, settings);
+  seams.equations = seam_equations(atlas, map, points);
+  return seams;
+}
+
 }  // namespace
+
+std::vector<SeamEquation> seams_of(const Lightmap& map, const Scene& scene, const Atlas& atlas,
+                                   const SeamSettings& settings) {
+  return find_seams(map, scene, atlas, settings).equations;
+}
 
 SeamReport join_seams(Lightmap& map, const Scene& scene, const Atlas& atlas, const SeamSettings& settings,
                       const SeamWeights& weights) {
   SeamReport report;
-  const std::vector<BorderEdge> edges = border_edges(scene, atlas);
-  std::vector<SeamStretch> stretches = coincident_stretches(edges, settings);
-  const std::vector<SeamPoint> points = seam_points(edges, stretches, atlas.contacts, settings);
-  const std::vector<SeamEquation> equations = seam_equations(atlas, map, points);
-  report.stretches = stretches.size();
-  for (const SeamStretch& s : stretches) report.metres += s.metres;
-  report.equations = equations.size();
-  if (equations.empty()) return report;
+  const Seams seams = find_seams(map, scene, atlas, settings);
+  report.stretches = seams.stretches.size();
+  for (const SeamStretch& s : seams.stretches) report.metres += s.metres;
+  report.equations = seams.equations.size();
+  if (seams.equations.empty()) return report;
 
-  SeamUnknowns unknowns = seam_unknowns(atlas, map, equations, weights);
+  const SeamUnknowns unknowns = seam_unknowns(atlas, map, seams.equations, weights);
   report.texels = unknowns.texels.size();
   const ChangeMeter change(map, unknowns.texels);
-  const Steps before = measure_steps(map, equations);
-  solve_in_rounds(map, equations, weights, unknowns, report);
+  const SeamBackup before = back_up(map, unknowns.texels);
+  report.before = measure_steps(map, seams.equations);
+  solve_planes(map, atlas, seams.equations, unknowns, before, weights, report);
   report.shortened = shorten_directions(map, unknowns.texels);
-  const Steps after = measure_steps(map, equations);
-  report.largest_before = before.largest, report.rms_before = before.rms;
-  report.largest_after = after.largest, report.rms_after = after.rms;
+  report.after = measure_steps(map, seams.equations);
   change.finish(report);
+  state_moves(map, unknowns.texels, before);
   return report;
 }
 

@@ -9,6 +9,9 @@ namespace {
 
 constexpr size_t kMostPartners = 256;
 constexpr double kPointsPerTexel = 8;
+// In texels. Of stretches of less (triangles finer than texels) only so many have a point that they make one
+// of this length together.
+constexpr double kLeastPoint = 1.0 / 16;
 // Shorter common stretches, in texels: edges that go on one another along a line touch in a point.
 constexpr double kShortest = 1.0 / 256;
 // Largest cosine between the directions into the two faces: a fold down to 84 degrees, so that the corner of
@@ -151,8 +154,9 @@ std::vector<SeamPoint> seam_points(std::span<const BorderEdge> edges, std::vecto
   const double least_cosine =
       double{sincos_turns(static_cast<float>(settings.angle_degrees / 360)).cos} - 1e-6;
   std::vector<SeamPoint> points;
+  double carried = 0;  // texels of stretches too short for a point of their own
   std::erase_if(stretches, [&](const SeamStretch& s) {
-    const size_t before = points.size();
+    bool kept = false;
     const BorderEdge* e[2] = {&edges[s.side[0].edge], &edges[s.side[1].edge]};
     double texels = 0;
     for (int k = 0; k < 2; ++k)
@@ -175,10 +179,17 @@ std::vector<SeamPoint> seam_points(std::span<const BorderEdge> edges, std::vecto
       const double at = s.side[0].from + (s.side[0].to - s.side[0].from) * ((i + 0.5) / count);
       const DVec3 place = e[0]->p[0] + (e[0]->p[1] - e[0]->p[0]) * at;
       if (standing.holds(place, normal[0], tolerance_of(*e[0], settings))) continue;
+      kept = true;
       p.texels = texels / count;
+      if (p.texels < kLeastPoint) {
+        carried += p.texels;
+        if (carried < kLeastPoint) continue;
+        p.texels = carried;
+        carried = 0;
+      }
       points.push_back(p);
     }
-    return points.size() == before;
+    return !kept;
   });
   return points;
 }

@@ -41,10 +41,10 @@ struct SeamPoint {
 std::vector<SeamStretch> coincident_stretches(std::span<const BorderEdge> edges,
                                               const SeamSettings& settings);
 
-// Places along the stretches, eight a texel of the finer side and at least one a stretch, where the shading
-// normals agree. Where both sides read the same texels (the chart goes on) is no seam.
-// Nor are places on a line of `contacts`, where something stands on the surface and light differs on either
-// side of it. Stretches without a place are dropped.
+// Places along the stretches, eight a texel of the finer side, and one for several of those stretches that
+// are much shorter, where the shading normals agree. Where both sides read the same texels (the chart goes
+// on) is no seam. Nor are places on a line of `contacts`, where something stands on the surface and light
+// differs on either side of it. Stretches without a place are dropped.
 std::vector<SeamPoint> seam_points(std::span<const BorderEdge> edges, std::vector<SeamStretch>& stretches,
                                    std::span<const ContactLine> contacts, const SeamSettings& settings);
 

@@ -4,6 +4,7 @@
 #include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <numeric>
+#include <optional>
 
 #include "common/base/parallel.h"
 #include "common/unwrap/charts.h"
@@ -48,9 +49,9 @@ Matrix normal_matrix(const LeastSquares& p, const Part& part, const std::vector<
   };
   for (const uint32_t i : part.unknowns) add(i, i, p.diagonal[i]);
   for (const uint32_t l : part.links) {
-    const auto [a, b] = p.links[l];
-    add(a, a, p.link_weight), add(b, b, p.link_weight);
-    add(a, b, -p.link_weight), add(b, a, -p.link_weight);
+    const auto [a, b, weight] = p.links[l];
+    add(a, a, weight), add(b, b, weight);
+    add(a, b, -weight), add(b, a, -weight);
   }
   for (const uint32_t r : part.rows) {
     const LeastSquares::Row& row = p.rows[r];
@@ -78,58 +79,126 @@ Eigen::MatrixXd right_sides(const LeastSquares& p, const Part& part, const std::
   return b;
 }
 
-Eigen::MatrixXd solve_part(const Matrix& a, const Eigen::MatrixXd& b, const SolveSettings& settings) {
-  if (b.rows() <= static_cast<Eigen::Index>(settings.most_factored)) {
-    // A is the sum of squares and a positive diagonal: the factor exists.
-    const Eigen::SimplicialLDLT<Matrix> factor(a);
-    if (factor.info() == Eigen::Success) return factor.solve(b);
+// Solves with one matrix again and again.
+class Inverse {
+ public:
+  Inverse(Matrix a, const SolveSettings& settings) : a_(std::move(a)) {
+    if (a_.rows() <= static_cast<Eigen::Index>(settings.most_factored)) {
+      // A is the sum of squares and a positive diagonal: the factor exists.
+      factor_.compute(a_);
+      factored_ = factor_.info() == Eigen::Success;
+    }
+    if (factored_) return;
+    gradients_.setTolerance(settings.tolerance);
+    gradients_.setMaxIterations(settings.most_iterations);
+    gradients_.compute(a_);
   }
-  Eigen::ConjugateGradient<Matrix, Eigen::Lower | Eigen::Upper> gradients(a);
-  gradients.setTolerance(settings.tolerance);
-  gradients.setMaxIterations(settings.most_iterations);
-  return gradients.solve(b);
-}
+  Eigen::VectorXd operator()(const Eigen::VectorXd& b, const Eigen::VectorXd& guess) const {
+    if (factored_) return factor_.solve(b);
+    return gradients_.solveWithGuess(b, guess);
+  }
+  double residual(const Eigen::VectorXd& c, const Eigen::VectorXd& b) const {
+    return (a_ * c - b).norm() / b.norm();
+  }
 
-double relative_residual(const Matrix& a, const Eigen::MatrixXd& c, const Eigen::MatrixXd& b) {
-  double worst = 0;
-  for (Eigen::Index s = 0; s < b.cols(); ++s)
-    if (const double size = b.col(s).norm(); size > 0)
-      worst = std::max(worst, (a * c.col(s) - b.col(s)).norm() / size);
-  return worst;
-}
+ private:
+  Matrix a_;
+  bool factored_ = false;
+  Eigen::SimplicialLDLT<Matrix> factor_;
+  Eigen::ConjugateGradient<Matrix, Eigen::Lower | Eigen::Upper> gradients_;
+};
+
+// A part with its matrices and what they solved.
+class PartSolver {
+ public:
+  PartSolver(const LeastSquares& p, const Part& part, const std::vector<uint32_t>& place,
+             const std::vector<std::vector<double>>& targets, const SolveLimits& limits,
+             const SolveSettings& settings)
+      : p_(p), part_(part), limits_(limits), b_(right_sides(p, part, place, targets)) {
+    if (b_.isZero(0)) return;
+    Matrix a = normal_matrix(p, part, place);
+    if (!limits.low.empty()) {
+      // Between what holds a texel where it is and what joins it: the rounds then find both alike.
+      constexpr double kPenalty = 1.0 / 16;
+      penalty_ = kPenalty * Eigen::VectorXd(a.diagonal());
+      Matrix penalised = a;
+      penalised.diagonal() += penalty_;
+      within_.emplace(std::move(penalised), settings);
+    }
+    free_.emplace(std::move(a), settings);
+  }
+  bool is_zero() const { return !free_; }
+
+  // Of one right side, into its corrections; returns the residual of the free solution.
+  double solve(size_t side, std::vector<double>& out) const {
+    const Eigen::VectorXd b = b_.col(static_cast<Eigen::Index>(side));
+    if (b.isZero(0)) return 0;
+    Eigen::VectorXd c = (*free_)(b, Eigen::VectorXd::Zero(b.size()));
+    const double residual = free_->residual(c, b);
+    if (within_) c = solve_within(side, b, std::move(c));
+    for (Eigen::Index i = 0; i < c.size(); ++i) out[part_.unknowns[static_cast<size_t>(i)]] = c[i];
+    return residual;
+  }
+
+ private:
+  Eigen::VectorXd solve_within(size_t side, const Eigen::VectorXd& b, Eigen::VectorXd c) const {
+    Eigen::VectorXd low(c.size()), high(c.size());
+    for (Eigen::Index i = 0; i < c.size(); ++i) {
+      low[i] = limits_.low[side][part_.unknowns[static_cast<size_t>(i)]];
+      high[i] = limits_.high[side][part_.unknowns[static_cast<size_t>(i)]];
+    }
+    Eigen::VectorXd held = c.cwiseMax(low).cwiseMin(high);
+    if (held == c) return c;
+    Eigen::VectorXd push = Eigen::VectorXd::Zero(c.size());  // scaled multipliers
+    for (uint32_t round = 0; round < limits_.rounds; ++round) {
+      c = (*within_)(b + penalty_.cwiseProduct(held - push), c);
+      push += c;
+      held = push.cwiseMax(low).cwiseMin(high);
+      push -= held;
+    }
+    return held;
+  }
+
+  const LeastSquares& p_;
+  const Part& part_;
+  const SolveLimits& limits_;
+  Eigen::MatrixXd b_;
+  Eigen::VectorXd penalty_;
+  std::optional<Inverse> free_, within_;
+};
 
 }  // namespace
 
-void solve(const LeastSquares& problem, const std::vector<std::vector<double>>& targets, Solution& solution,
-           const std::vector<uint8_t>& changed, const SolveSettings& settings) {
+Solution solve(const LeastSquares& problem, const std::vector<std::vector<double>>& targets,
+               const SolveLimits& limits, const SolveSettings& settings) {
+  // Parts of more unknowns are solved one after the other, their right sides at once.
+  constexpr size_t kLarge = 1 << 14;
   const std::vector<Part> parts = parts_of(problem);
-  if (changed.empty()) {
-    solution = {};
-    solution.corrections.assign(targets.size(), std::vector<double>(problem.diagonal.size(), 0.0));
-  }
+  Solution solution;
+  solution.corrections.assign(targets.size(), std::vector<double>(problem.diagonal.size(), 0.0));
   std::vector<uint32_t> place(problem.diagonal.size());  // in its part
   for (const Part& part : parts)
     for (uint32_t i = 0; i < part.unknowns.size(); ++i) place[part.unknowns[i]] = i;
   std::vector<double> residual(parts.size(), 0.0);
+  const auto solve_part = [&](size_t k, unsigned threads) {
+    const PartSolver solver(problem, parts[k], place, targets, limits, settings);
+    if (solver.is_zero()) return;
+    std::vector<double> residuals(targets.size());
+    parallel_for(
+        targets.size(), [&](size_t s) { residuals[s] = solver.solve(s, solution.corrections[s]); }, threads);
+    residual[k] = *std::max_element(residuals.begin(), residuals.end());
+  };
   parallel_for(parts.size(), [&](size_t k) {
-    const Part& part = parts[k];
-    if (!changed.empty() &&
-        std::none_of(part.rows.begin(), part.rows.end(), [&](uint32_t r) { return changed[r]; }))
-      return;
-    const Eigen::MatrixXd b = right_sides(problem, part, place, targets);
-    if (b.isZero(0)) return;
-    const Matrix a = normal_matrix(problem, part, place);
-    const Eigen::MatrixXd c = solve_part(a, b, settings);
-    residual[k] = relative_residual(a, c, b);
-    for (size_t s = 0; s < targets.size(); ++s)
-      for (uint32_t i = 0; i < part.unknowns.size(); ++i)
-        solution.corrections[s][part.unknowns[i]] = c(i, static_cast<Eigen::Index>(s));
+    if (parts[k].unknowns.size() <= kLarge) solve_part(k, 1);
   });
+  for (size_t k = 0; k < parts.size(); ++k)
+    if (parts[k].unknowns.size() > kLarge) solve_part(k, 0);
   solution.components = static_cast<uint32_t>(parts.size());
   for (size_t k = 0; k < parts.size(); ++k) {
     solution.largest = std::max(solution.largest, static_cast<uint32_t>(parts[k].unknowns.size()));
     solution.residual = std::max(solution.residual, residual[k]);
   }
+  return solution;
 }
 
 }  // namespace kiln

@@ -9,10 +9,9 @@
 namespace kiln {
 
 // Least over c of
-//   sum over rows weight (factor . c + target)^2 + link_weight sum over links (c_a - c_b)^2
+//   sum over rows weight (factor . c + target)^2 + sum over links weight (c_a - c_b)^2
 //   + sum diagonal_i c_i^2
 struct LeastSquares {
-  static constexpr uint32_t kFixed = ~0u;  // of unknowns that are none
   struct Row {
     std::array<uint32_t, 8> unknown{};
     std::array<float, 8> factor{};
@@ -21,10 +20,10 @@ struct LeastSquares {
   };
   struct Link {
     uint32_t a, b;
+    double weight;
   };
   std::vector<Row> rows;
   std::vector<Link> links;
-  double link_weight = 1;
   std::vector<double> diagonal;  // by unknown; positive
 };
 
@@ -36,17 +35,26 @@ struct SolveSettings {
   uint32_t most_iterations = 5000;
 };
 
+// low <= c <= high, by [right side][unknown]; 0 lies between. Empty: c is free.
+struct SolveLimits {
+  std::vector<std::vector<double>> low, high;
+  // Of the search for the least within limits. What it ends with keeps them whatever the count.
+  uint32_t rounds = 24;
+};
+
 struct Solution {
   std::vector<std::vector<double>> corrections;  // [right side][unknown]
   uint32_t components = 0;                       // independent parts
   uint32_t largest = 0;                          // unknowns of the largest
-  double residual = 0;                           // largest |A c - b| / |b| of any part and right side
+  double residual = 0;  // of free solves: largest |A c - b| / |b| of any part and right side
 };
 
-// targets[right side][row]. Parts whose targets are all 0 get exactly 0. With `changed` (by row, not 0: it
-// has another weight than when `solution` was found) parts without a changed row keep what `solution` has.
+// targets[right side][row]. Parts whose targets are all 0 get exactly 0. Where the free solution leaves its
+// limits, the least within them is searched by the method of multipliers (Boyd et al. 2011, Distributed
+// Optimization and Statistical Learning via ADMM, 5.2) in a fixed count of rounds: the factor of one matrix
+// serves all right sides.
 // The same bits for any number of threads.
-void solve(const LeastSquares& problem, const std::vector<std::vector<double>>& targets, Solution& solution,
-           const std::vector<uint8_t>& changed = {}, const SolveSettings& settings = {});
+Solution solve(const LeastSquares& problem, const std::vector<std::vector<double>>& targets,
+               const SolveLimits& limits = {}, const SolveSettings& settings = {});
 
 }  // namespace kiln

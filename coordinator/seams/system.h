@@ -7,30 +7,34 @@
 namespace kiln {
 
 // What the corrections c make least:
-//   seam   x sum over seam points   texels x (step of c + step of the map)^2
-//   slope  x sum over neighbours    (c_i - c_j)^2        c is 0 on texels beyond `reach`
-//   value  x sum over texels        trust_i c_i^2          trust 1, of filled texels 1/64
-// Equal trust, whatever the stated errors: the corrections of a part of the map that lies within reach of its
-// seams then add to 0, so light is moved and never made, and a weight that depends on the value by its stated
-// error cannot prefer the darker side. Filled texels are guesses from their neighbours.
+//   seam   x sum over seam points   texels x (step of c + step of the map)^2 / s_p^2
+//   slope  x sum over neighbours    (c_i - c_j)^2 / s_ij^2    c is 0 on texels beyond `reach`
+//   value  x sum over texels        (c_i / s_i)^2               of filled texels 1/64 of that
+// s_i = light x sqrt(stated relative variance around the texel + model^2), where the light is that of both
+// sides; s_p^2 and s_ij^2 are means of s_i^2. So the side that is known better gives way less, and light at a
+// seam in the dark is not made from what is wrong beside it in the sun. The variance is relative and a mean
+// over 5 x 5 texels: a texel's own follows its value, and would prefer the darker side.
 struct SeamWeights {
-  double seam = 4096;
-  double slope = 1;    // spreads a correction over sqrt(slope / value) texels:
-  double value = 1;    // one
-  uint32_t reach = 6;  // texels from the seam; further ones do not move
-  // Equations that still differ by more than this share of their local mean are weighted up and solved again,
-  // up to `rounds` times. Where texels of both sides are staggered, lines that agree everywhere are straight:
-  // a high weight everywhere would flatten what the light does along a seam for the sake of 0.01 %.
-  double most_step = 0.0025;
-  uint32_t rounds = 12;
-  // The rounds end once texels have moved by this many times what the first solve moved them: agreement that
-  // takes more flattens the light.
-  double most_change = 1.25;
+  double seam = 256;
+  double slope = 0.25;  // spreads a correction over sqrt(slope / value) texels:
+  double value = 1;     // one
+  uint32_t reach = 2;   // texels from the seam; further ones do not move
+  double model = 0.01;
+  // Limits (limits.h).
+  double errors = 2;     // stated errors that a texel may move whatever the other side says
+  double share = 0.75;   // of what the other side differs by that it may move towards it
+  uint32_t rounds = 24;  // of the solve within limits
 };
 
-// The texels that may move, ascending, and the equations between them by index into that list.
+// The texels that may move, ascending, with what is known around each, and the equations between them by
+// index into that list.
 struct SeamUnknowns {
   std::vector<uint32_t> texels;
+  // Luminance of E: harmonic mean of both sides' lookups where seams read the texel (beside light the dark
+  // counts, on both sides alike), else its own; kDarkStep of the map's mean at least.
+  std::vector<double> light;
+  std::vector<double> variance;    // stated around the texel, relative to the square of the light there
+  std::vector<double> own, error;  // luminance of E of the texel itself, and what is stated of it
   LeastSquares problem;
 };
 SeamUnknowns seam_unknowns(const Atlas& atlas, const Lightmap& map, std::span<const SeamEquation> equations,

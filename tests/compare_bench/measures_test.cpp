@@ -1,9 +1,11 @@
 // Measures against closed forms.
 #include "coordinator/compare/measures.h"
 
+#include <functional>
 #include <random>
 
 #include "coordinator/compare/difference_picture.h"
+#include "coordinator/compare/ssim.h"
 #include "coordinator/compare/summary.h"
 
 namespace kiln {
@@ -80,6 +82,7 @@ TEST(Measures, BlackTexelsPromiseNothing) {
   light[10] = light[11] = 1e-9, stated[10] = stated[11] = 1e-15;
   const auto k = *compare_maps(map_of(light, stated), map_of(truth), nullptr, {})->calibration;
   EXPECT_EQ(k.promised, 102u);
+  EXPECT_DOUBLE_EQ(k.largest_stated, 0.01);  // brightest: 1
   EXPECT_DOUBLE_EQ(k.promise_kept, 100.0 / 102);
   EXPECT_NEAR(k.error_ratio, 1, 1e-6);
   EXPECT_NEAR(k.stated_rms, 0.01, 1e-9);
@@ -138,6 +141,73 @@ TEST(Measures, CsvHasAValueForEveryName) {
     const size_t end = csv.find('\n');
     EXPECT_EQ(columns(csv.substr(0, end)), columns(csv.substr(end)));
   }
+}
+
+ErrorMap square(uint32_t side, const std::function<double(uint32_t, uint32_t)>& light) {
+  ErrorMap m;
+  m.width = m.page_height = side;
+  for (uint32_t y = 0; y < side; ++y)
+    for (uint32_t x = 0; x < side; ++x) m.light.push_back(light(x, y));
+  m.measured.assign(m.light.size(), true);
+  return m;
+}
+
+// Of a window of one value each only the first factor is left: (2 a b + C1) / (a^2 + b^2 + C1).
+TEST(Ssim, OfEvenMapsIsTheClosedForm) {
+  const ErrorMap b = square(20, [](auto, auto) { return 2.0; }),
+                 a = square(20, [](auto, auto) { return 6.0; });
+  EXPECT_DOUBLE_EQ(*structural_similarity(b, b, nullptr), 1);
+  const double shown_b = linear_to_srgb(0.5f), shown_a = linear_to_srgb(0.75f);  // 2 / (2 + 2), 6 / (6 + 2)
+  const double expected = (2 * shown_a * shown_b + 1e-4) / (shown_a * shown_a + shown_b * shown_b + 1e-4);
+  EXPECT_NEAR(*structural_similarity(a, b, nullptr), expected, 1e-6);
+}
+
+TEST(Ssim, SeesWhatIsLostAndNotWhereItIsNot) {
+  const auto waves = [](double noise) {
+    std::mt19937 numbers(3);
+    std::normal_distribution<double> normal(0, noise);
+    return square(48, [&, normal](uint32_t x, uint32_t y) mutable {
+      return 2 + std::sin(0.5 * x) + std::sin(0.4 * y) + (noise > 0 ? normal(numbers) : 0);
+    });
+  };
+  const ErrorMap b = waves(0), even = square(48, [](auto, auto) { return 2.0; });
+  const double little = *structural_similarity(waves(0.02), b, nullptr),
+               much = *structural_similarity(waves(0.3), b, nullptr);
+  EXPECT_GT(little, 0.98);
+  EXPECT_LT(much, little - 0.05);
+  EXPECT_LT(*structural_similarity(even, b, nullptr), 0.5);
+  // The mean of two halves is the reference.
+  ErrorMap low = b, high = b;
+  for (double& v : low.light) v *= 0.9;
+  for (double& v : high.light) v *= 1.1;
+  EXPECT_NEAR(*structural_similarity(b, low, &high), 1, 1e-9);
+}
+
+// What lies beside a chart on the page lies elsewhere in the world.
+TEST(Ssim, WindowsStayInTheirChart) {
+  ErrorMap a = square(24, [](uint32_t x, uint32_t) { return x < 12 ? 1.0 : 3.0; });
+  for (uint32_t t = 0; t < 24 * 24; ++t) a.chart.push_back(t % 24 < 12 ? 1 : 2);
+  ErrorMap b = a;
+  for (uint32_t t = 0; t < 24 * 24; ++t)
+    if (t % 24 >= 12) b.measured[t] = false;  // of the second chart nothing is compared
+  ErrorMap other = b;
+  for (uint32_t t = 0; t < 24 * 24; ++t)
+    if (t % 24 >= 12) other.light[t] = 1000;
+  EXPECT_EQ(*structural_similarity(a, b, nullptr), 1);
+  EXPECT_EQ(*structural_similarity(a, other, nullptr), 1);
+  // Charts of three texels a side have no window.
+  ErrorMap small = square(3, [](auto, auto) { return 1.0; });
+  EXPECT_FALSE(structural_similarity(small, small, nullptr));
+  EXPECT_EQ(touching_texels(b)[0], 1u);
+  EXPECT_EQ(touching_texels(b)[13], 0u);
+}
+
+TEST(Ssim, TheSmallestBoxHasTheTexel) {
+  const ErrorMap m = square(8, [](auto, auto) { return 1.0; });
+  const std::vector<uint32_t> labels = chart_labels(m, {{0, 0, 8, 8, 0, 4}, {2, 2, 4, 4, 0, 6}});
+  EXPECT_EQ(labels[0], 5u);
+  EXPECT_EQ(labels[3 * 8 + 3], 7u);
+  EXPECT_EQ(labels[5 * 8 + 5], 5u);
 }
 
 TEST(DifferencePicture, RedIsBrighterBlueIsDarker) {

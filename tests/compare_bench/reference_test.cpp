@@ -54,6 +54,51 @@ TEST_F(References, AreBakedOnceAndByWhatMatters) {
   EXPECT_EQ(std::distance(begin(entries), end(entries)), 2);
 }
 
+TEST_F(References, OfAShareHaveTheSameBlocksInBothHalves) {
+  request_.settings.texels_per_metre = 12;
+  request_.share = 0.3;
+  const auto some = obtain();
+  ASSERT_TRUE(some) << some.error().message;
+  EXPECT_EQ(some->half[0].measured, some->half[1].measured);
+  EXPECT_NE(some->half[0].light, some->half[1].light);
+  const ErrorMap& m = some->half[0];
+  size_t measured = 0;
+  for (size_t t = 0; t < m.measured.size(); ++t) {
+    if (!m.measured[t]) continue;
+    ++measured;
+    EXPECT_TRUE(is_reference_block(static_cast<uint32_t>(t % m.width) / kReferenceBlock,
+                                   static_cast<uint32_t>(t / m.width) / kReferenceBlock, 0.3))
+        << t;
+  }
+  request_.share = 1;
+  const auto whole = obtain();
+  ASSERT_TRUE(whole);
+  EXPECT_NE(whole->key, some->key);
+  const auto all =
+      static_cast<size_t>(std::count(whole->half[0].measured.begin(), whole->half[0].measured.end(), true));
+  EXPECT_GT(measured, all / 10);
+  EXPECT_LT(measured, all / 2);
+  // Texels of a share are those of the whole: other texels change nothing of theirs.
+  for (size_t t = 0; t < m.measured.size(); ++t)
+    if (m.measured[t]) ASSERT_EQ(m.light[t], whole->half[0].light[t]) << t;
+  EXPECT_EQ(compare_maps(whole->half[0], some->half[1], nullptr, {})->texels, measured);
+  request_.share = 0.3;
+  request_.cache = true;
+  EXPECT_NE(obtain().error().message.find("--reference-share"), std::string::npos);
+}
+
+TEST_F(References, ABlockOfASmallShareIsOneOfALargeShare) {
+  size_t small = 0, large = 0;
+  for (uint32_t y = 0; y < 100; ++y)
+    for (uint32_t x = 0; x < 100; ++x) {
+      small += is_reference_block(x, y, 0.03);
+      large += is_reference_block(x, y, 0.5);
+      if (is_reference_block(x, y, 0.03)) EXPECT_TRUE(is_reference_block(x, y, 0.5));
+    }
+  EXPECT_NEAR(small, 300, 5 * std::sqrt(300.0));
+  EXPECT_NEAR(large, 5000, 5 * std::sqrt(2500.0));
+}
+
 TEST_F(References, DamageIsRefusedWithTheWayOut) {
   const auto first = obtain();
   ASSERT_TRUE(first);

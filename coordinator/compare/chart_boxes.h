@@ -1,0 +1,34 @@
+// Where charts lie, as charts.json of a bake says.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace kiln {
+
+struct ChartBox {
+  double left = 0, top = 0, right = 0, bottom = 0;  // texels of the page
+  uint32_t page = 0;
+  uint32_t chart = 0;  // its number in the file
+  double area() const { return (right - left) * (bottom - top); }
+  // A texel belongs to a chart that reaches into it; of several boxes the smallest counts, as charts may lie
+  // in each other's gaps.
+  bool reaches(uint32_t x, uint32_t y) const {
+    return x + 1 > left && x < right && y + 1 > top && y < bottom;
+  }
+};
+struct ChartObject {
+  std::string name;
+  double first = 0, count = 0;  // its charts
+};
+struct ChartFile {
+  std::vector<ChartBox> boxes;
+  std::vector<ChartObject> objects;
+};
+
+// Nothing where there is no such file or none that can be read.
+std::optional<ChartFile> read_chart_boxes(const std::filesystem::path& folder);
+
+}  // namespace kiln
