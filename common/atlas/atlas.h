@@ -71,7 +71,7 @@ struct AtlasStatistics {
 struct Atlas {
   uint32_t width = 0, height = 0, pages = 1;
   bool packed = false;                         // layout pack; else the file's own atlas
-  std::vector<MeshCharts> charts;              // by mesh; then those of instances that were cut
+  std::vector<MeshCharts> charts;              // by mesh; then those of instances that have others
   std::vector<uint32_t> charts_of_instance;    // index into charts
   std::vector<uint32_t> instance_first_chart;  // by instance, size + 1: index into placements
   std::vector<ChartPlacement> placements;      // by (instance, chart)
@@ -80,10 +80,13 @@ struct Atlas {
   std::vector<PackedChart> packed_charts;      // layout pack: by placement. Coordinator only: not sent.
   TexelSites sites;
   std::vector<ContactLine> contacts;  // where surfaces stand on others. Coordinator only: not sent.
-  std::vector<std::string> warnings;  // for the report, one sentence each
+  std::vector<std::string> warnings;  // for the report, one sentence each: what somebody should change
+  std::vector<std::string> notes;     // likewise: what asks for nothing
   AtlasStatistics statistics;         // coordinator only: not sent
 
   const MeshCharts& of_instance(size_t instance) const { return charts[charts_of_instance[instance]]; }
+  // Does it have charts? Not where Instance::receive is false, nor in layout atlas without any area there.
+  bool receives(size_t instance) const { return of_instance(instance).chart_count > 0; }
   uint64_t texel_count() const { return uint64_t{width} * height * pages; }
   // Packing efficiency: share of all texels that belong to a chart.
   double used_share() const {

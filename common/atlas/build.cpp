@@ -56,6 +56,26 @@ std::string list_names(const std::vector<std::string>& names) {
   return list;
 }
 
+void take_charts_away(const Scene& scene, std::span<const uint8_t> receives, Atlas& atlas) {
+  constexpr uint32_t kNone = ~0u;
+  uint32_t empty = kNone;
+  for (size_t i = 0; i < scene.instances.size(); ++i) {
+    if (receives[i]) continue;
+    if (empty == kNone) {
+      empty = static_cast<uint32_t>(atlas.charts.size());
+      atlas.charts.emplace_back();
+    }
+    atlas.charts_of_instance[i] = empty;
+  }
+}
+
+std::vector<uint8_t> meshes_with_texels(const Scene& scene) {
+  std::vector<uint8_t> with(scene.meshes.size(), 0);
+  for (const Instance& i : scene.instances)
+    if (i.receive) with[i.mesh] = 1;
+  return with;
+}
+
 Status number_placements(const Scene& scene, Atlas& atlas) {
   uint64_t count = 0;
   atlas.instance_first_chart.clear();
@@ -82,7 +102,7 @@ Expected<Atlas> build_atlas(const Scene& scene, const AtlasSettings& settings) {
   }
   KILN_TRY(Atlas packed, layout_packed(scene, settings));
   if (!why_packed.empty())
-    packed.warnings.insert(packed.warnings.begin(), text("layout pack was chosen: {}", why_packed));
+    packed.notes.insert(packed.notes.begin(), text("layout pack was chosen: {}", why_packed));
   return finish(scene, settings, std::move(packed));
 }
 

@@ -17,6 +17,7 @@ void cut_at_contacts(const Scene& scene, std::span<const double> texel, unsigned
       count,
       [&](size_t i) {
         const Instance& instance = scene.instances[i];
+        if (!instance.receive) return;
         cut[i] = cut_charts(
             scene.meshes[instance.mesh], instance.to_world, atlas.charts[instance.mesh],
             contacts.of_instance[i], texel[i],
@@ -35,9 +36,10 @@ void cut_at_contacts(const Scene& scene, std::span<const double> texel, unsigned
     atlas.charts.push_back(std::move(cut[i]));
   }
   if (!names.empty())
-    atlas.warnings.push_back(
-        text("triangles on which too much stands were not cut, so light can leak under what stands there: {}",
-             list_names(names)));
+    atlas.warnings.push_back(text(
+        "triangles on which too much stands were not cut, so light can leak under what stands there: {}; "
+        "parting these in the model helps",
+        list_names(names)));
 }
 
 }  // namespace kiln

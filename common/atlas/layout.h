@@ -17,6 +17,12 @@ Expected<Atlas> layout_packed(const Scene& scene, const AtlasSettings& settings)
 // `texel`: size in metres by instance.
 void cut_at_contacts(const Scene& scene, std::span<const double> texel, unsigned threads, Atlas& atlas);
 
+// Gives these instances a set of charts without any.
+void take_charts_away(const Scene& scene, std::span<const uint8_t> receives, Atlas& atlas);
+
+// Which meshes do instances that receive have?
+std::vector<uint8_t> meshes_with_texels(const Scene& scene);
+
 // Fills instance_first_chart and sizes placements. Error: more charts than can be numbered.
 Status number_placements(const Scene& scene, Atlas& atlas);
 

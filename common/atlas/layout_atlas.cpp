@@ -17,12 +17,13 @@ constexpr float kOutside = 1e-4f;
 constexpr uint32_t kMostPoints = 16;
 constexpr double kMostTexels = 0.001;
 
-// Instances whose mesh `is_bad`, by name.
+// Instances that get texels and whose mesh `is_bad`, by name.
 template <class IsBad>
 std::vector<std::string> instances_where(const Scene& scene, const IsBad& is_bad) {
   std::vector<std::string> names;
   for (size_t i = 0; i < scene.instances.size(); ++i)
-    if (is_bad(scene.instances[i].mesh)) names.push_back(instance_name(scene, i));
+    if (scene.instances[i].receive && is_bad(scene.instances[i].mesh))
+      names.push_back(instance_name(scene, i));
   return names;
 }
 
@@ -32,13 +33,43 @@ bool leaves_unit_square(const MeshCharts& charts) {
   return false;
 }
 
+// Does the mesh have a TEXCOORD_1 in which no triangle has an area?
+bool without_area(const Mesh& mesh) {
+  if (mesh.uv[1].empty() || mesh.triangles.empty()) return false;
+  for (const UVec3& t : mesh.triangles) {
+    const Triangle2 uv{{DVec2(mesh.uv[1][t.x]), DVec2(mesh.uv[1][t.y]), DVec2(mesh.uv[1][t.z])}};
+    if (area2(uv) != 0) return false;
+  }
+  return true;
+}
+
+void tell_of_areas(const Scene& scene, const std::vector<uint8_t>& wanted, Atlas& atlas) {
+  constexpr double kWorthSaying = 0.01;
+  const std::vector<std::string> flat = instances_where(
+      scene, [&](uint32_t m) { return degenerate_share(scene.meshes[m], atlas.charts[m]) > kWorthSaying; });
+  if (!flat.empty())
+    atlas.warnings.push_back(text(
+        "more than {:g} % of the surface has no area in TEXCOORD_1 and gets no light of its own: {}; give "
+        "it an area, or --layout pack",
+        100 * kWorthSaying, list_names(flat)));
+  const std::vector<std::string> none =
+      instances_where(scene, [&](uint32_t m) { return wanted[m] && atlas.charts[m].chart_count == 0; });
+  if (!none.empty())
+    atlas.warnings.push_back(text(
+        "these have no area in TEXCOORD_1, so they get no texels: {}; extras.kiln.receive false says so on "
+        "purpose, --layout pack gives them charts",
+        list_names(none)));
+}
+
 Status read_charts(const Scene& scene, Atlas& atlas, unsigned threads) {
   const size_t count = scene.meshes.size();
+  const std::vector<uint8_t> wanted = meshes_with_texels(scene);
   std::vector<std::string> why(count);
   atlas.charts.resize(count);
   parallel_for(
       count,
       [&](size_t m) {
+        if (!wanted[m] || without_area(scene.meshes[m])) return;
         if (auto charts = authored_charts(scene.meshes[m]))
           atlas.charts[m] = std::move(*charts);
         else
@@ -52,6 +83,7 @@ Status read_charts(const Scene& scene, Atlas& atlas, unsigned threads) {
           ErrorKind::kInvalidInput,
           text("layout atlas needs a usable lightmap coordinate set on every object; one that {}: {}",
                trouble, list_names(instances_where(scene, [&](uint32_t m) { return why[m] == trouble; }))));
+  tell_of_areas(scene, wanted, atlas);
   std::vector<char> outside(count);
   for (size_t m = 0; m < count; ++m) outside[m] = leaves_unit_square(atlas.charts[m]);
   const std::vector<std::string> names = instances_where(scene, [&](uint32_t m) { return outside[m]; });
@@ -59,19 +91,6 @@ Status read_charts(const Scene& scene, Atlas& atlas, unsigned threads) {
     return fail(
         ErrorKind::kInvalidInput,
         text("layout atlas needs TEXCOORD_1 within [0, 1], which it leaves on {}", list_names(names)));
-  constexpr double kWorthSaying = 0.01;
-  const std::vector<std::string> flat = instances_where(
-      scene, [&](uint32_t m) { return degenerate_share(scene.meshes[m], atlas.charts[m]) > kWorthSaying; });
-  if (!flat.empty())
-    atlas.warnings.push_back(
-        text("more than {:g} % of the surface has no area in TEXCOORD_1 and gets no light of its own: {}",
-             100 * kWorthSaying, list_names(flat)));
-  for (size_t m = 0; m < count; ++m)  // of meshes without an instance
-    if (!why[m].empty()) {
-      atlas.charts[m].corner_uv.resize(3 * scene.meshes[m].triangles.size());
-      atlas.charts[m].chart_of_face.resize(scene.meshes[m].triangles.size());
-      atlas.charts[m].chart_count = 1;
-    }
   return {};
 }
 
@@ -95,7 +114,7 @@ Status judge_overlap(const Scene& scene, const SiteOverlap& overlap, Atlas& atla
   if (overlap.worst_points >= kMostPoints || static_cast<double>(overlap.texels) > most)
     return fail(ErrorKind::kInvalidInput,
                 text("layout atlas needs every point to belong to one object: {}", sentence));
-  atlas.warnings.push_back(std::move(sentence));
+  atlas.warnings.push_back(sentence + "; the first object has those points: part them, or --layout pack");
   return {};
 }
 
@@ -147,7 +166,12 @@ Expected<Atlas> layout_from_file(const Scene& scene, const AtlasSettings& settin
   atlas.width = settings.width;
   atlas.height = settings.height;
   KILN_TRY_STATUS(read_charts(scene, atlas, settings.threads));
-  for (const Instance& instance : scene.instances) atlas.charts_of_instance.push_back(instance.mesh);
+  std::vector<uint8_t> receives;
+  for (const Instance& instance : scene.instances) {
+    atlas.charts_of_instance.push_back(instance.mesh);
+    receives.push_back(instance.receive && atlas.charts[instance.mesh].chart_count > 0);
+  }
+  take_charts_away(scene, receives, atlas);
   KILN_TRY_STATUS(number_placements(scene, atlas));
   for (ChartPlacement& place : atlas.placements)
     place.scale = Vec2(static_cast<float>(atlas.width), static_cast<float>(atlas.height));

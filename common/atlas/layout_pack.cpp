@@ -20,22 +20,41 @@ std::string round_down(double density) {
   return text("{:.6g}", std::floor(density / unit) * unit);
 }
 
-tl::unexpected<Error> too_dense(double density, double fitting, uint64_t max_texels) {
+// "'a' 70 %, 'b' 12 %": whose charts have the most area, with their density.
+std::string largest_charts(const Scene& scene, const std::vector<ChartSize>& sizes) {
+  std::vector<double> area(scene.instances.size(), 0);
+  double all = 0;
+  for (const ChartSize& s : sizes) area[s.instance] += s.square_metres, all += s.square_metres;
+  std::string out;
+  for (int k = 0; k < 3 && all > 0; ++k) {
+    const auto largest = std::max_element(area.begin(), area.end());
+    if (!(*largest > 0)) break;
+    out += text("{}{} {:.0f} %", out.empty() ? "" : ", ",
+                instance_name(scene, static_cast<size_t>(largest - area.begin())), 100 * *largest / all);
+    *largest = 0;
+  }
+  return out;
+}
+
+tl::unexpected<Error> too_dense(double density, double fitting, uint64_t max_texels,
+                                const std::string& largest) {
   if (!(fitting > 0))
     return fail(
         ErrorKind::kInvalidInput,
         text("the scene's charts do not fit {} pages at any density: it has too many charts", kMaxPages));
   return fail(ErrorKind::kInvalidInput,
               text("{:.6g} texels per metre need more than {} pages or {:.3g} million texels; {} would fit "
-                   "(--texels-per-metre)",
-                   density, kMaxPages, static_cast<double>(max_texels) / 1e6, round_down(fitting)));
+                   "(--texels-per-metre). Most of the surface is on {}",
+                   density, kMaxPages, static_cast<double>(max_texels) / 1e6, round_down(fitting), largest));
 }
 
 void choose_charts(const Scene& scene, const AtlasSettings& settings, Atlas& atlas) {
   std::vector<ChartsForPacking> made(scene.meshes.size());
   // Large meshes one after another on all threads, then the small ones side by side.
   constexpr size_t kLarge = 20000;
+  const std::vector<uint8_t> wanted = meshes_with_texels(scene);
   const auto make = [&](size_t m, unsigned threads) {
+    if (!wanted[m]) return;
     made[m] = charts_for_packing(scene.meshes[m], settings.unwrap, threads);
   };
   const auto large = [&](size_t m) { return scene.meshes[m].triangles.size() >= kLarge; };
@@ -51,17 +70,17 @@ void choose_charts(const Scene& scene, const AtlasSettings& settings, Atlas& atl
   atlas.charts.resize(made.size());
   for (size_t m = 0; m < made.size(); ++m) {
     if (!made[m].complaint.empty())
-      atlas.warnings.push_back(
+      atlas.notes.push_back(
           text("mesh {} {}: its charts were made from its faces", mesh_name(scene, m), made[m].complaint));
     else if (made[m].charts.generated)
       absent.push_back(mesh_name(scene, m));
     if (!made[m].limited.empty())
-      atlas.warnings.push_back(text("mesh {} {}", mesh_name(scene, m), made[m].limited));
+      atlas.notes.push_back(text("mesh {} {}", mesh_name(scene, m), made[m].limited));
     atlas.statistics.generated_meshes += made[m].charts.generated;
     atlas.charts[m] = std::move(made[m].charts);
   }
   if (!absent.empty() && !settings.unwrap.always)
-    atlas.warnings.push_back(
+    atlas.notes.push_back(
         text("{} of {} meshes have no TEXCOORD_1, their charts were made from their faces: {}", absent.size(),
              scene.meshes.size(), list_names(absent)));
 }
@@ -115,6 +134,13 @@ class Layout {
         boxes_(chart_boxes(atlas, settings.threads)),
         sizes_(chart_sizes(scene, atlas, boxes_, settings.density, settings.threads)) {}
 
+  // About the density that a budget allows, not above the wanted one.
+  double affordable() const {
+    const auto limit = static_cast<double>(most_texels());
+    if (!settings_.texel_budget || texels_needed(sizes_, wanted_, rules_) <= limit) return wanted_;
+    return fitting_density(sizes_, wanted_, rules_, 0.99 * limit);
+  }
+
   // At the wanted density, or at a lower one that the budget allows.
   Expected<Packing> pack_within() {
     Packing packing = none();
@@ -128,7 +154,7 @@ class Layout {
 
   void apply(const Packing& packing) {
     if (packing.density < settings_.texels_per_metre)
-      atlas_.warnings.push_back(
+      atlas_.notes.push_back(
           text("texels per metre were lowered from {:.6g} to {:.6g}, so that {} x {} x {} pages stay within "
                "{} texels "
                "(--max-texels)",
@@ -200,7 +226,8 @@ class Layout {
 
   tl::unexpected<Error> refuse() const {
     const double limit = 0.9 * static_cast<double>(most_texels());
-    return too_dense(wanted_, fitting_density(sizes_, 0.95 * wanted_, rules_, limit), settings_.max_texels);
+    return too_dense(wanted_, fitting_density(sizes_, 0.95 * wanted_, rules_, limit), settings_.max_texels,
+                     largest_charts(scene_, sizes_));
   }
   tl::unexpected<Error> refuse_budget() const {
     return fail(
@@ -223,7 +250,12 @@ class Layout {
 Status cut_and_number(const Scene& scene, const AtlasSettings& settings, double density, Atlas& atlas) {
   atlas.charts.resize(scene.meshes.size());
   atlas.charts_of_instance.clear();
-  for (const Instance& instance : scene.instances) atlas.charts_of_instance.push_back(instance.mesh);
+  std::vector<uint8_t> receives;
+  for (const Instance& instance : scene.instances) {
+    atlas.charts_of_instance.push_back(instance.mesh);
+    receives.push_back(instance.receive);
+  }
+  take_charts_away(scene, receives, atlas);
   atlas.statistics.cut_charts = 0;
   if (settings.cut_contacts) {
     const StageTimer timer(atlas.statistics.steps, "contacts");
@@ -232,6 +264,21 @@ Status cut_and_number(const Scene& scene, const AtlasSettings& settings, double 
     cut_at_contacts(scene, texel, settings.threads, atlas);
   }
   return number_placements(scene, atlas);
+}
+
+}  // namespace
+
+namespace {
+
+// Cuts for smaller texels than a budget allows would make more charts than fit it: where there is one, the
+// uncut charts say what it allows.
+Expected<double> first_density(const Scene& scene, const AtlasSettings& settings, Atlas& atlas) {
+  if (!settings.texel_budget || !settings.cut_contacts) return settings.texels_per_metre;
+  AtlasSettings uncut = settings;
+  uncut.cut_contacts = false;
+  KILN_TRY_STATUS(cut_and_number(scene, uncut, settings.texels_per_metre, atlas));
+  const double density = Layout(scene, uncut, settings.texels_per_metre, atlas).affordable();
+  return density > 0 ? density : settings.texels_per_metre;
 }
 
 }  // namespace
@@ -246,14 +293,14 @@ Expected<Atlas> layout_packed(const Scene& scene, const AtlasSettings& settings)
     choose_charts(scene, settings, atlas);
   }
   const size_t warnings = atlas.warnings.size();
-  double density = settings.texels_per_metre;
-  for (bool again = true; again;) {
+  KILN_TRY(double density, first_density(scene, settings, atlas));
+  for (bool first = true, again = true; again; first = false) {
     KILN_TRY_STATUS(cut_and_number(scene, settings, density, atlas));
     if (atlas.placements.empty()) return atlas;
     Layout layout(scene, settings, density, atlas);
     KILN_TRY(const Packing packing, layout.pack_within());
     // Larger texels are cut elsewhere: once more for them.
-    again = settings.cut_contacts && packing.density < density && density == settings.texels_per_metre;
+    again = settings.cut_contacts && packing.density < density && first;
     density = packing.density;
     if (again)
       atlas.warnings.resize(warnings);

@@ -118,7 +118,7 @@ class ContactFinder::Search {
       first_.push_back(static_cast<uint32_t>(triangles_.size()));
       mirrored_.push_back(determinant(scene.instances[i].to_world) < 0);
       const Record& material = scene.materials[scene.instances[i].material];
-      blocks_.push_back(!lets_light_through(material));
+      blocks_.push_back(scene.instances[i].cast && !lets_light_through(material));
       const Property* sided = material.find("double_sided");
       double_sided_.push_back(sided && !sided->numbers.empty() && sided->numbers[0] != 0);
       const auto count = static_cast<uint32_t>(scene.meshes[scene.instances[i].mesh].triangles.size());
@@ -159,6 +159,7 @@ class ContactFinder::Search {
     double inner = 1e300, outer = 1e300;
     tree_->for_each_hit(at, up, outer, [&](uint32_t index, double distance) {
       const WorldTriangle& t = triangles_[index];
+      if (!scene_.instances[t.instance].cast) return;
       const DVec3 c(t.corner[0]);
       const double facing = dot(up, cross(DVec3(t.corner[1]) - c, DVec3(t.corner[2]) - c));
       const bool is_inner = !double_sided_[t.instance] && (facing > 0) != mirrored_[t.instance];
@@ -176,6 +177,7 @@ class ContactFinder::Search {
   }
 
   void look_at(const WorldTriangle& on, std::vector<Found>& found) const {
+    if (!scene_.instances[on.instance].receive) return;
     const Ground ground(on, mirrored_[on.instance]);
     if (ground.flat()) return;
     const double texel = texel_[on.instance];

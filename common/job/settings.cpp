@@ -67,6 +67,22 @@ Status parse_resolution(BakeSettings& b, const std::string& s) {
   return store_number(b.height, s.substr(x + 1), 1, 16384);
 }
 
+Status parse_preview(BakeSettings& b, const std::string& s) {
+  b.preview = s != "off";
+  if (s == "on" || s == "off") return {};
+  const size_t x = s.find('x');
+  if (x == s.npos) return refuse(text("'{}' is not on, off or WxH", s));
+  KILN_TRY_STATUS(store_number(b.preview_width, s.substr(0, x), 64, 8192));
+  return store_number(b.preview_height, s.substr(x + 1), 64, 8192);
+}
+
+std::string print_preview(const BakeSettings& b) {
+  const BakeSettings usual;
+  if (!b.preview) return "off";
+  if (b.preview_width == usual.preview_width && b.preview_height == usual.preview_height) return "on";
+  return text("{}x{}", b.preview_width, b.preview_height);
+}
+
 Status parse_one_sun(BakeSettings& b, const std::string& s) {
   const size_t colon = s.find(':');
   if (colon == s.npos) return refuse("a sun is X,Y,Z:R,G,B (direction to it, irradiance)");
@@ -467,6 +483,16 @@ const Setting kTable[] = {
      "on: no ray slips between triangles that share an edge (a few in a million do); slower by up to a fifth",
      [](B& b, S s) { return store_switch(b.watertight, s); },
      [](const B& b) { return print_switch(b.watertight); }},
+    {"preview", "on|off|WxH", "pixels",
+     "pictures of the report, and the size of the scene in them; off: none", parse_preview, print_preview},
+    {"camera", "NAME|X,Y,Z:X,Y,Z[:FOV]", "",
+     "where pictures are seen from: a camera of the file, or place, target and vertical degrees; empty: the "
+     "file's first that shows something, else one that is chosen",
+     [](B& b, S s) {
+       b.camera = s;
+       return Status{};
+     },
+     [](const B& b) { return b.camera; }},
     {"isa", "NAME", "", "numeric class: the instruction set of Embree's kernels",
      [](B& b, S s) {
        return store_word(b.isa, s, {"sse2", "sse4.2", "avx", "avx2", "avx512"});

@@ -28,8 +28,8 @@ struct BakeSettings {
   bool importance_cameras = false;
   double camera_distance = 10;  // metres
   double unseen_density = 1;
-  double small_objects = 0;   // metres; 0: size does not matter
-  uint32_t page_size = 8192;  // texels
+  double small_objects = 0;     // metres; 0: size does not matter
+  uint32_t page_size = 8192;    // texels
   bool power_of_two = false, block_align = false;
   uint32_t mip_levels = 0;
   std::string unwrap = "auto";        // auto, always
@@ -72,9 +72,12 @@ struct BakeSettings {
   double max_encode_error = 0;               // 0: no bound
   uint32_t ktx2_zstd = 0;                    // level; 0: none
   bool watertight = false;
-  uint32_t lod = 0;         // level of MSFT_lod that is baked
-  double lod_distance = 0;  // metres; 0: kLodDistance of an object's size
-  double lod_split = 1;     // texels; 0: never
+  uint32_t lod = 0;                                     // level of MSFT_lod that is baked
+  double lod_distance = 0;                              // metres; 0: kLodDistance of an object's size
+  double lod_split = 1;                                 // texels; 0: never
+  bool preview = true;                                  // pictures of the report
+  uint32_t preview_width = 1280, preview_height = 720;  // pixels of the scene in them
+  std::string camera;  // "NAME" or "X,Y,Z:X,Y,Z[:FOV]"; empty: the file's, or one that is chosen
   std::string isa = "avx2";
   uint32_t lease_ms = 15000;
 

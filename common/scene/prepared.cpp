@@ -1,5 +1,7 @@
 #include "common/scene/prepared.h"
 
+#include <algorithm>
+
 #include "common/base/check.h"
 #include "common/base/format.h"
 
@@ -108,6 +110,42 @@ std::vector<Record> get_records(ByteReader& r) {
   return records;
 }
 
+// What a surface is to light that gives none: black, as solid as before where it covers.
+Record black_of(const Record& material) {
+  Record black;
+  black.type = "unlit";
+  black.name = material.name;
+  const Property* base = material.find("base_color");
+  const bool faded = base && base->numbers.size() == 4;
+  black.properties.push_back({"base_color", {0, 0, 0, faded ? base->numbers[3] : 1.0}, {}, {}});
+  for (const char* kept : {"alpha_mode", "alpha_cutoff", "double_sided"})
+    if (const Property* p = material.find(kept)) black.properties.push_back(*p);
+  const Property *mode = material.find("alpha_mode"), *texture = material.find("base_color_texture");
+  if (texture && mode && mode->word != "opaque") black.properties.push_back(*texture);
+  return black;
+}
+
+// Materials as they are sent, and that of each instance: those that reflect nothing have black twins, behind
+// the others.
+struct SentMaterials {
+  std::vector<Record> records;
+  std::vector<uint32_t> of_instance;
+};
+SentMaterials sent_materials(const Scene& scene) {
+  SentMaterials sent{scene.materials, {}};
+  std::vector<uint32_t> twin(scene.materials.size(), 0);
+  for (const Instance& i : scene.instances) {
+    sent.of_instance.push_back(i.material);
+    if (i.reflect) continue;
+    if (!twin[i.material]) {
+      twin[i.material] = static_cast<uint32_t>(sent.records.size());
+      sent.records.push_back(black_of(scene.materials[i.material]));
+    }
+    sent.of_instance.back() = twin[i.material];
+  }
+  return sent;
+}
+
 struct Structure {
   std::vector<Digest> meshes, textures;
   Scene scene;  // without meshes and textures
@@ -132,6 +170,12 @@ Expected<Structure> read_structure(std::span<const std::byte> bytes) {
   }
   s.scene.materials = get_records(r);
   s.scene.lights = get_records(r);
+  if (r.ok() && !r.at_end()) {  // only where not everything casts
+    const std::vector<uint8_t> casts = r.get_array<uint8_t>();
+    if (casts.size() != s.scene.instances.size())
+      return fail(ErrorKind::kInvalidInput, "a scene structure chunk is damaged");
+    for (size_t i = 0; i < casts.size(); ++i) s.scene.instances[i].cast = casts[i] != 0;
+  }
   if (!magic || !r.at_end()) return fail(ErrorKind::kInvalidInput, "a scene structure chunk is damaged");
   return s;
 }
@@ -159,18 +203,25 @@ Digest write_scene(const Scene& scene, ChunkStore& store) {
   ids.clear();
   for (const Texture& texture : scene.textures) ids.push_back(store.add(write_texture(texture)));
   w.put_array(ids);
+  const SentMaterials materials = sent_materials(scene);
   w.put<uint64_t>(scene.instances.size());
   for (const Instance& i : scene.instances) {
     w.put(i.mesh);
-    w.put(i.material);
+    w.put(materials.of_instance[static_cast<size_t>(&i - scene.instances.data())]);
     w.put(i.to_world);
     w.put_string(i.name);
     w.put(i.node);
     w.put(i.file_mesh);
     w.put(i.file_primitive);
   }
-  put_records(w, scene.materials);
+  put_records(w, materials.records);
   put_records(w, scene.lights);
+  if (std::any_of(scene.instances.begin(), scene.instances.end(),
+                  [](const Instance& i) { return !i.cast; })) {
+    std::vector<uint8_t> casts;
+    for (const Instance& i : scene.instances) casts.push_back(i.cast);
+    w.put_array(casts);
+  }
   return store.add(w.take());
 }
 

@@ -25,7 +25,8 @@ class ChunkStore {
   size_t total_ = 0;
 };
 
-// Adds all chunks of the scene and returns its id.
+// Adds all chunks of the scene and returns its id. Instances that do not reflect are given black materials;
+// `receive` is not sent, for the atlas says it.
 Digest write_scene(const Scene& scene, ChunkStore& store);
 
 // Ids of the chunks that the structure chunk names, in the order read_scene wants them.

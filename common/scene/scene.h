@@ -33,6 +33,10 @@ struct Instance {
   std::string name;       // node name, for messages
   uint32_t node = 0;      // node, mesh and primitive of the file, for the glTF that is written
   uint32_t file_mesh = 0, file_primitive = 0;
+  // What the object takes part in (extras.kiln).
+  bool receive = true;  // has texels
+  bool cast = true;     // rays meet it
+  bool reflect = true;  // gives light: what it reflects and what it emits
 };
 
 // Where a property is a texture: which one, which UV set, and the affine map of KHR_texture_transform:

@@ -60,7 +60,7 @@ std::string charts_json(const Scene& scene, const Atlas& atlas) {
   const std::vector<uint32_t> mesh = mesh_of_set(scene, atlas);
   for (size_t s = 0; s < atlas.charts.size(); ++s)
     sets.add(text(R"({{"mesh": {}, "charts": {}, "cut": {}}})", json_quote(scene.meshes[mesh[s]].name),
-                  atlas.charts[s].chart_count, s >= scene.meshes.size()));
+                  atlas.charts[s].chart_count, s >= scene.meshes.size() && atlas.charts[s].chart_count > 0));
   out += "\n  ],\n  \"instances\": [";
   Lines instances(out);
   for (size_t i = 0; i < scene.instances.size(); ++i)

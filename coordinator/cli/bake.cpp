@@ -40,19 +40,21 @@ void print_result(const BakeReport& r, const std::string& folder) {
   std::fputs(textures_summary(r.textures).c_str(), stdout);
   for (const ImportNote& n : r.notes) {
     if (n.kind == ImportNote::Kind::kWarning) std::printf("warning: %s\n", n.what.c_str());
-    if (n.kind == ImportNote::Kind::kIgnored) std::printf("note: %s\n", n.what.c_str());
+    if (n.kind == ImportNote::Kind::kIgnored || n.kind == ImportNote::Kind::kNote)
+      std::printf("note: %s\n", n.what.c_str());
   }
   for (const std::string& s : r.warnings) std::printf("warning: %s\n", s.c_str());
   if (!r.kept_layout.empty())
     std::printf("%llu of %llu charts kept their place\n",
                 static_cast<unsigned long long>(r.atlas.kept_charts),
                 static_cast<unsigned long long>(r.charts));
+  if (r.settings.preview)
+    std::printf("look at:  %s/preview.png   the scene through its lightmap\n", folder.c_str());
   std::printf(
-      "look at:  %s/preview.png   the scene through its lightmap\n"
-      "          %s/report.html   error against run time, maps, every setting\n"
+      "%s%s/report.html   error against run time, maps, every setting\n"
       "          kiln view %s     the lit scene in a browser\n"
       "load:     %s/scene.glb, and %s\n",
-      folder.c_str(), folder.c_str(), folder.c_str(), folder.c_str(),
+      r.settings.preview ? "          " : "look at:  ", folder.c_str(), folder.c_str(), folder.c_str(),
       r.textures.empty() ? "irradiance.exr" : "the lightmap_* textures that it names");
 }
 

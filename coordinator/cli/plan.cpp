@@ -83,11 +83,12 @@ int run(const Arguments& a, const BakeSettings& settings) {
   else
     print_text(*preflight);
   if (!a.has("output")) return 0;
-  if (const Status s = write_plan(a.get("scene"), *preflight, a.get("output")); !s)
+  if (const Status s = write_plan(a.get("scene"), *preflight, settings, a.get("output")); !s)
     return report_error(s.error());
   const std::string folder = a.get("output");
   if (!a.has("json"))
-    std::printf("\nlook at     %s/plan.html and %s/density.png\n", folder.c_str(), folder.c_str());
+    std::printf("\nlook at     %s/plan.html%s\n", folder.c_str(),
+                settings.preview ? text(" and {}/density.png", folder).c_str() : "");
   return 0;
 }
 

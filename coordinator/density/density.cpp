@@ -35,7 +35,7 @@ void note_boxes(const std::vector<ImportanceBox>& boxes, const std::vector<int>&
     if (!used[b])
       notes.push_back(text(
           "the importance box from ({}, {}, {}) to ({}, {}, {}) changes nothing: {}, or a larger factor "
-          "counts there",
+          "counts there; move it, or take it away",
           boxes[b].low.x, boxes[b].low.y, boxes[b].low.z, boxes[b].high.x, boxes[b].high.y, boxes[b].high.z,
           boxes[b].factor > 1 ? "it touches no object" : "no object lies wholly inside"));
 }
@@ -48,7 +48,9 @@ DensityFactors density_factors(const Scene& scene, const DensityWishes& wishes,
   const std::vector<ImportanceBox> boxes = all_boxes(wishes, settings);
   const bool cameras = settings.importance_cameras && !wishes.cameras.empty();
   if (settings.importance_cameras && wishes.cameras.empty())
-    result.notes.push_back("--importance-cameras changes nothing: the scene has no perspective camera");
+    result.notes.push_back(
+        "--importance-cameras changes nothing: the scene has no perspective camera; add one, or take it "
+        "away");
   if (wishes.by_instance.empty() && boxes.empty() && !cameras && settings.small_objects == 0) return result;
 
   std::vector<float> factors(scene.instances.size(), 1.0f);

@@ -56,6 +56,15 @@ std::string string_member(const json& object, const char* name) {
   return it != object.end() && it->is_string() ? it->get<std::string>() : std::string();
 }
 
+std::vector<std::string> words_of(const json& root, const char* name) {
+  std::vector<std::string> words;
+  const auto it = root.find(name);
+  if (it == root.end() || !it->is_array()) return words;
+  for (const json& word : *it)
+    if (word.is_string()) words.push_back(word.get<std::string>());
+  return words;
+}
+
 bool is_fallback(const json& buffer) {
   const auto extensions = buffer.find("extensions");
   return extensions != buffer.end() && extensions->is_object() &&
@@ -118,6 +127,8 @@ Expected<GltfDocument> read_gltf_document(const fs::path& path) {
   }
   KILN_TRY(const json images, array_member(root, "images", path));
   for (const json& image : images) document.images.push_back(read_image(image));
+  document.extensions_used = words_of(root, "extensionsUsed");
+  document.extensions_required = words_of(root, "extensionsRequired");
   root.erase("buffers");
   root.erase("images");
   document.structure = root.dump();

@@ -22,6 +22,7 @@ struct GltfDocument {
   std::filesystem::path path;  // for messages and relative URIs
   std::string json;            // the JSON text
   std::string structure;       // the same without "buffers" and "images": nothing in it loads anything
+  std::vector<std::string> extensions_used, extensions_required;
   std::vector<GltfImage> images;
   std::vector<Bytes> buffers;  // by index of "buffers", each at least byteLength long; empty: a fallback
                                // buffer of EXT_meshopt_compression, which has no data by design

@@ -117,6 +117,7 @@ class InstancedWriter {
   }
 
   Expected<Json> primitive_of(uint32_t instance, uint32_t base) {
+    if (!c_.atlas.receives(instance)) return scene_.file_primitive(instance);
     KILN_TRY(Json primitive, scene_.split_primitive(instance));
     KILN_TRY(const SplitMesh* s, scene_.split_mesh(instance));
     const uint32_t set = c_.atlas.charts_of_instance[instance];

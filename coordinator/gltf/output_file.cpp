@@ -111,6 +111,11 @@ Expected<Json> GltfOutput::split_primitive(uint32_t instance) {
   return primitive_with(c_->scene.instances[instance], *s);
 }
 
+Json GltfOutput::file_primitive(uint32_t instance) const {
+  const Instance& in = c_->scene.instances[instance];
+  return file_meshes_[in.file_mesh]["primitives"][in.file_primitive];
+}
+
 Json GltfOutput::primitive_with(const Instance& in, const SplitMesh& s) const {
   Json primitive = file_meshes_[in.file_mesh]["primitives"][in.file_primitive];
   primitive["attributes"] = s.attributes;

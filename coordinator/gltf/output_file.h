@@ -40,6 +40,7 @@ class GltfOutput {
   Expected<const SplitMesh*> split_mesh(uint32_t instance);
   // The file's primitive with the split mesh's vertices; no TEXCOORD_1 yet.
   Expected<nlohmann::json> split_primitive(uint32_t instance);
+  nlohmann::json file_primitive(uint32_t instance) const;  // as the file has it
   nlohmann::json primitive_with(const Instance& in, const SplitMesh& split) const;
   // The primitive once for each page that its charts are on, marked with it; `placement` by new vertex.
   nlohmann::json by_page(const nlohmann::json& primitive, const SplitMesh& split,

@@ -11,6 +11,7 @@ using Json = nlohmann::json;
 
 // The primitive of an instance, once for each page.
 Expected<Json> primitives_of(const OutputContext& c, GltfOutput& scene, uint32_t instance) {
+  if (!c.atlas.receives(instance)) return Json::array({scene.file_primitive(instance)});
   KILN_TRY(Json primitive, scene.split_primitive(instance));
   KILN_TRY(const SplitMesh* s, scene.split_mesh(instance));
   const ChartPlacement* places = &c.atlas.placements[c.atlas.instance_first_chart[instance]];
@@ -46,10 +47,27 @@ Status give_instances_their_meshes(const OutputContext& c, GltfOutput& scene) {
   return {};
 }
 
-// Layout atlas: meshes stay as they are.
+// Layout atlas: meshes stay as they are. Copies that get no texels of a mesh of which others do have one of
+// their own, without the lightmap.
 void mark_instances(const OutputContext& c, GltfOutput& scene) {
-  for (const Instance& in : c.scene.instances)
-    mark_page(scene.doc["meshes"][in.file_mesh]["primitives"][in.file_primitive], 0);
+  const auto& instances = c.scene.instances;
+  for (uint32_t i = 0; i < instances.size(); ++i)
+    if (c.atlas.receives(i))
+      mark_page(scene.doc["meshes"][instances[i].file_mesh]["primitives"][instances[i].file_primitive], 0);
+  for (const auto& [node, copies] : GltfOutput::copies_by_node(c)) {
+    if (scene.is_repeated(node)) continue;
+    Json mesh = scene.doc["meshes"][instances[copies.front().front()].file_mesh];
+    bool differs = false;
+    for (const uint32_t i : copies.front()) {
+      if (c.atlas.receives(i)) continue;
+      Json& primitive = mesh["primitives"][instances[i].file_primitive];
+      differs |= primitive.contains("extensions") && primitive["extensions"].contains(kKilnLightmap);
+      primitive = scene.file_primitive(i);
+    }
+    if (!differs) continue;
+    scene.doc["nodes"][node]["mesh"] = scene.doc["meshes"].size();
+    scene.doc["meshes"].push_back(std::move(mesh));
+  }
 }
 
 Expected<Bytes> write(const OutputContext& c) {

@@ -39,7 +39,7 @@ void note_hot_spot(const Record& record, const std::string& name, const HotSpot&
   const double x = spot.direction.x * std::cos(turn) + spot.direction.z * std::sin(turn),
                z = spot.direction.z * std::cos(turn) - spot.direction.x * std::sin(turn);
   add_note(
-      notes, Kind::kWarning,
+      notes, Kind::kNote,
       text("the environment '{}' has a hot spot, as of a sun left in the image: {:.0f} % of its light comes "
            "from {:.2g} of the sphere, towards ({:.3f}, {:.3f}, {:.3f}). It is sampled and converges; its "
            "shadows are as soft as its texels, and --sun would say it sharper",
@@ -168,7 +168,7 @@ Expected<std::optional<Record>> from_file(const ImportContext& context, const Gl
   auto faces = read_faces(context, light);
   if (!faces || !(intensity >= 0) || !std::isfinite(static_cast<float>(intensity))) {
     add_note(notes, Kind::kWarning,
-             text("{} is left out: {}", who,
+             text("{} is left out: {}; --environment gives another", who,
                   faces ? text("intensity {} is no intensity", intensity) : faces.error().message));
     return std::optional<Record>();
   }

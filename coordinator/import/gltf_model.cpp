@@ -182,6 +182,7 @@ Expected<GltfModel> parse_gltf_model(const GltfDocument& document) {
   convert_all(in.lights, out.lights);
   convert_all(in.scenes, out.scenes);
   out.default_scene = in.defaultScene;
+  out.generator = in.asset.generator;
   out.animated = !in.animations.empty();
   out.extensions_used = in.extensionsUsed;
   out.extensions_required = in.extensionsRequired;

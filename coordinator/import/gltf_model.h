@@ -121,6 +121,7 @@ struct GltfModel {
   std::vector<GltfScene> scenes;
   int default_scene = -1;
   bool animated = false;
+  std::string generator;  // asset.generator
   std::vector<std::string> extensions_used, extensions_required;
   GltfExtensions extensions;
 };

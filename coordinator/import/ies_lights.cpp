@@ -133,7 +133,7 @@ Expected<std::vector<Record>> read_ies_lights(const ImportContext& context,
   }
   if (!aimless.empty())
     add_note(notes, Kind::kWarning,
-             text("IES lights whose transform leaves no direction are left out, in {}",
+             text("IES lights whose transform leaves no direction are left out: take away scales of 0, in {}",
                   aimless.list("node", "nodes")));
   return records;
 }

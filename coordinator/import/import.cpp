@@ -6,6 +6,8 @@
 #include "common/base/format.h"
 #include "common/scene/prepared.h"
 #include "coordinator/density/density.h"
+#include "coordinator/import/blender_units.h"
+#include "coordinator/import/compressed.h"
 #include "coordinator/import/density_extras.h"
 #include "coordinator/import/display_meshes.h"
 #include "coordinator/import/environment.h"
@@ -16,6 +18,7 @@
 #include "coordinator/import/lights.h"
 #include "coordinator/import/materials.h"
 #include "coordinator/import/meshes.h"
+#include "coordinator/import/part_extras.h"
 #include "coordinator/import/texture_density.h"
 
 namespace kiln {
@@ -126,7 +129,7 @@ Status read_all_lights(const ImportContext& context, const std::vector<PlacedNod
   return {};
 }
 
-// The first is where previews are seen from; all of them may steer density.
+// Previews are seen from them, and they may steer density.
 void read_cameras(const ImportContext& context, const std::vector<PlacedNode>& nodes, ImportResult& result) {
   for (const PlacedNode& at : nodes) {
     const int index = context.model.nodes[at.node].camera;
@@ -140,7 +143,8 @@ void read_cameras(const ImportContext& context, const std::vector<PlacedNode>& n
     Viewpoint viewpoint{camera.to_world, camera.vertical_fov};
     if (file.aspect >= 1e-2 && file.aspect <= 1e2) viewpoint.aspect = static_cast<float>(file.aspect);
     result.density.cameras.push_back(viewpoint);
-    if (!result.camera) result.camera = std::move(camera);
+    if (camera.name.empty()) camera.name = text("camera {}", index);
+    result.cameras.push_back(std::move(camera));
   }
 }
 
@@ -149,7 +153,13 @@ void read_cameras(const ImportContext& context, const std::vector<PlacedNode>& n
 Expected<ImportResult> import_scene(const std::filesystem::path& path, const BakeSettings& settings) {
   ImportResult result;
   KILN_TRY(result.document, read_gltf_document(path));
-  KILN_TRY(const GltfModel model, parse_gltf_model(result.document));
+  KILN_TRY_STATUS(check_compression(result.document));
+  auto parsed = parse_gltf_model(result.document);
+  if (!parsed) {
+    KILN_TRY_STATUS(blame_compression(result.document));
+    return tl::unexpected<Error>(std::move(parsed).error());
+  }
+  const GltfModel& model = *parsed;
   const ImportContext context{result.document, model, settings};
   Scene& scene = result.scene;
   KILN_TRY_STATUS(check_extensions(context, result.notes));
@@ -169,9 +179,11 @@ Expected<ImportResult> import_scene(const std::filesystem::path& path, const Bak
   KILN_TRY_STATUS(place_instances(context, places, used, std::move(primitives), scene, group_of_instance));
   KILN_TRY(result.display, read_display(context, levels, group_of_instance, result.notes));
   drop_unused_materials(scene);
+  KILN_TRY_STATUS(read_parts(context, nodes, scene, result.notes));
   KILN_TRY(result.density, read_density(context, nodes, scene, result.notes));
   reduce_to_density(scene, settings, most_density_factor(result.density, settings), result.notes);
   KILN_TRY_STATUS(read_all_lights(context, nodes, scene, result.notes));
+  warn_of_lumens(context, scene, result.notes);
   read_cameras(context, nodes, result);
   if (auto checked = check_scene(scene); !checked) return context.bad(checked.error().message);
   return result;

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,7 +15,7 @@ namespace kiln {
 
 // A finding of the importer, for plan and report.
 struct ImportNote {
-  enum class Kind { kBaked, kApproximated, kIgnored, kWarning } kind;
+  enum class Kind { kBaked, kApproximated, kIgnored, kWarning, kNote } kind;
   std::string what;  // one sentence naming the element
 };
 
@@ -29,8 +28,8 @@ struct Camera {
 struct ImportResult {
   Scene scene;
   std::vector<ImportNote> notes;
-  std::optional<Camera> camera;  // the first perspective camera of the scene
-  DensityWishes density;         // not a part of the scene: workers do not see it
+  std::vector<Camera> cameras;  // the perspective ones of the scene, in its order
+  DensityWishes density;        // not a part of the scene: workers do not see it
   GltfDocument document;
   Display display;  // what is drawn but not traced
 };

@@ -91,7 +91,7 @@ Expected<std::vector<MeshPlace>> place_meshes(const ImportContext& context,
       KILN_TRY_STATUS(place(at.node, mesh, at.to_world * instance_transform(arrays, i)));
   }
   if (!singular.empty())
-    add_note(notes, ImportNote::Kind::kWarning,
+    add_note(notes, ImportNote::Kind::kNote,
              text("a singular transform (a scale of 0?) leaves nothing to bake of {}",
                   singular.list("place", "places")));
   if (!skinned.empty())

@@ -35,7 +35,9 @@ void put_volume(const GltfValue& extension, MaterialReader& reader) {
   if (texture_info(extension, "thicknessTexture").texture >= 0)
     reader.note(Kind::kApproximated, "its thickness is that of the mesh, the thickness texture is not used");
   if (!(distance > 0)) {
-    reader.note(Kind::kWarning, text("attenuationDistance {} is no distance; nothing is absorbed", distance));
+    reader.note(
+        Kind::kWarning,
+        text("attenuationDistance {} is no distance: nothing is absorbed until it is above 0", distance));
     return;
   }
   std::vector<double> absorption;

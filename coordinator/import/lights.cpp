@@ -96,7 +96,7 @@ Expected<std::vector<Record>> read_lights(const ImportContext& context, const st
              text("lights of intensity 0 are left out, in {}", dark.list("node", "nodes")));
   if (!aimless.empty())
     add_note(notes, Kind::kWarning,
-             text("lights whose transform leaves no direction are left out, in {}",
+             text("lights whose transform leaves no direction are left out: take away scales of 0, in {}",
                   aimless.list("node", "nodes")));
   return records;
 }

@@ -41,12 +41,15 @@ void MaterialReader::texture(const char* property, const GltfTextureInfo& info, 
   if (const GltfValue* transform = find_extension(info.extensions, "KHR_texture_transform"))
     apply_transform(*transform, use, uv_set);
   if (uv_set < 0 || uv_set > 1) {
-    note(Kind::kWarning,
-         text("{} uses TEXCOORD_{}, only 0 and 1 are read; its factor is used without it", property, uv_set));
+    note(
+        Kind::kWarning,
+        text("{} uses TEXCOORD_{}, only 0 and 1 are read: its factor is used alone until it uses one of them",
+             property, uv_set));
     return;
   }
   if (!std::all_of(std::begin(use.m), std::end(use.m), [](float v) { return std::isfinite(v); })) {
-    note(Kind::kWarning, text("the transform of {} is not finite; its factor is used without it", property));
+    note(Kind::kWarning,
+         text("the transform of {} is not finite: its factor is used alone until it is", property));
     return;
   }
   use.uv_set = static_cast<uint32_t>(uv_set);

@@ -16,7 +16,9 @@ std::string alpha_word(const GltfMaterial& material, MaterialReader& reader) {
   if (material.alpha_mode == "MASK") return "mask";
   if (material.alpha_mode == "BLEND") return "blend";
   if (material.alpha_mode != "OPAQUE")
-    reader.note(Kind::kWarning, text("alpha mode '{}' does not exist; taken as OPAQUE", material.alpha_mode));
+    reader.note(Kind::kWarning,
+                text("alpha mode '{}' does not exist: taken as OPAQUE until it is MASK or BLEND",
+                     material.alpha_mode));
   return "opaque";
 }
 
@@ -58,7 +60,9 @@ void put_emission(const GltfMaterial& material, MaterialReader& reader, Record& 
   for (const double f : material.emissive) {
     const double radiance = f * strength;
     if (!(radiance >= 0) || !std::isfinite(static_cast<float>(radiance)))
-      reader.note(Kind::kWarning, text("its emission {} is no radiance; taken as 0", radiance));
+      reader.note(
+          Kind::kWarning,
+          text("its emission {} is no radiance: taken as 0 until it is a number from 0 on", radiance));
     emission.push_back(radiance >= 0 && std::isfinite(static_cast<float>(radiance)) ? radiance : 0);
   }
   put_numbers(record, "emission", emission);

@@ -207,7 +207,9 @@ void note_primitives(const ImportContext& context, const std::vector<PrimitiveRe
   note(generated, Kind::kBaked, "there are no normals: flat ones are made");
   note(repaired, Kind::kApproximated,
        text("{} normals without direction are replaced by those of their triangles", repaired_normals));
-  note(no_uv, Kind::kWarning, "the material's textures need TEXCOORD_0, which is absent");
+  note(no_uv, Kind::kWarning,
+       "the material's textures need TEXCOORD_0, which is absent: until it is there, their corner texel "
+       "colours all");
   note(morphed, Kind::kApproximated, "morph targets are left out: the base shape is baked");
 }
 

@@ -134,7 +134,8 @@ std::vector<Texture> TextureSet::decode(const ImportContext& context, ImportNote
   for (size_t i = 0; i < decoded.size(); ++i) {
     if (!decoded[i]) {
       add_note(notes, ImportNote::Kind::kWarning,
-               text("{}; the material's factor is used without it", decoded[i].error().message));
+               text("{}; the material's factor is used without it until that is mended",
+                    decoded[i].error().message));
       continue;
     }
     if (decoded[i]->reduced) reduced.add(text("'{}'", decoded[i]->texture.name));

@@ -80,7 +80,11 @@ Vec3 SurfaceLook::emission(const Fragment& f) const {
 
 bool SurfaceLook::visible(const Fragment& f) const {
   const Look& look = looks_[scene_.instances[f.instance].material];
-  if (f.back && !look.double_sided) return false;
+  return (!f.back || look.double_sided) && solid(f);
+}
+
+bool SurfaceLook::solid(const Fragment& f) const {
+  const Look& look = looks_[scene_.instances[f.instance].material];
   return look.opaque || base_color(f).w >= look.cutoff;
 }
 
@@ -99,6 +103,7 @@ size_t SurfaceLook::texel(const Fragment& f) const {
 }
 
 bool SurfaceLook::irradiance(const Fragment& f, Vec3& e) const {
+  if (!receives(f)) return false;
   uint32_t page;
   const Vec2 c = texel_coordinates(f, page) - 0.5f;
   const float fx = std::floor(c.x), fy = std::floor(c.y);

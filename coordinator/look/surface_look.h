@@ -14,10 +14,12 @@ class SurfaceLook {
   SurfaceLook(const Scene& scene, const Atlas& atlas, const Lightmap& map, bool textures = true);
   Vec4 base_color(const Fragment& f) const;  // linear, alpha by the material's alpha mode
   Vec3 emission(const Fragment& f) const;    // radiance
-  // Irradiance by bilinear lookup; false where the texel has no value.
+  // Irradiance by bilinear lookup; false where the texel has no value, or there is none.
   bool irradiance(const Fragment& f, Vec3& e) const;
-  size_t texel(const Fragment& f) const;  // of the lightmap, nearest
+  size_t texel(const Fragment& f) const;  // of the lightmap, nearest; of an object that receives
+  bool receives(const Fragment& f) const { return lookup_.holds(f.instance, f.triangle); }
   bool visible(const Fragment& f) const;  // culling and alpha
+  bool solid(const Fragment& f) const;    // alpha alone
   bool double_sided(uint32_t instance) const {
     return looks_[scene_.instances[instance].material].double_sided;
   }

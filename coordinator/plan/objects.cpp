@@ -1,10 +1,10 @@
 #include "coordinator/plan/objects.h"
 
 #include <algorithm>
-#include <numeric>
 
 #include "common/base/format.h"
 #include "common/base/parallel.h"
+#include "coordinator/plan/advice.h"
 
 namespace kiln {
 namespace {
@@ -37,38 +37,6 @@ void measure(const Scene& scene, const Atlas& atlas, uint32_t instance, ObjectPl
   if (with_texels > 0) object.texels_per_metre = std::sqrt(texels / with_texels);
 }
 
-// 1, 2 or 5 times a power of ten, at most `value`.
-double round_number(double value) {
-  const double unit = std::pow(10.0, std::floor(std::log10(value)));
-  const double digit = value / unit;
-  return unit * (digit >= 5 ? 5 : digit >= 2 ? 2 : 1);
-}
-
-double widest_side(const Scene& scene) {
-  Vec3 low(std::numeric_limits<float>::infinity()), high(-low);
-  for (const Instance& i : scene.instances)
-    for (const Vec3& p : scene.meshes[i.mesh].positions) {
-      low = glm::min(low, transform_point(i.to_world, p));
-      high = glm::max(high, transform_point(i.to_world, p));
-    }
-  return max_component(high - low);
-}
-
-std::string largest_objects(const std::vector<ObjectPlan>& objects, uint64_t all) {
-  std::vector<size_t> order(objects.size());
-  std::iota(order.begin(), order.end(), size_t{0});
-  std::stable_sort(order.begin(), order.end(),
-                   [&](size_t a, size_t b) { return objects[a].valid_texels > objects[b].valid_texels; });
-  std::string out;
-  for (size_t i = 0; i < std::min<size_t>(3, order.size()); ++i) {
-    const ObjectPlan& o = objects[order[i]];
-    out +=
-        text("{}'{}' {:.0f} %", i ? ", " : "", o.name,
-             100.0 * static_cast<double>(o.valid_texels) / static_cast<double>(std::max<uint64_t>(1, all)));
-  }
-  return out;
-}
-
 }  // namespace
 
 double face_density(const Scene& scene, const Atlas& atlas, uint32_t instance, uint32_t face) {
@@ -85,6 +53,9 @@ std::vector<ObjectPlan> plan_objects(const Scene& scene, const Atlas& atlas,
     objects[i].mesh = scene.meshes[instance.mesh].name;
     objects[i].material = scene.materials[instance.material].name;
     objects[i].charts = atlas.instance_first_chart[i + 1] - atlas.instance_first_chart[i];
+    objects[i].receive = instance.receive;
+    objects[i].cast = instance.cast;
+    objects[i].reflect = instance.reflect;
     objects[i].factor = density.empty() || !atlas.packed ? 1.0 : double{density[i]};
     measure(scene, atlas, static_cast<uint32_t>(i), objects[i]);
   });
@@ -105,7 +76,7 @@ std::string advise_density(const Scene& scene, const Atlas& atlas, const AtlasSe
   const auto texels = static_cast<double>(atlas.sites.size());
   if (!atlas.packed || settings.texel_budget || texels <= kMany) return "";
   const double density = atlas.statistics.texels_per_metre;
-  const double proposal = round_number(density * std::sqrt(kPlenty / texels));
+  const double proposal = round_down(density * std::sqrt(kPlenty / texels));
   // Small charts do not shrink with the density, so their sizes are asked.
   const double fewer = layout_texels(scene, atlas, settings, proposal) /
                        layout_texels(scene, atlas, settings, density) * texels;
@@ -114,7 +85,7 @@ std::string advise_density(const Scene& scene, const Atlas& atlas, const AtlasSe
       "minutes at min-samples; --texels-per-metre {:g} would take {:.2g} million, and --max-texels finds the "
       "density for a budget. Most texels are on {}",
       widest_side(scene), density, texels / 1e6, std::ceil(seconds / 60), proposal, fewer / 1e6,
-      largest_objects(objects, atlas.sites.size()));
+      largest_objects(objects));
 }
 
 }  // namespace kiln

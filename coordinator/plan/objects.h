@@ -19,6 +19,7 @@ struct ObjectPlan {
   double texels_per_metre =
       0;              // as laid out: root of texels over square metres of what has texels; 0: none has
   double factor = 1;  // that was asked for, see coordinator/density
+  bool receive = true, cast = true, reflect = true;  // as Instance
 };
 
 // By instance. `density`: as AtlasSettings::density.

@@ -99,6 +99,10 @@ std::string why_no_cache(const Scene& scene, const BakeSettings& settings) {
   return "";
 }
 
+TexelMemory texel_memory(const BakeSettings& settings) {
+  return settings.denoise ? TexelMemory{1000, 200} : TexelMemory{600, 200};
+}
+
 Plan make_plan(const Scene& scene, const Atlas& atlas, const BakeSettings& settings, unsigned threads) {
   Plan plan;
   plan.texels = atlas.texel_count();
@@ -112,13 +116,14 @@ Plan make_plan(const Scene& scene, const Atlas& atlas, const BakeSettings& setti
   }
   for (const Texture& t : scene.textures) scene_bytes += t.texels.size();
   const uint64_t planes = moment_plane_names(*find_basis(settings.basis)).size();
-  const uint64_t atlas_bytes = atlas.sites.words.size() * 4 + atlas.sites.size() * 8;
-  // Sums of both replicates, their means in float, and caches.
-  const uint64_t site_bytes = kReplicates * (planes * 8 + planes * 4 + (settings.cache ? 12 : 0));
-  plan.coordinator_bytes = 2 * scene_bytes + atlas_bytes + plan.valid_texels * site_bytes +
-                           plan.texels * (planes + 8) * 4 * (settings.denoise ? 2 : 1);
-  plan.worker_bytes = scene_bytes + atlas_bytes + plan.triangles * 120;  // Embree: about 120 B a triangle
-  if (settings.cache) plan.worker_bytes += plan.texels * 4 + plan.valid_texels * kReplicates * 24;
+  const TexelMemory texel = texel_memory(settings);
+  // Texels of the pages that nothing is sampled for hold planes all the same.
+  const uint64_t unsampled =
+      (plan.texels - plan.valid_texels) * (planes + 8) * 4 * (settings.denoise ? 2 : 1);
+  plan.texel_bytes = plan.valid_texels * (texel.coordinator + texel.worker) + unsampled;
+  plan.coordinator_bytes = 2 * scene_bytes + plan.valid_texels * texel.coordinator + unsampled;
+  // Embree: about 120 B a triangle.
+  plan.worker_bytes = scene_bytes + plan.triangles * 120 + plan.valid_texels * texel.worker;
   plan.output_bytes = plan.texels * (planes + 4) * 4 + 2 * scene_bytes;
   const double rays_per_sample = settings.indirect && settings.max_bounces > 0 ? 8 : 3;
   const double second = std::max(1u, threads) * kRaysPerSecond;

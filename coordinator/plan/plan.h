@@ -20,12 +20,20 @@ struct Plan {
   std::vector<std::string> left_out;           // what this scene does not need, one sentence each
   std::vector<ObjectPlan> objects;             // by instance
   std::vector<std::string> warnings;           // one sentence each
+  uint64_t texel_bytes = 0;                    // the share of both that grows with the texels
   bool cache = false;                          // paths may end at measured surfaces
 };
 
 // Rays a second of one thread assumed for the estimate of time: the middle of what the benchmark of
 // docs/performance.md measures on scenes of 10^4 to 10^6 triangles.
 constexpr double kRaysPerSecond = 1.5e6;
+
+// Most memory that a texel takes while it is baked, in coordinator and worker: tests/bench/memory.py
+// measures.
+struct TexelMemory {
+  uint64_t coordinator, worker;
+};
+TexelMemory texel_memory(const BakeSettings& settings);
 
 // Why paths of this bake cannot end at surfaces whose irradiance an earlier pass has measured; empty: they
 // can, or nobody asked.

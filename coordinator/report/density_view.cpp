@@ -9,7 +9,6 @@
 #include "coordinator/plan/objects.h"
 #include "coordinator/report/label.h"
 #include "coordinator/report/ramp.h"
-#include "coordinator/report/raster.h"
 
 namespace kiln {
 namespace {
@@ -64,10 +63,12 @@ class Shader {
     Sample s;
     if (f.inverse_depth == 0) return s;
     s.surface = true;
-    double b1 = f.b1, b2 = f.b2;
-    const uint32_t face = lookup_.face_at(f.instance, f.triangle, b1, b2);
-    s.density = static_cast<float>(face_density(scene_, atlas_, f.instance, face));
     const float cosine = facing(f);
+    if (lookup_.holds(f.instance, f.triangle)) {
+      double b1 = f.b1, b2 = f.b2;
+      const uint32_t face = lookup_.face_at(f.instance, f.triangle, b1, b2);
+      s.density = static_cast<float>(face_density(scene_, atlas_, f.instance, face));
+    }
     s.light = 0.45f + 0.55f * cosine;
     if (!(s.density > 0)) return s;
     const DVec2 texel = lookup_.at(f.instance, f.triangle, f.b1, f.b2).texels;
@@ -158,6 +159,12 @@ Picture density_view(const ImportResult& imported, const Atlas& atlas, const Cam
   const SurfaceLook look(imported.scene, atlas, none);
   const View view = rasterise(imported.scene, camera, width * kSupersample, height * kSupersample,
                               [&](const Fragment& f) { return look.visible(f); });
+  return density_picture(imported, atlas, camera, view, kSupersample);
+}
+
+Picture density_picture(const ImportResult& imported, const Atlas& atlas, const Camera& camera,
+                        const View& view, uint32_t fine) {
+  const uint32_t width = view.width / fine, height = view.height / fine;
   const Shader shader(imported, atlas, camera, view.height);
   std::vector<Sample> samples(view.fragments.size());
   parallel_for(view.height, [&](size_t y) {
@@ -166,7 +173,7 @@ Picture density_view(const ImportResult& imported, const Atlas& atlas, const Cam
   });
   const Scale scale = scale_of(samples, scene_density(imported, atlas));
   Picture picture(width, height + kScaleHeight, static_cast<uint8_t>(kBackground.x));
-  picture.paste(supersampled(width, height, kSupersample,
+  picture.paste(supersampled(width, height, fine,
                              [&](size_t pixel) {
                                const Sample& s = samples[pixel];
                                return !s.surface

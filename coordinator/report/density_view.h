@@ -5,6 +5,7 @@
 #include "coordinator/import/import.h"
 #include "coordinator/lightmap/lightmap.h"
 #include "coordinator/report/picture.h"
+#include "coordinator/report/raster.h"
 
 namespace kiln {
 
@@ -16,5 +17,8 @@ Lightmap unbaked_lightmap(const Atlas& atlas);
 // smaller than a few pixels; faces without texels are grey.
 Picture density_view(const ImportResult& imported, const Atlas& atlas, const Camera& camera, uint32_t width,
                      uint32_t height);
+// Of what has been rasterised for that camera; fine^2 of its pixels make one of the picture.
+Picture density_picture(const ImportResult& imported, const Atlas& atlas, const Camera& camera,
+                        const View& view, uint32_t fine);
 
 }  // namespace kiln

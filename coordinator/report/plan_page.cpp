@@ -57,6 +57,8 @@ std::string_view note_kind(ImportNote::Kind kind) {
       return "ignored";
     case ImportNote::Kind::kWarning:
       return "warning";
+    case ImportNote::Kind::kNote:
+      return "note";
   }
   return "";
 }
@@ -74,7 +76,8 @@ void write_objects(JsonWriter& w, const std::vector<ObjectPlan>& objects) {
     w.pair("texels", o.texels).pair("valid_texels", o.valid_texels);
     w.pair("share", static_cast<double>(o.texels) / static_cast<double>(std::max<uint64_t>(1, all)));
     w.pair("texels_per_metre", o.texels_per_metre).pair("square_metres", o.square_metres);
-    w.pair("density_factor", o.factor).end_object();
+    w.pair("density_factor", o.factor);
+    w.pair("receive", o.receive).pair("cast", o.cast).pair("reflect", o.reflect).end_object();
   }
   w.end_array();
 }
@@ -121,9 +124,11 @@ std::string plan_json(const PlanView& v) {
 
 Expected<std::string> plan_html(const PlanView& v, const std::filesystem::path& scene,
                                 const Picture& heat_map) {
-  KILN_TRY(const Bytes png, encode_png(heat_map.width, heat_map.height, heat_map.rgb));
   std::string out = page_head("plan of " + scene.filename().string());
-  out += embedded(png, "texels per metre; squares are texels");
+  if (heat_map.width) {
+    KILN_TRY(const Bytes png, encode_png(heat_map.width, heat_map.height, heat_map.rgb));
+    out += embedded(png, "texels per metre; squares are texels");
+  }
   out += "<h2>Objects</h2>\n" + objects_table_html(v.plan.objects);
   out += "<h2>Facts</h2>\n" + facts(v);
   return out + "<h2>Findings</h2>\n" + findings(v) + "</html>\n";

@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "common/base/parallel.h"
-#include "coordinator/imageio/imageio.h"
 #include "coordinator/look/surface_look.h"
 #include "coordinator/look/tone.h"
 #include "coordinator/report/raster.h"
@@ -18,8 +17,23 @@ uint8_t display(float exposed, bool curve = true) {
 
 struct Shot {
   std::vector<Vec3> radiance;
-  std::vector<uint8_t> kind;  // 0 sky, 1 lit surface, 2 surface without a value
+  std::vector<uint8_t>
+      kind;  // 0 sky, 1 lit surface, 2 surface without a value, 3 of an object without texels
 };
+
+// Objects without texels are shown in the median light of those that have them.
+void light_others(const SurfaceLook& look, const View& view, Shot& shot) {
+  std::vector<float> light;
+  for (size_t i = 0; i < shot.kind.size(); ++i)
+    if (Vec3 e; shot.kind[i] == 1 && look.irradiance(view.fragments[i], e)) light.push_back(luminance(e));
+  if (light.empty()) return;
+  const auto middle = light.begin() + static_cast<ptrdiff_t>(light.size() / 2);
+  std::nth_element(light.begin(), middle, light.end());
+  for (size_t i = 0; i < shot.kind.size(); ++i)
+    if (shot.kind[i] == 3)
+      shot.radiance[i] =
+          Vec3(look.base_color(view.fragments[i])) * (*middle * kInvPi) + look.emission(view.fragments[i]);
+}
 
 Shot shade(const SurfaceLook& look, const View& view, const Camera& camera) {
   Shot shot{std::vector<Vec3>(view.fragments.size()), std::vector<uint8_t>(view.fragments.size(), 0)};
@@ -35,10 +49,11 @@ Shot shade(const SurfaceLook& look, const View& view, const Camera& camera) {
         continue;
       }
       Vec3 e;
-      shot.kind[i] = look.irradiance(f, e) ? 1 : 2;
+      shot.kind[i] = look.irradiance(f, e) ? 1 : look.receives(f) ? 2 : 3;
       if (shot.kind[i] == 1) shot.radiance[i] = Vec3(look.base_color(f)) * e * kInvPi + look.emission(f);
     }
   });
+  if (std::find(shot.kind.begin(), shot.kind.end(), 3) != shot.kind.end()) light_others(look, view, shot);
   return shot;
 }
 
@@ -50,12 +65,18 @@ Picture render_view(const ImportResult& imported, const Atlas& atlas, const Ligh
   const uint32_t fine = style.smooth ? kSupersample : 1;
   const View view = rasterise(imported.scene, camera, width * fine, height * fine,
                               [&](const Fragment& f) { return look.visible(f); });
+  return shaded_view(imported, atlas, map, camera, view, fine, style);
+}
+
+Picture shaded_view(const ImportResult& imported, const Atlas& atlas, const Lightmap& map,
+                    const Camera& camera, const View& view, uint32_t fine, const ViewStyle& style) {
+  const SurfaceLook look(imported.scene, atlas, map, style.textures);
   const Shot shot = shade(look, view, camera);
   std::vector<float> lit;
   for (size_t i = 0; i < shot.kind.size(); ++i)
     if (shot.kind[i] == 1) lit.push_back(luminance(shot.radiance[i]));
   const float exposure = style.exposure > 0 ? style.exposure : exposure_of(std::move(lit));
-  return supersampled(width, height, fine, [&](size_t i) {
+  return supersampled(view.width / fine, view.height / fine, fine, [&](size_t i) {
     if (shot.kind[i] == 2) return Vec3(255, 0, 255);
     Vec3 color;
     for (int c = 0; c < 3; ++c) color[c] = display(shot.radiance[i][c] * exposure, style.filmic);
@@ -78,19 +99,15 @@ Picture atlas_picture(const Lightmap& map, uint32_t size) {
   });
 }
 
-Camera preview_camera(const ImportResult& imported, const Atlas& atlas, const Lightmap& map) {
-  return imported.camera ? *imported.camera : choose_camera(imported, atlas, map);
-}
-
-Status write_preview(const std::filesystem::path& path, const ImportResult& imported, const Atlas& atlas,
-                     const Lightmap& map, const Camera& camera) {
-  constexpr uint32_t kHeight = 720, kWidth = 1280, kGap = 8;
-  const Picture view = render_view(imported, atlas, map, camera, kWidth, kHeight);
-  const Picture sheet = atlas_picture(map, kHeight);
-  Picture both(kWidth + kGap + sheet.width, kHeight, 16);
-  both.paste(view, 0, 0);
-  both.paste(sheet, kWidth + kGap, 0);
-  return write_png(path, both.width, both.height, both.rgb);
+Picture preview_picture(const ImportResult& imported, const Atlas& atlas, const Lightmap& map,
+                        const Camera& camera, const View& view, uint32_t fine) {
+  constexpr uint32_t kGap = 8;
+  const Picture scene = shaded_view(imported, atlas, map, camera, view, fine);
+  const Picture sheet = atlas_picture(map, scene.height);
+  Picture both(scene.width + kGap + sheet.width, scene.height, 16);
+  both.paste(scene, 0, 0);
+  both.paste(sheet, scene.width + kGap, 0);
+  return both;
 }
 
 }  // namespace kiln

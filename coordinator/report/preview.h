@@ -1,12 +1,11 @@
 // preview.png: the lit scene as its camera sees it, rendered through the lightmap, beside the atlas.
 #pragma once
 
-#include <filesystem>
-
 #include "common/atlas/atlas.h"
 #include "coordinator/import/import.h"
 #include "coordinator/lightmap/lightmap.h"
 #include "coordinator/report/picture.h"
+#include "coordinator/report/raster.h"
 
 namespace kiln {
 
@@ -22,17 +21,16 @@ struct ViewStyle {
 // are magenta.
 Picture render_view(const ImportResult& imported, const Atlas& atlas, const Lightmap& map,
                     const Camera& camera, uint32_t width, uint32_t height, const ViewStyle& style = {});
-
-// One that sees many lit surfaces from their front at varied distance.
-Camera choose_camera(const ImportResult& imported, const Atlas& atlas, const Lightmap& map);
+// Of what has been rasterised for that camera, with what SurfaceLook finds visible; `fine`^2 of its pixels
+// make one of the picture.
+Picture shaded_view(const ImportResult& imported, const Atlas& atlas, const Lightmap& map,
+                    const Camera& camera, const View& view, uint32_t fine, const ViewStyle& style = {});
 
 // The atlas, tone-mapped, pages side by side, scaled to at most `size` a side.
 Picture atlas_picture(const Lightmap& map, uint32_t size);
 
-// The file's camera, or one chosen.
-Camera preview_camera(const ImportResult& imported, const Atlas& atlas, const Lightmap& map);
-
-Status write_preview(const std::filesystem::path& path, const ImportResult& imported, const Atlas& atlas,
-                     const Lightmap& map, const Camera& camera);
+// The scene and the atlas side by side.
+Picture preview_picture(const ImportResult& imported, const Atlas& atlas, const Lightmap& map,
+                        const Camera& camera, const View& view, uint32_t fine);
 
 }  // namespace kiln

@@ -50,6 +50,15 @@ class Projector {
     return {dot(d, x_), dot(d, y_), dot(d, z_)};
   }
   Vec2 to_pixels(const Vec3& c) const { return half_ + Vec2(c.x, -c.y) * (focal_ / -c.z); }
+  // Are all three points, in camera space, beyond one side of the picture, or before the near plane?
+  bool outside(const std::array<ClipVertex, 3>& v, float near) const {
+    const auto all = [&](const auto& beyond) { return beyond(v[0].p) && beyond(v[1].p) && beyond(v[2].p); };
+    return all([&](const Vec3& p) { return -p.z < near; }) ||
+           all([&](const Vec3& p) { return p.x * focal_ > -p.z * half_.x; }) ||
+           all([&](const Vec3& p) { return -p.x * focal_ > -p.z * half_.x; }) ||
+           all([&](const Vec3& p) { return p.y * focal_ > -p.z * half_.y; }) ||
+           all([&](const Vec3& p) { return -p.y * focal_ > -p.z * half_.y; });
+  }
 
  private:
   Vec3 origin_, x_, y_, z_;
@@ -62,6 +71,7 @@ void project_triangle(const Projector& projector, const Vec3 (&world)[3], uint32
   std::array<ClipVertex, 3> in{ClipVertex{projector.to_camera(world[0]), 0, 0},
                                ClipVertex{projector.to_camera(world[1]), 1, 0},
                                ClipVertex{projector.to_camera(world[2]), 0, 1}};
+  if (projector.outside(in, near)) return;
   const Vec3 normal = cross(in[1].p - in[0].p, in[2].p - in[0].p);
   const bool back = (dot(normal, in[0].p) > 0) != mirrored;
   std::array<ClipVertex, 4> poly;
@@ -80,24 +90,54 @@ void project_triangle(const Projector& projector, const Vec3 (&world)[3], uint32
 }
 
 std::vector<ScreenTriangle> project(const Scene& scene, const Projector& projector, float near) {
-  std::vector<ScreenTriangle> out;
+  constexpr uint32_t kRun = 1 << 14;
+  struct Run {
+    uint32_t instance, first, end;
+    std::vector<ScreenTriangle> out;
+  };
+  std::vector<Run> runs;
   for (uint32_t i = 0; i < scene.instances.size(); ++i) {
-    const Instance& instance = scene.instances[i];
+    const auto count = static_cast<uint32_t>(scene.meshes[scene.instances[i].mesh].triangles.size());
+    for (uint32_t t = 0; t < count; t += kRun) runs.push_back({i, t, std::min(count, t + kRun), {}});
+  }
+  parallel_for(runs.size(), [&](size_t r) {
+    Run& run = runs[r];
+    const Instance& instance = scene.instances[run.instance];
     const Mesh& mesh = scene.meshes[instance.mesh];
     const bool mirrored = determinant(instance.to_world) < 0;
-    for (uint32_t t = 0; t < mesh.triangles.size(); ++t) {
+    for (uint32_t t = run.first; t < run.end; ++t) {
       Vec3 world[3];
       for (int c = 0; c < 3; ++c)
         world[c] = transform_point(instance.to_world, mesh.positions[mesh.triangles[t][c]]);
-      project_triangle(projector, world, i, t, mirrored, near, out);
+      project_triangle(projector, world, run.instance, t, mirrored, near, run.out);
     }
-  }
+  });
+  std::vector<ScreenTriangle> out;
+  for (const Run& run : runs) out.insert(out.end(), run.out.begin(), run.out.end());
   return out;
 }
 
 // In double: a triangle cut at the near plane has corners a million pixels away.
 double edge(const Vec2& a, const Vec2& b, const Vec2& p) {
   return (double{b.x} - a.x) * (double{p.y} - a.y) - (double{b.y} - a.y) * (double{p.x} - a.x);
+}
+
+// Pixels of a row that may lie inside: of [left, right) those on the inner side of every edge, one more at
+// each end for the rounding here.
+std::pair<uint32_t, uint32_t> inside_row(const ScreenTriangle& s, double area, uint32_t left, uint32_t right,
+                                         float y) {
+  double low = left, high = right;
+  for (size_t k = 0; k < 3; ++k) {
+    const Vec2 &a = s.xy[k], &b = s.xy[(k + 1) % 3];
+    const double slope = -(double{b.y} - a.y) / area;
+    const double at_zero = edge(a, b, Vec2(0, y)) / area;
+    const double zero = -at_zero / slope - 0.5;  // pixel whose centre is on the edge
+    if (!std::isfinite(zero)) continue;
+    if (slope > 0) low = std::max(low, std::floor(zero) - 1);
+    if (slope < 0) high = std::min(high, std::ceil(zero) + 2);
+  }
+  if (!(low < high)) return {left, left};
+  return {static_cast<uint32_t>(low), static_cast<uint32_t>(high)};
 }
 
 void fill(const ScreenTriangle& s, View& view, uint32_t row_begin, uint32_t row_end,
@@ -111,8 +151,9 @@ void fill(const ScreenTriangle& s, View& view, uint32_t row_begin, uint32_t row_
   const auto [y0, y1] = std::minmax({s.xy[0].y, s.xy[1].y, s.xy[2].y});
   const uint32_t left = clamp_to(x0, 0, view.width), right = clamp_to(x1 + 1, 0, view.width);
   const uint32_t top = clamp_to(y0, row_begin, row_end), bottom = clamp_to(y1 + 1, row_begin, row_end);
-  for (uint32_t y = top; y < bottom; ++y)
-    for (uint32_t x = left; x < right; ++x) {
+  for (uint32_t y = top; y < bottom; ++y) {
+    const auto [first, end] = inside_row(s, area, left, right, static_cast<float>(y) + 0.5f);
+    for (uint32_t x = first; x < end; ++x) {
       const Vec2 p(static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f);
       const double d0 = edge(s.xy[1], s.xy[2], p) / area, d1 = edge(s.xy[2], s.xy[0], p) / area;
       if (d0 < 0 || d1 < 0 || d0 + d1 > 1) continue;
@@ -130,6 +171,25 @@ void fill(const ScreenTriangle& s, View& view, uint32_t row_begin, uint32_t row_
       f.back = s.back;
       if (visible(f)) target = f;
     }
+  }
+}
+
+// The triangles that reach into each band of rows, in order.
+std::vector<std::vector<uint32_t>> bands_of(const std::vector<ScreenTriangle>& triangles, size_t bands,
+                                            uint32_t height) {
+  std::vector<std::vector<uint32_t>> lists(bands);
+  const auto band_of = [&](float y) {
+    const double row = std::clamp(double{y}, 0.0, height - 1.0);
+    return std::min(bands - 1, static_cast<size_t>(row * static_cast<double>(bands) / height));
+  };
+  for (uint32_t i = 0; i < triangles.size(); ++i) {
+    const auto& xy = triangles[i].xy;
+    const auto [y0, y1] = std::minmax({xy[0].y, xy[1].y, xy[2].y});
+    if (!(y1 >= 0 && y0 <= static_cast<float>(height))) continue;
+    const size_t from = band_of(y0 - 1), to = band_of(y1 + 1);
+    for (size_t band = from; band <= to; ++band) lists[band].push_back(i);
+  }
+  return lists;
 }
 
 }  // namespace
@@ -143,11 +203,12 @@ View rasterise(const Scene& scene, const Camera& camera, uint32_t width, uint32_
     reach = std::max(reach, length(i.to_world[3] - camera.to_world[3]));
   const Projector projector(camera, width, height);
   const std::vector<ScreenTriangle> triangles = project(scene, projector, std::max(1e-3f, 1e-4f * reach));
-  const size_t bands = std::min<size_t>(16, height);
+  const size_t bands = std::min<size_t>(64, height);
+  const std::vector<std::vector<uint32_t>> lists = bands_of(triangles, bands, height);
   parallel_for(bands, [&](size_t band) {
     const auto begin = static_cast<uint32_t>(band * height / bands);
     const auto end = static_cast<uint32_t>((band + 1) * height / bands);
-    for (const ScreenTriangle& s : triangles) fill(s, view, begin, end, visible);
+    for (const uint32_t i : lists[band]) fill(triangles[i], view, begin, end, visible);
   });
   return view;
 }

@@ -14,7 +14,7 @@
 #include "coordinator/import/import.h"
 #include "coordinator/lightmap/lightmap.h"
 #include "coordinator/plan/plan.h"
-#include "coordinator/report/picture.h"
+#include "coordinator/report/report_pictures.h"
 #include "coordinator/textures/textures.h"
 
 namespace kiln {
@@ -84,12 +84,9 @@ std::string_view validity_name(Validity v);
 
 // Text of report.json.
 std::string report_json(const BakeReport& report);
-// One self-contained page; the pictures are embedded.
-struct ReportPictures {
-  std::filesystem::path preview, validity;
-};
+// One self-contained page; the pictures are embedded, those that are empty left out.
 Expected<std::string> report_html(const BakeReport& report, const Lightmap& map,
-                                  const ReportPictures& pictures, const Picture& heat_map,
+                                  const ReportPictures& pictures,
                                   std::span<const std::vector<float>> texture_errors = {});
 
 }  // namespace kiln

@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/base/files.h"
 #include "common/base/format.h"
 #include "coordinator/imageio/imageio.h"
 #include "coordinator/report/html.h"
@@ -136,7 +135,7 @@ std::string passes_table(const BakeReport& r) {
 
 std::string notes_html(const BakeReport& r) {
   std::string out = "<ul>\n";
-  static const char* kKinds[] = {"baked", "approximated", "ignored", "warning"};
+  static const char* kKinds[] = {"baked", "approximated", "ignored", "warning", "note"};
   if (!r.unmet.empty()) out += text("<li><b>failed</b> {}</li>\n", escape(r.unmet));
   for (const std::string& s : r.warnings) out += text("<li><b>warning</b> {}</li>\n", escape(s));
   for (const ImportNote& n : r.notes)
@@ -177,18 +176,17 @@ std::string facts(const BakeReport& r) {
 }  // namespace
 
 Expected<std::string> report_html(const BakeReport& r, const Lightmap& map, const ReportPictures& pictures,
-                                  const Picture& heat_map,
                                   std::span<const std::vector<float>> texture_errors) {
-  KILN_TRY(const Bytes density, encode_png(heat_map.width, heat_map.height, heat_map.rgb));
-  KILN_TRY(const Bytes preview, read_file(pictures.preview));
-  KILN_TRY(const Bytes validity, read_file(pictures.validity));
   KILN_TRY(const std::string figures, maps(r, map));
   std::string out = page_head(r.scene_path.filename().string());
-  out += embedded(preview, "the scene through its lightmap, and the lightmap");
+  const auto shown = [](const Bytes& png, std::string_view caption) {
+    return png.empty() ? std::string() : embedded(png, caption);
+  };
+  out += shown(pictures.preview, "the scene through its lightmap, and the lightmap");
   out += "<h2>Error against run time</h2>\n" + curve(r) + passes_table(r);
   out += "<h2>Maps</h2>\n" + figures;
-  out += embedded(validity, "validity: where the lightmap's values are from; magenta: inside geometry");
-  out += "<h2>Density</h2>\n" + embedded(density, "texels per metre; squares are texels") +
+  out += shown(pictures.validity, "validity: where the lightmap's values are from; magenta: inside geometry");
+  out += "<h2>Density</h2>\n" + shown(pictures.density, "texels per metre; squares are texels") +
          objects_table_html(r.plan.objects);
   KILN_TRY(const std::string compressed, texture_maps(r, map, texture_errors));
   out += "<h2>Textures</h2>\n" + textures_table_html(r.textures) + compressed;

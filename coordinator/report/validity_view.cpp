@@ -1,10 +1,8 @@
 #include "coordinator/report/validity_view.h"
 
 #include "common/base/format.h"
-#include "coordinator/imageio/imageio.h"
 #include "coordinator/look/surface_look.h"
 #include "coordinator/report/label.h"
-#include "coordinator/report/raster.h"
 #include "coordinator/report/report.h"
 
 namespace kiln {
@@ -23,6 +21,20 @@ float facing(const Scene& scene, const Fragment& f, const Vec3& eye) {
   const Vec3 ac = transform_point(in.to_world, mesh.positions[t.z]) - a;
   const Vec3 point = a + ab * f.b1 + ac * f.b2;
   return std::abs(dot(normalize_or(cross(ab, ac), Vec3(0, 1, 0)), normalize_or(eye - point, Vec3(0, 1, 0))));
+}
+
+Picture colored_classes(const ImportResult& imported, const Atlas& atlas, const Lightmap& map,
+                        const Camera& camera, const View& view, uint32_t fine) {
+  const SurfaceLook look(imported.scene, atlas, map);
+  return supersampled(view.width / fine, view.height / fine, fine, [&](size_t i) {
+    const Fragment& f = view.fragments[i];
+    if (f.inverse_depth == 0) return Vec3(40.0f);
+    const Validity v = look.receives(f) ? map.validity[look.texel(f)] : Validity::kEmpty;
+    const auto rgb = class_color(v);
+    const Vec3 color(rgb[0], rgb[1], rgb[2]);
+    if (v == Validity::kInside) return color;
+    return color * (0.4f + 0.6f * facing(imported.scene, f, camera.to_world[3]));
+  });
 }
 
 Picture legend(const Lightmap& map, uint32_t width) {
@@ -67,29 +79,21 @@ Picture validity_scene(const ImportResult& imported, const Atlas& atlas, const L
   const SurfaceLook look(imported.scene, atlas, map);
   const View view = rasterise(imported.scene, camera, width * kSupersample, height * kSupersample,
                               [&](const Fragment& f) { return look.visible(f); });
-  return supersampled(width, height, kSupersample, [&](size_t i) {
-    const Fragment& f = view.fragments[i];
-    if (f.inverse_depth == 0) return Vec3(40.0f);
-    const Validity v = map.validity[look.texel(f)];
-    const auto rgb = class_color(v);
-    const Vec3 color(rgb[0], rgb[1], rgb[2]);
-    if (v == Validity::kInside) return color;
-    return color * (0.4f + 0.6f * facing(imported.scene, f, camera.to_world[3]));
-  });
+  return colored_classes(imported, atlas, map, camera, view, kSupersample);
 }
 
-Status write_validity_view(const std::filesystem::path& path, const ImportResult& imported,
-                           const Atlas& atlas, const Lightmap& map, const Camera& camera) {
-  constexpr uint32_t kHeight = 720, kWidth = 1280, kGap = 8;
-  const Picture view = validity_scene(imported, atlas, map, camera, kWidth, kHeight);
-  const Picture sheet = page_sheet(map, kHeight, [&](size_t t) { return class_color(map.validity[t]); });
-  const uint32_t width = kWidth + kGap + sheet.width;
+Picture validity_picture(const ImportResult& imported, const Atlas& atlas, const Lightmap& map,
+                         const Camera& camera, const View& view, uint32_t fine) {
+  constexpr uint32_t kGap = 8;
+  const Picture scene = colored_classes(imported, atlas, map, camera, view, fine);
+  const Picture sheet = page_sheet(map, scene.height, [&](size_t t) { return class_color(map.validity[t]); });
+  const uint32_t width = scene.width + kGap + sheet.width;
   const Picture words = legend(map, width);
-  Picture all(width, kHeight + words.height, 40);
-  all.paste(view, 0, 0);
-  all.paste(sheet, kWidth + kGap, 0);
-  all.paste(words, 0, kHeight);
-  return write_png(path, all.width, all.height, all.rgb);
+  Picture all(width, scene.height + words.height, 40);
+  all.paste(scene, 0, 0);
+  all.paste(sheet, scene.width + kGap, 0);
+  all.paste(words, 0, scene.height);
+  return all;
 }
 
 }  // namespace kiln

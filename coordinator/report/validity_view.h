@@ -2,11 +2,10 @@
 // in the colours of the classes, and a legend.
 #pragma once
 
-#include <filesystem>
-
 #include "common/atlas/atlas.h"
 #include "coordinator/import/import.h"
 #include "coordinator/report/picture.h"
+#include "coordinator/report/raster.h"
 
 namespace kiln {
 
@@ -18,7 +17,8 @@ std::array<uint8_t, 3> class_color(Validity v);
 Picture validity_scene(const ImportResult& imported, const Atlas& atlas, const Lightmap& map,
                        const Camera& camera, uint32_t width, uint32_t height);
 
-Status write_validity_view(const std::filesystem::path& path, const ImportResult& imported,
-                           const Atlas& atlas, const Lightmap& map, const Camera& camera);
+// That scene, the atlas and a legend.
+Picture validity_picture(const ImportResult& imported, const Atlas& atlas, const Lightmap& map,
+                         const Camera& camera, const View& view, uint32_t fine);
 
 }  // namespace kiln

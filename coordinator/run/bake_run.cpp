@@ -15,9 +15,7 @@
 #include "common/scene/prepared.h"
 #include "coordinator/merge/accumulator.h"
 #include "coordinator/post/stage.h"
-#include "coordinator/report/density_view.h"
-#include "coordinator/report/preview.h"
-#include "coordinator/report/validity_view.h"
+#include "coordinator/report/report_pictures.h"
 #include "coordinator/run/baking.h"
 #include "coordinator/run/statement.h"
 #include "coordinator/textures/textures.h"
@@ -132,8 +130,7 @@ void count_classes(const Lightmap& map, const Atlas& atlas, BakeReport& report) 
 
 Status publish(const BakeRequest& request, const Preflight& pre, const Lightmap& map, BakeReport& report,
                const Stopwatch& watch) {
-  const ReportPictures pictures{request.output / "preview.png", request.output / "validity.png"};
-  Picture heat_map;
+  ReportPictures pictures;
   TextureResult textures;
   {
     const StageTimer timer(report.stages, "textures");
@@ -149,14 +146,11 @@ Status publish(const BakeRequest& request, const Preflight& pre, const Lightmap&
   }
   if (request.pictures) {
     const StageTimer timer(report.stages, "preview");
-    const Camera camera = preview_camera(pre.imported, pre.atlas, map);
-    KILN_TRY_STATUS(write_preview(pictures.preview, pre.imported, pre.atlas, map, camera));
-    KILN_TRY_STATUS(write_validity_view(pictures.validity, pre.imported, pre.atlas, map, camera));
-    heat_map = density_view(pre.imported, pre.atlas, camera, 960, 540);
+    KILN_TRY(pictures, write_pictures(request.output, pre.imported, pre.atlas, map, request.settings));
   }
   report.total_seconds = watch.seconds();
   if (request.pictures) {
-    KILN_TRY(const std::string page, report_html(report, map, pictures, heat_map, textures.error_pictures));
+    KILN_TRY(const std::string page, report_html(report, map, pictures, textures.error_pictures));
     KILN_TRY_STATUS(write_file_atomic(request.output / "report.html", page));
   }
   return write_file_atomic(request.output / "report.json", report_json(report));

@@ -60,8 +60,8 @@ Expected<Preflight> run_preflight(const std::filesystem::path& scene, const Bake
                                   std::vector<StageTime>& times,
                                   const std::function<void(const BakeProgress&)>& progress);
 
-// plan.html, plan.json and density.png into a folder, made if needed.
+// plan.html, plan.json and, unless --preview is off, density.png into a folder, made if needed.
 Status write_plan(const std::filesystem::path& scene, const Preflight& preflight,
-                  const std::filesystem::path& folder);
+                  const BakeSettings& settings, const std::filesystem::path& folder);
 
 }  // namespace kiln

@@ -7,20 +7,19 @@
 #include "coordinator/density/density.h"
 #include "coordinator/imageio/imageio.h"
 #include "coordinator/lods/lods.h"
+#include "coordinator/plan/advice.h"
+#include "coordinator/report/camera.h"
 #include "coordinator/report/density_view.h"
-#include "coordinator/report/preview.h"
 #include "coordinator/run/bake_run.h"
 #include "coordinator/textures/textures.h"
 
 namespace kiln {
 namespace {
 
-// What a texel costs the coordinator: site 40, sums 150, planes 80, results on their way 130.
-constexpr uint64_t kBytesPerTexel = 400;
-
 AtlasSettings atlas_settings(const BakeSettings& s) {
   AtlasSettings a;
-  a.max_texels = std::min<uint64_t>(a.max_texels, memory_bytes() / kBytesPerTexel);
+  const TexelMemory memory = texel_memory(s);
+  a.max_texels = std::min<uint64_t>(a.max_texels, memory_bytes() / (memory.coordinator + memory.worker));
   a.layout = s.layout == "atlas"  ? AtlasSettings::Layout::kAtlas
              : s.layout == "pack" ? AtlasSettings::Layout::kPack
                                   : AtlasSettings::Layout::kAuto;
@@ -62,6 +61,7 @@ Expected<Preflight> run_preflight(const std::filesystem::path& scene, const Bake
     const StageTimer timer(times, "import");
     progress({.stage = "import"});
     KILN_TRY(pre.imported, import_scene(scene, settings));
+    KILN_TRY_STATUS(check_camera(pre.imported, settings.camera));
   }
   {
     const StageTimer timer(times, "atlas");
@@ -79,7 +79,14 @@ Expected<Preflight> run_preflight(const std::filesystem::path& scene, const Bake
     KILN_TRY(pre.atlas, build_atlas(pre.imported.scene, layout));
     layout.previous = nullptr;
     warn_of_unused(settings, pre.atlas);
+    for (const std::string& note : pre.atlas.notes)
+      pre.imported.notes.push_back({ImportNote::Kind::kNote, note});
   }
+  // What has no texels has none for its levels either: those stay as the file has them.
+  std::erase_if(pre.imported.display.shown, [&](const DisplayMesh& m) {
+    const std::vector<uint32_t>& from = pre.imported.display.sets[m.set].sources;
+    return std::none_of(from.begin(), from.end(), [&](uint32_t i) { return pre.atlas.receives(i); });
+  });
   if (!pre.imported.display.shown.empty()) {
     const StageTimer timer(times, "lods");
     progress({.stage = "lods"});
@@ -105,15 +112,23 @@ Expected<Preflight> run_preflight(const std::filesystem::path& scene, const Bake
   std::string advice =
       advise_density(pre.imported.scene, pre.atlas, layout, pre.plan.objects, pre.plan.least_seconds);
   if (!advice.empty()) pre.plan.warnings.push_back(std::move(advice));
+  for (std::string& sentence : advise_layout(pre.imported.scene, pre.atlas, layout, pre.plan.objects))
+    pre.plan.warnings.push_back(std::move(sentence));
+  if (const Status fits = check_memory(pre.plan, pre.atlas, memory_bytes()); !fits)
+    return fail(fits.error().kind, text("{}: {}", scene.string(), fits.error().message));
   return pre;
 }
 
-Status write_plan(const std::filesystem::path& scene, const Preflight& pre,
+Status write_plan(const std::filesystem::path& scene, const Preflight& pre, const BakeSettings& settings,
                   const std::filesystem::path& folder) {
   KILN_TRY_STATUS(prepare_output_folder(folder, 0));
-  const Camera camera = preview_camera(pre.imported, pre.atlas, unbaked_lightmap(pre.atlas));
-  const Picture heat_map = density_view(pre.imported, pre.atlas, camera, 1280, 720);
-  KILN_TRY_STATUS(write_png(folder / "density.png", heat_map.width, heat_map.height, heat_map.rgb));
+  Picture heat_map;
+  if (settings.preview) {
+    KILN_TRY(const Camera camera,
+             preview_camera(pre.imported, pre.atlas, unbaked_lightmap(pre.atlas), settings.camera));
+    heat_map = density_view(pre.imported, pre.atlas, camera, settings.preview_width, settings.preview_height);
+    KILN_TRY_STATUS(write_png(folder / "density.png", heat_map.width, heat_map.height, heat_map.rgb));
+  }
   KILN_TRY(const std::string page, plan_html(pre.view(), scene, heat_map));
   KILN_TRY_STATUS(write_file_atomic(folder / "plan.html", page));
   return write_file_atomic(folder / "plan.json", plan_json(pre.view()));

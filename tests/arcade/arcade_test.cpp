@@ -58,7 +58,7 @@ class ArcadeScene : public testing::Test {
 TEST_F(ArcadeScene, IsOfTheSizePromised) {
   EXPECT_GE(imported().scene.triangle_count(), 30000u);
   EXPECT_LE(imported().scene.triangle_count(), 100000u);
-  EXPECT_TRUE(imported().camera);
+  EXPECT_FALSE(imported().cameras.empty());
   for (const ImportNote& note : imported().notes)
     EXPECT_NE(note.kind, ImportNote::Kind::kWarning) << note.what;
 }

@@ -184,8 +184,9 @@ TEST(LayoutPack, AMeshWithUnusableCoordinatesIsNamed) {
   flat.name = "crumpled";
   for (Vec2& uv : flat.uv[1]) uv = Vec2(0.5f);
   const Atlas atlas = *build_atlas(scene_of({flat}), pack_at(4));
-  ASSERT_EQ(atlas.warnings.size(), 1u);
-  EXPECT_TRUE(mentions(atlas.warnings[0], "'crumpled'")) << atlas.warnings[0];
+  EXPECT_TRUE(atlas.warnings.empty());
+  ASSERT_EQ(atlas.notes.size(), 1u);
+  EXPECT_TRUE(mentions(atlas.notes[0], "'crumpled'")) << atlas.notes[0];
   EXPECT_TRUE(atlas.charts[0].generated);
 }
 
@@ -241,7 +242,7 @@ TEST(LayoutAtlas, IsTakenAsItIs) {
   }
 }
 
-// Refused under kAtlas with these words; packed with a warning that holds them under kAuto.
+// Refused under kAtlas with these words; packed with a note that holds them under kAuto.
 void expect_refused(const Scene& scene, const std::vector<std::string>& words) {
   AtlasSettings settings = file_atlas(64);
   const auto atlas = build_atlas(scene, settings);
@@ -251,10 +252,10 @@ void expect_refused(const Scene& scene, const std::vector<std::string>& words) {
   const auto packed = build_atlas(scene, settings);
   ASSERT_TRUE(packed);
   EXPECT_TRUE(packed->packed);
-  ASSERT_FALSE(packed->warnings.empty());
+  ASSERT_FALSE(packed->notes.empty());
   for (const std::string& word : words) {
     EXPECT_TRUE(mentions(atlas.error().message, word)) << word << " in: " << atlas.error().message;
-    EXPECT_TRUE(mentions(packed->warnings[0], word)) << packed->warnings[0];
+    EXPECT_TRUE(mentions(packed->notes[0], word)) << packed->notes[0];
   }
 }
 
@@ -283,6 +284,67 @@ TEST(LayoutAtlas, ASmallObjectInsideAnotherIsFound) {
   scene.meshes.push_back(decal);
   scene.instances.push_back(instance(2, "decal", at({0, 1, 0})));
   expect_refused(scene, {"'right' and 'decal'"});
+}
+
+// What gets no texels needs no coordinates, and lies on nobody.
+TEST(LayoutAtlas, WhatDoesNotReceiveIsLeftOut) {
+  Scene scene = two_halves();
+  Mesh bare = plane(1, 1, Uv::kNone);
+  scene.meshes.push_back(bare);
+  scene.instances.push_back(instance(2, "bare", at({0, 1, 0})));
+  EXPECT_FALSE(build_atlas(scene, file_atlas(64)));
+  scene.instances[2].receive = false;
+  scene.instances.push_back(instance(0, "left twin", at({0, 8, 0})));
+  scene.instances[3].receive = false;
+  const Atlas with = *build_atlas(scene, file_atlas(64)),
+              without = *build_atlas(two_halves(), file_atlas(64));
+  EXPECT_EQ(with.owner, without.owner);
+  EXPECT_EQ(with.placements.size(), without.placements.size());
+  EXPECT_FALSE(with.packed);
+  EXPECT_FALSE(with.receives(2) || with.receives(3));
+  EXPECT_TRUE(with.receives(0) && with.receives(1));
+  const auto back = read_atlas(write_atlas(with), scene);
+  ASSERT_TRUE(back) << back.error().message;
+  EXPECT_FALSE(back->receives(3));
+}
+
+TEST(LayoutAtlas, AnObjectWithoutAnyAreaGetsNoTexelsAndAWarning) {
+  Scene scene = two_halves();
+  Mesh bare = plane(1, 1, Uv::kUnit);
+  for (Vec2& uv : bare.uv[1]) uv = Vec2(0.5f);
+  scene.meshes.push_back(bare);
+  scene.instances.push_back(instance(2, "bare", at({0, 1, 0})));
+  for (AtlasSettings settings : {file_atlas(64), AtlasSettings{}}) {
+    settings.width = settings.height = 64;
+    const auto atlas = build_atlas(scene, settings);
+    ASSERT_TRUE(atlas) << atlas.error().message;
+    EXPECT_FALSE(atlas->packed);
+    EXPECT_FALSE(atlas->receives(2));
+    EXPECT_EQ(atlas->owner, build_atlas(two_halves(), file_atlas(64))->owner);
+    ASSERT_EQ(atlas->warnings.size(), 1u);
+    EXPECT_TRUE(mentions(atlas->warnings[0], "they get no texels: 'bare'")) << atlas->warnings[0];
+  }
+}
+
+TEST(LayoutPack, WhatDoesNotReceiveHasNoCharts) {
+  Scene scene = mixed_scene();
+  const size_t all = build_atlas(scene, pack_at(2))->placements.size();
+  const size_t last = scene.instances.size() - 1;
+  size_t gone = 0;
+  for (const size_t i : {size_t{0}, last}) {
+    gone += build_atlas(scene, pack_at(2))->of_instance(i).chart_count;
+    scene.instances[i].receive = false;
+  }
+  const Atlas atlas = *build_atlas(scene, pack_at(2));
+  EXPECT_FALSE(atlas.receives(0) || atlas.receives(last));
+  EXPECT_EQ(atlas.instance_first_chart[1], 0u);
+  EXPECT_LT(atlas.placements.size(), all);
+  EXPECT_GT(gone, 0u);
+  for (uint32_t site = 0; site < atlas.sites.size(); ++site) {
+    const uint32_t instance = pick_site(atlas, site, 0.5f).instance;
+    EXPECT_TRUE(instance != 0 && instance != last);
+  }
+  EXPECT_TRUE(read_atlas(write_atlas(atlas), scene));
 }
 
 TEST(LayoutAtlas, ContactIsNotOverlap) {

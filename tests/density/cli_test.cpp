@@ -153,5 +153,83 @@ TEST(PlanCommand, CamerasOfTheFileSteerTheDensity) {
   EXPECT_EQ(objects[0]["valid_texels"], 33 * 33);
 }
 
+TEST(PlanCommand, ACameraThatDoesNotExistIsNamedBesideThoseThatDo) {
+  test::TempDir dir;
+  GltfBuilder b = two_squares();
+  b.root["cameras"][0]["name"] = "above";
+  write_glb_file(b, dir.path());
+  const auto r = kiln(dir, "plan x.glb --layout pack --camera below 2>&1");
+  EXPECT_EQ(r.exit_status, 2);
+  EXPECT_NE(r.output.find("--camera below: x.glb has no camera of that name; it has 'above'"),
+            std::string::npos)
+      << r.output;
+  EXPECT_EQ(kiln(dir, "plan x.glb --layout pack --camera above >/dev/null 2>&1").exit_status, 0);
+  EXPECT_EQ(kiln(dir, "plan x.glb --layout pack --camera 0,9,0:0,0,1 >/dev/null 2>&1").exit_status, 0);
+}
+
+TEST(PlanCommand, PreviewOffWritesNoPictures) {
+  test::TempDir dir;
+  write_glb_file(two_squares(), dir.path());
+  ASSERT_EQ(kiln(dir, "plan x.glb --layout pack --preview off -o plan >/dev/null 2>&1").exit_status, 0);
+  EXPECT_FALSE(fs::exists(dir.path() / "plan/density.png"));
+  EXPECT_TRUE(fs::exists(dir.path() / "plan/plan.html"));
+  const std::string bake =
+      "bake x.glb --layout pack --texels-per-metre 1 --min-samples 4 --max-samples 4 --environment 1,1,1 "
+      "--encode none ";
+  const auto off = kiln(dir, bake + "--preview off -o off --quiet 2>&1");
+  ASSERT_EQ(off.exit_status, 0) << off.output;
+  EXPECT_EQ(off.output.find("preview.png"), std::string::npos) << off.output;
+  EXPECT_FALSE(fs::exists(dir.path() / "off/preview.png"));
+  EXPECT_FALSE(fs::exists(dir.path() / "off/validity.png"));
+  const Bytes page = *read_file(dir.path() / "off/report.html");
+  const std::string_view html(reinterpret_cast<const char*>(page.data()), page.size());
+  EXPECT_EQ(html.find("the scene through its lightmap"), html.npos);
+  ASSERT_EQ(kiln(dir, bake + "--preview 128x96 -o small >/dev/null 2>&1").exit_status, 0);
+  const auto png = decode_image(*read_file(dir.path() / "small/preview.png"), "preview.png");
+  ASSERT_TRUE(png);
+  EXPECT_EQ(png->height, 96u);
+}
+
+// What takes part in what, from the file to the files.
+TEST(BakeCommand, ObjectsWithoutTexelsStayInTheSceneWithoutLightmap) {
+  test::TempDir dir;
+  GltfBuilder b = two_squares();
+  b.root["nodes"][1]["extras"] = kiln_extras({{"receive", false}});
+  write_glb_file(b, dir.path());
+  const auto r =
+      kiln(dir,
+           "bake x.glb --layout pack --texels-per-metre 1 --min-samples 4 --max-samples 4 --environment "
+           "1,1,1 --encode none --instanced on -o out --quiet 2>&1");
+  ASSERT_EQ(r.exit_status, 0) << r.output;
+  EXPECT_NE(r.output.find("get no texels (extras.kiln.receive): 1 object: 'right'"), std::string::npos)
+      << r.output;
+  const json report = read_json(dir.path() / "out/report.json");
+  EXPECT_EQ(report["objects"][0]["receive"], true);
+  EXPECT_EQ(report["objects"][1]["receive"], false);
+  EXPECT_EQ(report["objects"][1]["texels"], 0);
+  EXPECT_EQ(report["objects"][1]["charts"], 0);
+  for (const char* name : {"out/scene.glb", "out/scene_instanced.glb"}) {
+    const Bytes glb = *read_file(dir.path() / name);
+    const auto length = [&](size_t at) {
+      uint32_t v = 0;
+      for (size_t k = 4; k-- > 0;) v = v << 8 | static_cast<uint32_t>(glb[at + k]);
+      return v;
+    };
+    const auto* text = reinterpret_cast<const char*>(glb.data()) + 20;
+    const json doc = json::parse(text, text + length(12));
+    size_t lit = 0, unlit = 0;
+    for (const json& node : doc["nodes"]) {
+      if (!node.contains("mesh")) continue;
+      const json& primitive = doc["meshes"][node["mesh"].get<size_t>()]["primitives"][0];
+      const bool marked =
+          primitive.contains("extensions") && primitive["extensions"].contains("KILN_lightmap");
+      EXPECT_EQ(marked, node["name"] == "left") << name << node;
+      ++(marked ? lit : unlit);
+    }
+    EXPECT_EQ(lit, 1u) << name;
+    EXPECT_EQ(unlit, 1u) << name;
+  }
+}
+
 }  // namespace
 }  // namespace kiln

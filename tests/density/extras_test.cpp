@@ -139,7 +139,7 @@ TEST(DensityCameras, EveryPerspectiveCameraCounts) {
   EXPECT_EQ(r.density.cameras[0].aspect, 2);
   EXPECT_NEAR(r.density.cameras[1].aspect, 16.0f / 9, 1e-6f);
   EXPECT_EQ(r.density.cameras[1].to_world[3], Vec3(2, 0, 0));
-  EXPECT_NEAR(r.camera->vertical_fov, 0.5f, 1e-6f);
+  EXPECT_NEAR(r.cameras.at(0).vertical_fov, 0.5f, 1e-6f);
 }
 
 // Every extras.kiln.NAME that a message of the importer names has its row in docs/scenes.md.

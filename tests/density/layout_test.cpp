@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "coordinator/density/density.h"
-#include "coordinator/plan/objects.h"
+#include "coordinator/plan/advice.h"
 #include "tests/density/squares.h"
 
 namespace kiln {
@@ -125,6 +125,67 @@ TEST(Advice, SaysWhatManyTexelsCostAndWhatWouldDo) {
   EXPECT_SAYS(advice, "Most texels are on 's0' 80 %, 's1' 20 %");
   p.settings.texel_budget = 1;  // somebody has decided
   EXPECT_EQ(advise_density(p.imported.scene, p.atlas, p.settings, p.objects, 3540), "");
+}
+
+// Two squares of 16 m at factors 4 and 1 of 4 texels a metre: 257^2 and 65^2 texels.
+TEST(Advice, NamesAnObjectWithMostOfTheTexels) {
+  const Planned p = plan(squares({4, 1}), packed(4));
+  const auto advice = advise_layout(p.imported.scene, p.atlas, p.settings, p.objects);
+  ASSERT_EQ(advice.size(), 1u);
+  EXPECT_SAYS(advice[0], "'s0' takes 94 % of the texels");
+  // sqrt(65^2 / 257^2) = 0.253 of its factor 4.
+  EXPECT_SAYS(advice[0], "extras.kiln.density 1 on it");
+  const Planned even = plan(squares({1, 1, 1}), packed(4));
+  EXPECT_TRUE(advise_layout(even.imported.scene, even.atlas, even.settings, even.objects).empty());
+  const Planned alone = plan(squares({4}), packed(4));
+  EXPECT_TRUE(advise_layout(alone.imported.scene, alone.atlas, alone.settings, alone.objects).empty());
+}
+
+TEST(Advice, NamesTheDensityThatACoarseMapWants) {
+  const Planned p = plan(squares({1, 1}), packed(0.2f));
+  const auto advice = advise_layout(p.imported.scene, p.atlas, p.settings, p.objects);
+  ASSERT_EQ(advice.size(), 1u);
+  EXPECT_SAYS(advice[0], "the map is coarse: 50 texels for 2 objects at 0.2 texels per metre");
+  const size_t at = advice[0].find("--texels-per-metre ");
+  ASSERT_NE(at, std::string::npos) << advice[0];
+  const Planned fine = plan(squares({1, 1}), packed(std::stof(advice[0].substr(at + 19))));
+  EXPECT_TRUE(advise_layout(fine.imported.scene, fine.atlas, fine.settings, fine.objects).empty());
+  EXPECT_GE(fine.objects[0].valid_texels, 1024u);
+}
+
+TEST(Advice, RefusesWhatMemoryDoesNotHoldAndNamesWhatItDoes) {
+  const Planned p = plan(squares({4, 1}), packed(4));
+  const BakeSettings settings;
+  Plan dense = make_plan(p.imported.scene, p.atlas, settings, 1);
+  dense.objects = p.objects;
+  const uint64_t needed = dense.coordinator_bytes + dense.worker_bytes;
+  EXPECT_TRUE(check_memory(dense, p.atlas, needed));
+  const uint64_t memory = needed - dense.texel_bytes / 2;
+  const Status refused = check_memory(dense, p.atlas, memory);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().kind, ErrorKind::kInvalidInput);
+  const std::string& message = refused.error().message;
+  EXPECT_SAYS(message, "most texels are on 's0' 94 %");
+  const size_t at = message.find("--texels-per-metre ");
+  ASSERT_NE(at, std::string::npos) << message;
+  const Planned fits = plan(squares({4, 1}), packed(std::stof(message.substr(at + 19))));
+  EXPECT_TRUE(check_memory(make_plan(fits.imported.scene, fits.atlas, settings, 1), fits.atlas, memory));
+  EXPECT_FALSE(check_memory(dense, p.atlas, 1000)) << "not even the scene";
+}
+
+// A budget gives the same layout whatever density it starts from, if that is not the limit.
+TEST(DensityLayout, ABudgetDoesNotDependOnWhereItStarts) {
+  std::vector<double> density;
+  for (const float start : {16.0f, 64.0f, 512.0f}) {
+    AtlasSettings settings = packed(start);
+    settings.texel_budget = 20000;
+    settings.cut_contacts = true;
+    const Planned p = plan(squares({1, 2, 0.5}), settings);
+    EXPECT_LE(p.atlas.texel_count(), 20000u);
+    density.push_back(p.atlas.statistics.texels_per_metre);
+  }
+  EXPECT_NEAR(density[1], density[0], 0.02 * density[0]);
+  EXPECT_NEAR(density[2], density[0], 0.02 * density[0]);
 }
 
 }  // namespace

@@ -154,12 +154,12 @@ TEST(Nodes, FirstPerspectiveCamera) {
   b.node({{"camera", 0}});
   b.node({{"camera", 1}, {"translation", {1, 2, 3}}, {"scale", {5, 5, 5}}});
   const ImportResult r = imported(b);
-  ASSERT_TRUE(r.camera);
-  EXPECT_EQ(r.camera->name, "view");
-  EXPECT_FLOAT_EQ(r.camera->vertical_fov, 0.7f);
-  EXPECT_EQ(r.camera->to_world[3], Vec3(1, 2, 3));
-  EXPECT_EQ(r.camera->to_world[1], Vec3(0, 1, 0)) << "scale is not the camera's";
-  EXPECT_FALSE(imported(test::small_scene()).camera);
+  ASSERT_EQ(r.cameras.size(), 1u);
+  EXPECT_EQ(r.cameras[0].name, "view");
+  EXPECT_FLOAT_EQ(r.cameras[0].vertical_fov, 0.7f);
+  EXPECT_EQ(r.cameras[0].to_world[3], Vec3(1, 2, 3));
+  EXPECT_EQ(r.cameras[0].to_world[1], Vec3(0, 1, 0)) << "scale is not the camera's";
+  EXPECT_TRUE(imported(test::small_scene()).cameras.empty());
 }
 
 TEST(Affine, SingularIsAboutTheAxesNotTheirSize) {

@@ -52,9 +52,9 @@ class Comparable {
  public:
   Comparable(const Published& p, const ViewStyle& style)
       : p_(p), look_(p.imported.scene, p.atlas, p.map, style.textures), lookup_(p.atlas), style_(style) {
-    view_ = rasterise(p.imported.scene, *p.imported.camera, kWidth, kHeight,
+    view_ = rasterise(p.imported.scene, p.imported.cameras.front(), kWidth, kHeight,
                       [&](const Fragment& f) { return look_.visible(f); });
-    anything_ = rasterise(p.imported.scene, *p.imported.camera, kWidth, kHeight,
+    anything_ = rasterise(p.imported.scene, p.imported.cameras.front(), kWidth, kHeight,
                           [&](const Fragment& f) { return !f.back || look_.double_sided(f.instance); });
   }
 
@@ -213,7 +213,7 @@ TEST(Viewer, ShowsWhatOurOwnRendererShows) {
   ASSERT_TRUE(report) << report.error().message;
   auto published = read_published(scene, request.settings, out);
   ASSERT_TRUE(published) << published.error().message;
-  ASSERT_TRUE(published->imported.camera);
+  ASSERT_FALSE(published->imported.cameras.empty());
   const auto server = ViewServer::start({out, test::source_dir() / "docs", 0});
   ASSERT_TRUE(server) << server.error().message;
   ViewStyle style;
@@ -236,7 +236,7 @@ TEST(Viewer, ShowsWhatOurOwnRendererShows) {
     const Status taken = take_encoding(encoding, out, published->map);
     ASSERT_TRUE(taken) << taken.error().message;
     const Picture ours = render_view(published->imported, published->atlas, published->map,
-                                     *published->imported.camera, kWidth, kHeight, style);
+                                     published->imported.cameras.front(), kWidth, kHeight, style);
     ASSERT_TRUE(write_png(pictures / ("reference" + suffix), kWidth, kHeight, ours.rgb));
     const auto theirs = decode_image(*read_file(shot), "screenshot");
     ASSERT_TRUE(theirs);

@@ -265,6 +265,7 @@ Status EmbreeTracer::build(const Scene& scene, const Transparency& surface, cons
   std::map<std::pair<uint32_t, Filters>, RTCScene> shared;  // by mesh and how it is filtered
   for (uint32_t i = 0; i < scene.instances.size(); ++i) {
     const Instance& instance = scene.instances[i];
+    if (!instance.cast) continue;
     const Mesh& mesh = scene.meshes[instance.mesh];
     const Filters filters{&surface, surface.has_alpha(i), surface.is_glass(i)};
     glass_ = glass_ || filters.glass;

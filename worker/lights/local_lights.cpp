@@ -84,6 +84,8 @@ LightSample LocalLights::sample_triangle(const Surfaces& s, const Emitter& e, co
   out.pdf = d2 / (cos_light * e.area);
   if (!std::isfinite(out.pdf)) return LightSample{};  // seen edge on: it subtends nothing
   out.weight = emission_at(s.material(e.instance), q.attributes) / out.pdf;
+  // No path meets what casts nothing: light sampling alone finds it.
+  if (!s.scene().instances[e.instance].cast) out.pdf = 0.0f;
   // Where the surface is not, or is in part, rays go through it that would have met it.
   if (s.has_alpha(e.instance)) out.weight *= opacity_at(s.material(e.instance), q.attributes);
   return out;

@@ -33,7 +33,7 @@ void for_each_opaque(const Surfaces& surfaces, const Visit& visit) {
   const Scene& scene = surfaces.scene();
   Vec3 p[3];
   for (uint32_t i = 0; i < scene.instances.size(); ++i) {
-    if (surfaces.has_alpha(i)) continue;
+    if (surfaces.has_alpha(i) || !scene.instances[i].cast) continue;
     const auto count = static_cast<uint32_t>(scene.meshes[scene.instances[i].mesh].triangles.size());
     for (uint32_t t = 0; t < count; ++t) {
       corners_of(surfaces, {i, t}, p);

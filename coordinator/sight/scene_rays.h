@@ -1,0 +1,157 @@
+// What a ray through the scene meets, in float: for choosing cameras and for asking what can be seen at all.
+// Light is Embree's; nothing here decides a value of the lightmap.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "common/scene/scene.h"
+
+namespace kiln {
+
+struct RayHit {
+  float distance = 0;  // in lengths of the direction
+  uint32_t instance = 0, triangle = 0;
+  float b1 = 0, b2 = 0;  // barycentrics of vertices 1 and 2
+  bool back = false;     // the inner side, as the winding says
+};
+
+// Boxes in a binary tree. `count` 0: children are first and first + 1.
+struct BoxNode {
+  Vec3 low{std::numeric_limits<float>::infinity()}, high{-std::numeric_limits<float>::infinity()};
+  uint32_t first = 0, count = 0;
+  void add(const Vec3& p) {
+    low = glm::min(low, p);
+    high = glm::max(high, p);
+  }
+};
+
+class SceneRays {
+ public:
+  // `scene` outlives it. The same tree for any number of threads (0: all).
+  explicit SceneRays(const Scene& scene, unsigned threads = 0);
+
+  // The nearest surface for which accept(hit) is true, from either side; false: none before `far`.
+  template <class Accept>
+  bool closest(const Vec3& origin, const Vec3& direction, float far, RayHit& hit, const Accept& accept) const;
+  bool closest(const Vec3& origin, const Vec3& direction, float far, RayHit& hit) const {
+    return closest(origin, direction, far, hit, [](const RayHit&) { return true; });
+  }
+
+ private:
+  struct Triangle {
+    Vec3 corner, edge1, edge2;
+    uint32_t index;
+  };
+  struct MeshTree {
+    std::vector<BoxNode> nodes;
+    std::vector<Triangle> triangles;  // in the order of the leaves
+  };
+  struct Place {
+    uint32_t instance;
+    Mat4x3 to_mesh;
+  };
+  // A hundred levels: binned splits end at kBinnedDepth, halves at the median after that end within 32.
+  static constexpr int kStack = 100;
+
+  static MeshTree tree_of(const Mesh& mesh);
+  static float enter(const BoxNode& node, const Vec3& origin, const Vec3& inverse, float far);
+  template <class Leaf>
+  static void walk(const std::vector<BoxNode>& nodes, const Vec3& origin, const Vec3& direction,
+                   const float& far, const Leaf& leaf);
+  static bool meets(const Triangle& t, const Vec3& origin, const Vec3& direction, float far, RayHit& hit);
+
+  const Scene& scene_;
+  std::vector<MeshTree> meshes_;
+  std::vector<BoxNode> top_;
+  std::vector<Place> places_;  // in the order of the leaves of top_
+};
+
+// Distance at which a ray enters the box; infinite: it does not before `far`.
+inline float SceneRays::enter(const BoxNode& node, const Vec3& o, const Vec3& inverse, float far) {
+  float in = 0, out = far;
+  for (int axis = 0; axis < 3; ++axis) {
+    const float a = (node.low[axis] - o[axis]) * inverse[axis],
+                b = (node.high[axis] - o[axis]) * inverse[axis];
+    // Not std::min: 0 x infinity on a side that the ray runs along must not part it from the box.
+    in = std::max(in, a < b ? a : b);
+    out = std::min(out, a < b ? b : a);
+  }
+  // Rounding of the slabs must not lose what lies on a side (Ize 2013).
+  return in <= out * 1.0000004f ? in : std::numeric_limits<float>::infinity();
+}
+
+template <class Leaf>
+void SceneRays::walk(const std::vector<BoxNode>& nodes, const Vec3& origin, const Vec3& direction,
+                     const float& far, const Leaf& leaf) {
+  const Vec3 inverse = 1.0f / direction;
+  if (nodes.empty() || !(enter(nodes[0], origin, inverse, far) <= far)) return;
+  struct Open {
+    uint32_t node;
+    float at;
+  } open[kStack];
+  int count = 0;
+  open[count++] = {0, 0.0f};
+  while (count) {
+    const Open next = open[--count];
+    if (next.at > far) continue;
+    const BoxNode& node = nodes[next.node];
+    if (node.count) {
+      leaf(node);
+      continue;
+    }
+    const float a = enter(nodes[node.first], origin, inverse, far),
+                b = enter(nodes[node.first + 1], origin, inverse, far);
+    const uint32_t nearer = b < a;
+    if (std::max(a, b) <= far) open[count++] = {node.first + 1 - nearer, std::max(a, b)};
+    if (std::min(a, b) <= far) open[count++] = {node.first + nearer, std::min(a, b)};
+  }
+}
+
+// Moeller & Trumbore 1997.
+inline bool SceneRays::meets(const Triangle& t, const Vec3& o, const Vec3& d, float far, RayHit& hit) {
+  const Vec3 p = cross(d, t.edge2);
+  const float det = dot(t.edge1, p);
+  if (det == 0) return false;
+  const Vec3 s = o - t.corner;
+  const float u = dot(s, p) / det;
+  if (!(u >= 0 && u <= 1)) return false;
+  const Vec3 q = cross(s, t.edge1);
+  const float v = dot(d, q) / det;
+  if (!(v >= 0 && u + v <= 1)) return false;
+  const float distance = dot(t.edge2, q) / det;
+  if (!(distance > 0 && distance < far)) return false;
+  hit.distance = distance;
+  hit.triangle = t.index;
+  hit.b1 = u;
+  hit.b2 = v;
+  hit.back = det < 0;
+  return true;
+}
+
+template <class Accept>
+bool SceneRays::closest(const Vec3& origin, const Vec3& direction, float far, RayHit& hit,
+                        const Accept& accept) const {
+  bool found = false;
+  walk(top_, origin, direction, far, [&](const BoxNode& top) {
+    for (uint32_t i = top.first; i < top.first + top.count; ++i) {
+      const Place& place = places_[i];
+      const MeshTree& mesh = meshes_[scene_.instances[place.instance].mesh];
+      const Vec3 o = transform_point(place.to_mesh, origin), d = transform_vector(place.to_mesh, direction);
+      walk(mesh.nodes, o, d, far, [&](const BoxNode& node) {
+        for (uint32_t k = node.first; k < node.first + node.count; ++k) {
+          RayHit candidate;
+          candidate.instance = place.instance;
+          if (!meets(mesh.triangles[k], o, d, far, candidate) || !accept(candidate)) continue;
+          hit = candidate;
+          far = candidate.distance;
+          found = true;
+        }
+      });
+    }
+  });
+  return found;
+}
+
+}  // namespace kiln
