@@ -236,7 +236,7 @@ Status cut_and_number(const Scene& scene, const AtlasSettings& settings, double 
 
 }  // namespace
 
-Expected<Atlas> layout_packed(const Scene& scene, const AtlasSettings& settings) {
+Expected<Atlas> pack_layout(const Scene& scene, const AtlasSettings& settings) {
   Atlas atlas;
   atlas.packed = true;
   std::vector<StageTime>& steps = atlas.statistics.steps;
@@ -260,9 +260,15 @@ Expected<Atlas> layout_packed(const Scene& scene, const AtlasSettings& settings)
     else
       layout.apply(packing);
   }
+  return atlas;
+}
+
+Expected<Atlas> layout_packed(const Scene& scene, const AtlasSettings& settings) {
+  KILN_TRY(Atlas atlas, pack_layout(scene, settings));
+  if (atlas.placements.empty()) return atlas;
   SiteOverlap overlap;
   {
-    const StageTimer timer(steps, "sites");
+    const StageTimer timer(atlas.statistics.steps, "sites");
     KILN_TRY(overlap, find_sites(atlas, settings.threads));
   }
   atlas.statistics.overlapped_points = overlap.points;
