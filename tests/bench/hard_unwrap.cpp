@@ -59,6 +59,7 @@ Laid ours(const Case& c) {
   const Expected<Atlas> atlas = pack_layout(c.scene, settings);
   laid.seconds = processor_seconds() - begin;
   if (!atlas) return std::fprintf(stderr, "%s\n", atlas.error().message.c_str()), laid;
+  if (getenv("U_DBG")) for (auto& s : atlas->statistics.steps) fprintf(stderr, "%s %.2f\n", s.name.c_str(), s.seconds);
   laid.width = atlas->width, laid.height = atlas->height, laid.pages = atlas->pages;
   laid.density = c.density;
   for (size_t i = 0; i < c.scene.instances.size(); ++i) {
