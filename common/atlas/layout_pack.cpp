@@ -100,8 +100,8 @@ Status check_density(const Scene& scene, const std::vector<float>& density) {
 class Trial {
  public:
   // `base`: the charts of the meshes.
-  static Expected<std::unique_ptr<Trial>> at(const Scene& scene, const AtlasSettings& settings, double density,
-                                             const Atlas& base) {
+  static Expected<std::unique_ptr<Trial>> at(const Scene& scene, const AtlasSettings& settings,
+                                             double density, const Atlas& base) {
     std::unique_ptr<Trial> trial(new Trial(scene, settings, density, base));
     KILN_TRY_STATUS(trial->cut_and_number());
     trial->boxes_ = chart_boxes(trial->atlas, settings.threads);
@@ -227,9 +227,7 @@ class BudgetSearch {
     return double{static_cast<float>(std::exp2(static_cast<double>(rung) / kRungs))};
   }
   static int64_t rungs(double doublings) { return static_cast<int64_t>(std::floor(doublings * kRungs)); }
-  static int64_t rung_below(double density) {
-    return std::max(rungs(std::log2(density)), kLowest);
-  }
+  static int64_t rung_below(double density) { return std::max(rungs(std::log2(density)), kLowest); }
 
   // By the area of charts that are not cut.
   Expected<int64_t> start(double aim) {
@@ -252,10 +250,11 @@ class BudgetSearch {
   }
 
   tl::unexpected<Error> refuse(const Trial& least) const {
-    return fail(ErrorKind::kInvalidInput,
-                text("{} charts do not fit {} texels (--max-texels) at any density: at their smallest they need "
-                     "about {:.3g}",
-                     least.sizes().size(), limit_, texels_needed(least.sizes(), 0, pack_rules(settings_))));
+    return fail(
+        ErrorKind::kInvalidInput,
+        text("{} charts do not fit {} texels (--max-texels) at any density: at their smallest they need "
+             "about {:.3g}",
+             least.sizes().size(), limit_, texels_needed(least.sizes(), 0, pack_rules(settings_))));
   }
 
   const Scene& scene_;

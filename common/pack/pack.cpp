@@ -14,9 +14,9 @@ namespace {
 // depend on the machine.
 constexpr uint64_t kSweepWork = 40'000'000;  // of one try, after which charts of a size share a sweep
 constexpr uint64_t kTriesWork = 30'000'000;  // after which no further try begins
-constexpr double kFull = 0.965;       // share of set bits with which no further try is made
-constexpr double kFullEnough = 0.85;  // and with which the page stays near square
-constexpr double kGain = 0.03;        // what a page far from square has to save
+constexpr double kFull = 0.965;              // share of set bits with which no further try is made
+constexpr double kFullEnough = 0.85;         // and with which the page stays near square
+constexpr double kGain = 0.03;               // what a page far from square has to save
 
 // A page to try, in bits.
 struct Frame {
@@ -80,9 +80,9 @@ std::vector<uint32_t> placing_order(const Level& level, Order by) {
   return order;
 }
 
-// Near square at 97 % full, then some wider and narrower. Then, where those are too empty, shapes that content
-// may ask for: a page is as high as it comes to be, so a width is a shape. The first is just wide enough for
-// the longest charts to lie along its rows.
+// Near square at 97 % full, then some wider and narrower. Then, where those are too empty, shapes that
+// content may ask for: a page is as high as it comes to be, so a width is a shape. The first is just wide
+// enough for the longest charts to lie along its rows.
 std::vector<Frame> frames_of_any_size(const Level& level, uint32_t pages) {
   const double side = std::sqrt(static_cast<double>(level.bits) / (0.97 * pages));
   std::vector<Frame> frames;
@@ -93,7 +93,8 @@ std::vector<Frame> frames_of_any_size(const Level& level, uint32_t pages) {
   };
   for (double stretch : {1.0, 0.96, 1.04, 0.92, 1.08, 0.88, 1.12, 0.84, 1.16}) add(side * stretch, 0);
   if (level.longest > side) add(level.longest, kGain);
-  for (double stretch : {1.25, 1.4, 1.6, 1.8, 2.0, 2.5, 3.0, 4.0, 6.0, 8.0, 0.7, 0.5, 0.25}) add(side * stretch, kGain);
+  for (double stretch : {1.25, 1.4, 1.6, 1.8, 2.0, 2.5, 3.0, 4.0, 6.0, 8.0, 0.7, 0.5, 0.25})
+    add(side * stretch, kGain);
   frames.push_back({level.largest, level.largest});  // what does not fit otherwise
   return frames;
 }

@@ -11,8 +11,8 @@
 namespace kiln {
 namespace {
 
-constexpr double kFlat = 0.995;  // cosine: faces within 5.7 degrees of a plane are projected, 0.5 % stretch
-constexpr double kSteepest = 0.2;   // cosine: beyond 78 degrees no face is projected
+constexpr double kFlat = 0.995;    // cosine: faces within 5.7 degrees of a plane are projected, 0.5 % stretch
+constexpr double kSteepest = 0.2;  // cosine: beyond 78 degrees no face is projected
 constexpr double kUpright = 0.02;  // what lies below it is not worth making rigid
 constexpr double kEasyL2 = 1.02, kEasyLinf = 1.5;  // a projection so good is taken without a solve
 constexpr size_t kMostSolved = 12000;              // faces of one solve
@@ -223,8 +223,7 @@ std::optional<FlatChart> flatten(const Surface& surface, ChartState& state, std:
   const auto accept_projected = [&](const FlattenLimits& most) {
     return steepest > kSteepest && accept(project(surface, chart.faces, axis), most);
   };
-  if (steepest >= kFlat)
-    return accept_projected(limits) ? std::optional(std::move(chart)) : std::nullopt;
+  if (steepest >= kFlat) return accept_projected(limits) ? std::optional(std::move(chart)) : std::nullopt;
   if (accept_projected({std::min(limits.l2, kEasyL2), std::min(limits.linf, kEasyLinf)})) return chart;
   if (chart.faces.size() > kMostRigid)
     return accept_projected(limits) ? std::optional(std::move(chart)) : std::nullopt;

@@ -9,7 +9,7 @@
 namespace kiln {
 
 struct GrowSettings {
-  double cone_degrees = 60;    // a chart's normals stay this near to their mean
+  double cone_degrees = 60;       // a chart's normals stay this near to their mean
   uint32_t max_faces = 1u << 30;  // of a chart
 };
 

@@ -7,8 +7,8 @@
 
 #include "common/atlas/layout.h"
 #include "common/base/files.h"
-#include "common/raster/footprint.h"
 #include "common/raster/bit_image.h"
+#include "common/raster/footprint.h"
 #include "coordinator/import/import.h"
 #include "tests/unwrap/hard_meshes.h"
 
@@ -59,7 +59,6 @@ Laid ours(const Case& c) {
   const Expected<Atlas> atlas = pack_layout(c.scene, settings);
   laid.seconds = processor_seconds() - begin;
   if (!atlas) return std::fprintf(stderr, "%s\n", atlas.error().message.c_str()), laid;
-  if (getenv("U_DBG")) for (auto& s : atlas->statistics.steps) fprintf(stderr, "%s %.2f\n", s.name.c_str(), s.seconds);
   laid.width = atlas->width, laid.height = atlas->height, laid.pages = atlas->pages;
   laid.density = c.density;
   for (size_t i = 0; i < c.scene.instances.size(); ++i) {
@@ -142,8 +141,10 @@ Measured measure(const Laid& laid) {
       ++m.flat_faces;
       continue;
     }
-    const DVec3 ds = (q[0] * (t.c[1].y - t.c[2].y) + q[1] * (t.c[2].y - t.c[0].y) + q[2] * (t.c[0].y - t.c[1].y)) / twice;
-    const DVec3 dt = (q[0] * (t.c[2].x - t.c[1].x) + q[1] * (t.c[0].x - t.c[2].x) + q[2] * (t.c[1].x - t.c[0].x)) / twice;
+    const DVec3 ds =
+        (q[0] * (t.c[1].y - t.c[2].y) + q[1] * (t.c[2].y - t.c[0].y) + q[2] * (t.c[0].y - t.c[1].y)) / twice;
+    const DVec3 dt =
+        (q[0] * (t.c[2].x - t.c[1].x) + q[1] * (t.c[0].x - t.c[2].x) + q[2] * (t.c[1].x - t.c[0].x)) / twice;
     const double d2 = laid.density * laid.density;
     const double a = d2 * dot(ds, ds), b = d2 * dot(ds, dt), c = d2 * dot(dt, dt);
     squares += 0.5 * (a + c) * area;
@@ -160,9 +161,10 @@ Measured measure(const Laid& laid) {
 void print(const Case& c, const char* who, const Laid& laid) {
   const Measured m = measure(laid);
   const double texels = double{1} * laid.width * laid.height * laid.pages;
-  std::printf("| %s | %s | %zu | %zu | %u x %u x %u | %.1f %% | %.1f %% | %.3f | %.2f | %.2f |\n", c.name.c_str(), who,
-              laid.flat.size(), m.charts, laid.width, laid.height, laid.pages,
-              100 * m.area * laid.density * laid.density / texels, 100 * m.touched / texels, m.l2, m.worst, laid.seconds);
+  std::printf("| %s | %s | %zu | %zu | %u x %u x %u | %.1f %% | %.1f %% | %.3f | %.2f | %.2f |\n",
+              c.name.c_str(), who, laid.flat.size(), m.charts, laid.width, laid.height, laid.pages,
+              100 * m.area * laid.density * laid.density / texels, 100 * m.touched / texels, m.l2, m.worst,
+              laid.seconds);
   if (m.flat_faces) std::printf("faces without area: %zu\n", m.flat_faces);
   std::fflush(stdout);
 }

@@ -209,7 +209,8 @@ TEST(PackLayout, TheBudgetHoldsWhereChartsAreCut) {
   EXPECT_EQ(packed(scene, lower).placements.size(), atlas.placements.size());
 }
 
-// Whatever density is wished for: the layout is that of the budget, and of the density that the report states.
+// Whatever density is wished for: the layout is that of the budget, and of the density that the report
+// states.
 TEST(PackLayout, TheBudgetDecidesAloneAboveIt) {
   Scene scene = scene_of({plane(4, 12, Uv::kUnit), box({0.1f, 2, 6}, Uv::kUnit), box({1, 1, 1}, Uv::kUnit)});
   scene.instances[1].to_world = at({6, 0, 3});

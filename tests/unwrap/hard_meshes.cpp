@@ -10,7 +10,8 @@ namespace {
 constexpr double kTau = 6.283185307179586;
 
 double lattice(int64_t x, int64_t y, int64_t z) {
-  uint64_t h = static_cast<uint64_t>(x) * 0x9e3779b97f4a7c15u ^ static_cast<uint64_t>(y) * 0xc2b2ae3d27d4eb4fu ^
+  uint64_t h = static_cast<uint64_t>(x) * 0x9e3779b97f4a7c15u ^
+               static_cast<uint64_t>(y) * 0xc2b2ae3d27d4eb4fu ^
                static_cast<uint64_t>(z) * 0x165667b19e3779f9u;
   h ^= h >> 32;
   h *= 0xd6e8feb86659fd93u;
@@ -171,7 +172,8 @@ Mesh vehicle(uint32_t bolts) {
                          r * std::sin(b));
     };
     add_patch(m, 40, 14, [=](double u, double v) { return ring(0.09, -kTau * u, kTau * v); });
-    add_panel(m, 12, 0.015, [=](double u, double v) { return ring(0.14, kTau / 2 * (1 - u), 2.4 * v - 1.2); });
+    add_panel(m, 12, 0.015,
+              [=](double u, double v) { return ring(0.14, kTau / 2 * (1 - u), 2.4 * v - 1.2); });
     for (int s = 0; s < 8; ++s) add_slat(m, hub + DVec3(0.02, 0.05 * s - 0.2, 0), {0.3, 0.012, 0.03});
   }
   for (int s = 0; s < 40; ++s) add_slat(m, {-2.3, 0.3 + 0.012 * s, -0.5}, {0.05, 0.004, 1.0});
