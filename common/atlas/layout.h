@@ -12,6 +12,8 @@ Expected<Atlas> layout_from_file(const Scene& scene, const AtlasSettings& settin
 
 // Charts of all instances packed at settings.texels_per_metre.
 Expected<Atlas> layout_packed(const Scene& scene, const AtlasSettings& settings);
+// The same without sites.
+Expected<Atlas> pack_layout(const Scene& scene, const AtlasSettings& settings);
 
 // Cuts charts where other surfaces stand on them (common/contacts) and notes the lines in atlas.contacts.
 // `texel`: size in metres by instance.

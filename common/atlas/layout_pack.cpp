@@ -1,5 +1,7 @@
 // Charts at their size in the world, laid on texel centres and packed. (O'Donnell 2018, chart masks and
 // atlas packing; Roughton 2019, 4.1.)
+#include <memory>
+
 #include "common/atlas/chart_masks.h"
 #include "common/atlas/layout.h"
 #include "common/atlas/previous_layout.h"
@@ -112,204 +114,233 @@ Status check_density(const Scene& scene, const std::vector<float>& density) {
   return {};
 }
 
-// One packing at one density.
-struct Packing {
-  double density = 0;
-  std::vector<Steps> steps;
-  ChartMasks masks;
-  PackResult result;
-  uint64_t texels() const { return uint64_t{result.width} * result.height * result.pages; }
-  bool within(uint64_t limit) const { return result.fits && texels() <= limit; }
-};
-
-class Layout {
+// The charts cut and packed for one density. Where surfaces stand on others, charts are cut by the size of a
+// texel: another density is another layout.
+class Trial {
  public:
-  // `density`: texels per metre that are wished for.
-  Layout(const Scene& scene, const AtlasSettings& settings, double density, Atlas& atlas)
-      : scene_(scene),
-        settings_(settings),
-        wanted_(density),
-        atlas_(atlas),
-        rules_(pack_rules(settings)),
-        boxes_(chart_boxes(atlas, settings.threads)),
-        sizes_(chart_sizes(scene, atlas, boxes_, settings.density, settings.threads)) {}
-
-  // About the density that a budget allows, not above the wanted one.
-  double affordable() const {
-    const auto limit = static_cast<double>(most_texels());
-    if (!settings_.texel_budget || texels_needed(sizes_, wanted_, rules_) <= limit) return wanted_;
-    return fitting_density(sizes_, wanted_, rules_, 0.99 * limit);
+  // `base`: the charts of the meshes.
+  static Expected<std::unique_ptr<Trial>> at(const Scene& scene, const AtlasSettings& settings,
+                                             double density, const Atlas& base) {
+    std::unique_ptr<Trial> trial(new Trial(scene, settings, density, base));
+    KILN_TRY_STATUS(trial->cut_and_number());
+    trial->boxes_ = chart_boxes(trial->atlas, settings.threads);
+    trial->sizes_ = chart_sizes(scene, trial->atlas, trial->boxes_, settings.density, settings.threads);
+    return trial;
   }
 
-  // At the wanted density, or at a lower one that the budget allows.
-  Expected<Packing> pack_within() {
-    Packing packing = none();
-    if (texels_needed(sizes_, wanted_, rules_) <= static_cast<double>(most_texels())) packing = pack(wanted_);
-    if (packing.within(most_texels())) return packing;
-    if (!settings_.texel_budget) return refuse();
-    packing = fit_budget();
-    if (!packing.within(most_texels())) return refuse_budget();
-    return packing;
-  }
-
-  void apply(const Packing& packing) {
-    if (packing.density < settings_.texels_per_metre)
-      atlas_.notes.push_back(
-          text("texels per metre were lowered from {:.6g} to {:.6g}, so that {} x {} x {} pages stay within "
-               "{} texels "
-               "(--max-texels)",
-               settings_.texels_per_metre, packing.density, packing.result.width, packing.result.height,
-               packing.result.pages, settings_.texel_budget));
-    atlas_.statistics.texels_per_metre = static_cast<float>(packing.density);
-    atlas_.statistics.kept_charts = packing.result.kept;
-    warn_of_limited(scene_, sizes_, packing.steps, rules_, atlas_);
-    apply_packing(packing.result, packing.masks, boxes_, rules_, atlas_);
-  }
-
- private:
-  static Packing none() {
-    Packing packing;
-    packing.result.fits = false;
-    return packing;
-  }
-
-  uint64_t most_texels() const {
-    const uint64_t page = uint64_t{settings_.max_page_size} * settings_.max_page_size;
-    const uint64_t most = std::min(settings_.max_texels, kMaxPages * page);
-    return settings_.texel_budget ? std::min(most, settings_.texel_budget) : most;
-  }
-
-  Packing pack(double density) {
-    Packing p;
-    p.density = density;
-    p.steps.resize(sizes_.size());
-    for (size_t i = 0; i < sizes_.size(); ++i) p.steps[i] = chart_steps(sizes_[i], density, rules_);
+  void pack() {
+    steps_.resize(sizes_.size());
+    for (size_t i = 0; i < sizes_.size(); ++i) steps_[i] = chart_steps(sizes_[i], density_, rules_);
     {
-      const StageTimer timer(atlas_.statistics.steps, "masks");
-      p.masks = chart_masks(atlas_, boxes_, sizes_, p.steps, rules_, settings_.threads);
+      const StageTimer timer(atlas.statistics.steps, "masks");
+      masks_ = chart_masks(atlas, boxes_, sizes_, steps_, rules_, settings_.threads);
     }
-    const StageTimer timer(atlas_.statistics.steps, "pack");
+    const StageTimer timer(atlas.statistics.steps, "pack");
     const PackSettings pack{.max_page_size = settings_.max_page_size,
                             .max_pages = kMaxPages,
                             .power_of_two = settings_.power_of_two,
                             .cell = rules_.cell};
     PreviousPlaces previous;
     if (settings_.previous)
-      previous = match_previous(scene_, atlas_, chart_keys(p.masks, rules_), *settings_.previous);
+      previous = match_previous(scene_, atlas, chart_keys(masks_, rules_), *settings_.previous);
     const bool known = std::any_of(previous.places.begin(), previous.places.end(),
                                    [](const auto& place) { return place.has_value(); });
-    p.result = pack_masks(p.masks.packed(), p.masks.of_placement, pack, known ? &previous : nullptr);
-    return p;
+    result = pack_masks(masks_.packed(), masks_.of_placement, pack, known ? &previous : nullptr);
   }
 
-  // The highest density found in a few packings whose pages stay within the budget: area follows the square
-  // of the density, so each packing says where the next should be.
-  Packing fit_budget() {
-    constexpr int kTries = 8;
-    constexpr double kEnough = 0.98, kAim = 0.99;
-    const double limit = static_cast<double>(most_texels());
-    double low = 0, high = wanted_;
-    double density = fitting_density(sizes_, high, rules_, kAim * limit);
-    Packing best = none();
-    for (int k = 0; k < kTries && density > 0; ++k) {
-      Packing tried = pack(density);
-      const double texels = static_cast<double>(tried.texels());
-      const bool within = tried.within(most_texels()), fits = tried.result.fits;
-      (within ? low : high) = density;
-      if (within) best = std::move(tried);
-      if (within && texels >= kEnough * limit) break;
-      density *= fits ? std::sqrt(kAim * limit / texels) : 0.7;
-      if (!(density > low && density < high)) density = 0.5 * (low + high);
+  void apply() {
+    if (density_ < settings_.texels_per_metre)
+      atlas.notes.push_back(
+          text("texels per metre were lowered from {:.6g} to {:.6g}, so that {} x {} x {} pages stay within "
+               "{} texels "
+               "(--max-texels)",
+               settings_.texels_per_metre, density_, result.width, result.height, result.pages,
+               settings_.texel_budget));
+    atlas.statistics.texels_per_metre = static_cast<float>(density_);
+    atlas.statistics.kept_charts = result.kept;
+    warn_of_limited(scene_, sizes_, steps_, rules_, atlas);
+    apply_packing(result, masks_, boxes_, rules_, atlas);
+  }
+
+  uint64_t texels() const { return uint64_t{result.width} * result.height * result.pages; }
+  bool within(uint64_t limit) const { return result.fits && texels() <= limit; }
+  const std::vector<ChartSize>& sizes() const { return sizes_; }
+  // No chart could become smaller.
+  bool is_least() const {
+    return std::all_of(steps_.begin(), steps_.end(), [](const Steps& s) { return s.x == 1 && s.y == 1; });
+  }
+
+  Atlas atlas;
+  PackResult result;
+
+ private:
+  Trial(const Scene& scene, const AtlasSettings& settings, double density, const Atlas& base)
+      : atlas(base), scene_(scene), settings_(settings), density_(density), rules_(pack_rules(settings)) {
+    result.fits = false;
+  }
+  Status cut_and_number() {
+    atlas.charts_of_instance.clear();
+    std::vector<uint8_t> receives;
+    for (const Instance& instance : scene_.instances) {
+      atlas.charts_of_instance.push_back(instance.mesh);
+      receives.push_back(instance.receive);
     }
-    return best;
-  }
-
-  tl::unexpected<Error> refuse() const {
-    const double limit = 0.9 * static_cast<double>(most_texels());
-    return too_dense(wanted_, fitting_density(sizes_, 0.95 * wanted_, rules_, limit), settings_.max_texels,
-                     largest_charts(scene_, sizes_));
-  }
-  tl::unexpected<Error> refuse_budget() const {
-    return fail(
-        ErrorKind::kInvalidInput,
-        text("{} charts do not fit {} texels (--max-texels) at any density: at their smallest they need "
-             "about {:.3g}",
-             sizes_.size(), most_texels(), texels_needed(sizes_, 0, rules_)));
+    take_charts_away(scene_, receives, atlas);
+    if (settings_.cut_contacts) {
+      const StageTimer timer(atlas.statistics.steps, "contacts");
+      std::vector<double> texel(scene_.instances.size(), 1 / density_);
+      for (size_t i = 0; i < settings_.density.size(); ++i) texel[i] /= settings_.density[i];
+      cut_at_contacts(scene_, texel, settings_.threads, atlas);
+    }
+    return number_placements(scene_, atlas);
   }
 
   const Scene& scene_;
   const AtlasSettings& settings_;
-  double wanted_;
-  Atlas& atlas_;
+  double density_;
   PackRules rules_;
   std::vector<MeshChartBoxes> boxes_;
   std::vector<ChartSize> sizes_;
+  std::vector<Steps> steps_;
+  ChartMasks masks_;
+};
+using TrialPtr = std::unique_ptr<Trial>;
+
+uint64_t most_texels(const AtlasSettings& settings) {
+  const uint64_t page = uint64_t{settings.max_page_size} * settings.max_page_size;
+  const uint64_t most = std::min(settings.max_texels, kMaxPages * page);
+  return settings.texel_budget ? std::min(most, settings.texel_budget) : most;
+}
+
+// Looks for the highest density whose pages stay within the budget, on a ladder of fixed densities and from a
+// start that only the scene and the budget decide: whatever density is wished for above, the result is one.
+class BudgetSearch {
+ public:
+  BudgetSearch(const Scene& scene, const AtlasSettings& settings, const Atlas& base)
+      : scene_(scene), settings_(settings), base_(base), limit_(most_texels(settings)) {}
+
+  Expected<TrialPtr> run() {
+    constexpr int kTries = 10;
+    constexpr double kAim = 0.99, kEnough = 0.98;
+    high_ = rung_below(settings_.texels_per_metre) + 1;  // rungs from here on are too dense
+    KILN_TRY(int64_t rung, start(kAim));
+    TrialPtr best;
+    for (int tries = 0; tries < kTries || !best; ++tries) {
+      rung = std::clamp(rung, low_ + 1, high_ - 1);
+      KILN_TRY(TrialPtr trial, at(rung));
+      const double share = static_cast<double>(trial->texels()) / static_cast<double>(limit_);
+      const bool within = trial->within(limit_), fits = trial->result.fits;
+      if (!within && (trial->is_least() || rung == kLowest)) return refuse(*trial);
+      (within ? low_ : high_) = rung;
+      if (within) best = std::move(trial);
+      if ((within && share >= kEnough) || high_ - low_ <= 1) break;
+      // Area follows the square of the density; what it does not follow is found by ever wider steps.
+      const double step = fits ? 0.5 * std::log2(kAim / share) : -1.0;
+      const int64_t least = within || !fits ? 1 : int64_t{1} << std::min(tries, 10);
+      rung += within ? std::max(rungs(step), least) : std::min(rungs(step), -least);
+      if (rung <= low_ || rung >= high_) rung = low_ + (high_ - low_) / 2;
+    }
+    return best;
+  }
+
+ private:
+  static constexpr double kRungs = 64;  // of a doubling
+  static constexpr int64_t kLowest = -4096;
+  // As the report states it: asked for alone it gives the same layout.
+  static double density_of(int64_t rung) {
+    return double{static_cast<float>(std::exp2(static_cast<double>(rung) / kRungs))};
+  }
+  static int64_t rungs(double doublings) { return static_cast<int64_t>(std::floor(doublings * kRungs)); }
+  static int64_t rung_below(double density) { return std::max(rungs(std::log2(density)), kLowest); }
+
+  // By the area of charts that are not cut.
+  Expected<int64_t> start(double aim) {
+    AtlasSettings uncut = settings_;
+    uncut.cut_contacts = false;
+    KILN_TRY(const TrialPtr whole, Trial::at(scene_, uncut, 1, base_));
+    double square_metres = 0;
+    for (const ChartSize& size : whole->sizes()) square_metres += size.square_metres;
+    const double limit = aim * static_cast<double>(limit_);
+    const double most = square_metres > 0 ? std::sqrt(limit / square_metres) : 1.0;
+    const double density = fitting_density(whole->sizes(), most, pack_rules(settings_), limit);
+    return density > 0 ? rung_below(density) : kLowest / 2;
+  }
+
+  Expected<TrialPtr> at(int64_t rung) {
+    KILN_TRY(TrialPtr trial, Trial::at(scene_, settings_, density_of(rung), base_));
+    trial->pack();
+    base_.statistics.steps = trial->atlas.statistics.steps;  // the time of all tries
+    return trial;
+  }
+
+  tl::unexpected<Error> refuse(const Trial& least) const {
+    return fail(
+        ErrorKind::kInvalidInput,
+        text("{} charts do not fit {} texels (--max-texels) at any density: at their smallest they need "
+             "about {:.3g}",
+             least.sizes().size(), limit_, texels_needed(least.sizes(), 0, pack_rules(settings_))));
+  }
+
+  const Scene& scene_;
+  const AtlasSettings& settings_;
+  Atlas base_;
+  uint64_t limit_;
+  int64_t low_ = kLowest - 1, high_ = 0;
 };
 
-// From the charts of the meshes.
-Status cut_and_number(const Scene& scene, const AtlasSettings& settings, double density, Atlas& atlas) {
-  atlas.charts.resize(scene.meshes.size());
-  atlas.charts_of_instance.clear();
-  std::vector<uint8_t> receives;
-  for (const Instance& instance : scene.instances) {
-    atlas.charts_of_instance.push_back(instance.mesh);
-    receives.push_back(instance.receive);
-  }
-  take_charts_away(scene, receives, atlas);
-  atlas.statistics.cut_charts = 0;
-  if (settings.cut_contacts) {
-    const StageTimer timer(atlas.statistics.steps, "contacts");
-    std::vector<double> texel(scene.instances.size(), 1 / density);
-    for (size_t i = 0; i < settings.density.size(); ++i) texel[i] /= settings.density[i];
-    cut_at_contacts(scene, texel, settings.threads, atlas);
-  }
-  return number_placements(scene, atlas);
-}
-
-}  // namespace
-
-namespace {
-
-// Cuts for smaller texels than a budget allows would make more charts than fit it: where there is one, the
-// uncut charts say what it allows.
-Expected<double> first_density(const Scene& scene, const AtlasSettings& settings, Atlas& atlas) {
-  if (!settings.texel_budget || !settings.cut_contacts) return settings.texels_per_metre;
+// At the wished density; nothing where that is more than the limit.
+Expected<TrialPtr> at_wished_density(const Scene& scene, const AtlasSettings& settings, const Atlas& base) {
+  const double wished = settings.texels_per_metre;
+  const double limit = static_cast<double>(most_texels(settings));
+  const PackRules rules = pack_rules(settings);
   AtlasSettings uncut = settings;
   uncut.cut_contacts = false;
-  KILN_TRY_STATUS(cut_and_number(scene, uncut, settings.texels_per_metre, atlas));
-  const double density = Layout(scene, uncut, settings.texels_per_metre, atlas).affordable();
-  return density > 0 ? density : settings.texels_per_metre;
+  KILN_TRY(TrialPtr trial, Trial::at(scene, uncut, wished, base));
+  // Contacts are not looked for at a density that is out of reach.
+  if (texels_needed(trial->sizes(), wished, rules) > limit) {
+    if (settings.texel_budget) return nullptr;
+    return too_dense(wished, fitting_density(trial->sizes(), 0.95 * wished, rules, 0.9 * limit),
+                     settings.max_texels, largest_charts(scene, trial->sizes()));
+  }
+  if (settings.cut_contacts) {
+    KILN_TRY(trial, Trial::at(scene, settings, wished, base));
+  }
+  if (texels_needed(trial->sizes(), wished, rules) <= limit) trial->pack();
+  if (trial->within(most_texels(settings))) return trial;
+  if (settings.texel_budget) return nullptr;
+  return too_dense(wished, fitting_density(trial->sizes(), 0.95 * wished, rules, 0.9 * limit),
+                   settings.max_texels, largest_charts(scene, trial->sizes()));
 }
 
 }  // namespace
 
-Expected<Atlas> layout_packed(const Scene& scene, const AtlasSettings& settings) {
-  Atlas atlas;
-  atlas.packed = true;
-  std::vector<StageTime>& steps = atlas.statistics.steps;
+Expected<Atlas> pack_layout(const Scene& scene, const AtlasSettings& settings) {
+  Atlas base;
+  base.packed = true;
   KILN_TRY_STATUS(check_density(scene, settings.density));
   {
-    const StageTimer timer(steps, "charts");
-    choose_charts(scene, settings, atlas);
+    const StageTimer timer(base.statistics.steps, "charts");
+    choose_charts(scene, settings, base);
   }
-  const size_t warnings = atlas.warnings.size();
-  KILN_TRY(double density, first_density(scene, settings, atlas));
-  for (bool first = true, again = true; again; first = false) {
-    KILN_TRY_STATUS(cut_and_number(scene, settings, density, atlas));
-    if (atlas.placements.empty()) return atlas;
-    Layout layout(scene, settings, density, atlas);
-    KILN_TRY(const Packing packing, layout.pack_within());
-    // Larger texels are cut elsewhere: once more for them.
-    again = settings.cut_contacts && packing.density < density && first;
-    density = packing.density;
-    if (again)
-      atlas.warnings.resize(warnings);
-    else
-      layout.apply(packing);
+  if (std::all_of(scene.instances.begin(), scene.instances.end(),
+                  [&](const Instance& i) { return base.charts[i.mesh].chart_count == 0; })) {
+    KILN_TRY(const TrialPtr empty, Trial::at(scene, settings, settings.texels_per_metre, base));
+    return std::move(empty->atlas);
   }
+  KILN_TRY(TrialPtr trial, at_wished_density(scene, settings, base));
+  if (!trial) {
+    KILN_TRY(trial, BudgetSearch(scene, settings, base).run());
+  }
+  trial->apply();
+  return std::move(trial->atlas);
+}
+
+Expected<Atlas> layout_packed(const Scene& scene, const AtlasSettings& settings) {
+  KILN_TRY(Atlas atlas, pack_layout(scene, settings));
+  if (atlas.placements.empty()) return atlas;
   SiteOverlap overlap;
   {
-    const StageTimer timer(steps, "sites");
+    const StageTimer timer(atlas.statistics.steps, "sites");
     KILN_TRY(overlap, find_sites(atlas, settings.threads));
   }
   atlas.statistics.overlapped_points = overlap.points;

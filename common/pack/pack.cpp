@@ -12,12 +12,16 @@ namespace {
 
 // Work is counted in looks at 64 positions, some 3 ns each: time does not decide, so that results do not
 // depend on the machine.
-constexpr uint64_t kSweepWork = 120'000'000;  // of one try, after which charts of a size share a sweep
-constexpr uint64_t kTriesWork = 100'000'000;  // after which no further try begins
+constexpr uint64_t kSweepWork = 40'000'000;  // of one try, after which charts of a size share a sweep
+constexpr uint64_t kTriesWork = 30'000'000;  // after which no further try begins
+constexpr double kFull = 0.965;              // share of set bits with which no further try is made
+constexpr double kFullEnough = 0.85;         // and with which the page stays near square
+constexpr double kGain = 0.03;               // what a page far from square has to save
 
 // A page to try, in bits.
 struct Frame {
   uint32_t width, height;
+  double gain = 0;  // share of the least area so far that it has to save
 };
 
 struct Level {
@@ -28,6 +32,7 @@ struct Level {
   uint32_t multiple;  // of sides, bits
   uint64_t bits = 0;
   uint32_t least_width = 1;  // no narrower page holds all items
+  uint32_t longest = 1;      // side of a mask
 
   uint32_t round_up(uint64_t side) const {
     return static_cast<uint32_t>(std::min<uint64_t>((side + multiple - 1) / multiple * multiple, largest));
@@ -48,6 +53,7 @@ Level describe(const MaskSet& masks, std::span<const uint32_t> mask_of_item, con
     const uint32_t most = std::max(mask.width, mask.height), least = std::min(mask.width, mask.height);
     KILN_CHECK(most <= level.largest);
     level.bits += counts[m];
+    level.longest = std::max(level.longest, most);
     level.least_width = std::max(level.least_width, settings.turn ? least : mask.width);
   }
   return level;
@@ -74,15 +80,21 @@ std::vector<uint32_t> placing_order(const Level& level, Order by) {
   return order;
 }
 
-// Near square at 97 % full, then some wider and narrower.
+// Near square at 97 % full, then some wider and narrower. Then, where those are too empty, shapes that
+// content may ask for: a page is as high as it comes to be, so a width is a shape. The first is just wide
+// enough for the longest charts to lie along its rows.
 std::vector<Frame> frames_of_any_size(const Level& level, uint32_t pages) {
   const double side = std::sqrt(static_cast<double>(level.bits) / (0.97 * pages));
   std::vector<Frame> frames;
-  for (double stretch : {1.0, 0.96, 1.04, 0.92, 1.08, 0.88, 1.12, 0.84, 1.16}) {
-    const auto wanted = static_cast<uint64_t>(std::ceil(side * stretch));
-    const uint32_t width = level.round_up(std::max<uint64_t>(wanted, level.least_width));
-    if (uint64_t{pages} * width * level.largest >= level.bits) frames.push_back({width, level.largest});
-  }
+  const auto add = [&](double wanted, double gain) {
+    const auto most = static_cast<uint64_t>(std::ceil(std::min(wanted, double{1.0} * level.largest)));
+    const uint32_t width = level.round_up(std::max<uint64_t>(most, level.least_width));
+    if (uint64_t{pages} * width * level.largest >= level.bits) frames.push_back({width, level.largest, gain});
+  };
+  for (double stretch : {1.0, 0.96, 1.04, 0.92, 1.08, 0.88, 1.12, 0.84, 1.16}) add(side * stretch, 0);
+  if (level.longest > side) add(level.longest, kGain);
+  for (double stretch : {1.25, 1.4, 1.6, 1.8, 2.0, 2.5, 3.0, 4.0, 6.0, 8.0, 0.7, 0.5, 0.25})
+    add(side * stretch, kGain);
   frames.push_back({level.largest, level.largest});  // what does not fit otherwise
   return frames;
 }
@@ -117,6 +129,10 @@ uint64_t area(const PackResult& r) {
   return uint64_t{r.width} * r.height * r.pages;
 }
 
+bool is_full(const Level& level, const PackResult& r, double share) {
+  return static_cast<double>(level.bits) >= share * static_cast<double>(area(r));
+}
+
 // The least area of some orders and widths; false if no page size will do.
 bool pack_on(const Level& level, uint32_t pages, PackResult& best) {
   const std::vector<uint32_t> orders[] = {placing_order(level, Order::kLongest),
@@ -129,11 +145,13 @@ bool pack_on(const Level& level, uint32_t pages, PackResult& best) {
   for (const Frame& frame : frames) {
     const bool last = &frame == &frames.back();  // for what fits nowhere else
     for (const std::vector<uint32_t>& order : orders) {
-      if (any && (powers || last || work > kTriesWork)) return true;
+      if (any && (powers || last || work > kTriesWork || is_full(level, best, kFull))) return true;
+      if (any && frame.gain > 0 && is_full(level, best, kFullEnough)) return true;
       if (!powers && !last && work > kTriesWork) continue;
       PackResult result;
       if (!try_frame(level, order, frame, pages, result, work)) continue;
-      if (!any || area(result) < area(best)) best = std::move(result);
+      const auto allowed = (1 - frame.gain) * static_cast<double>(any ? area(best) : 0);
+      if (!any || static_cast<double>(area(result)) < allowed) best = std::move(result);
       any = true;
     }
   }

@@ -3,6 +3,7 @@
 #include <array>
 #include <numeric>
 
+#include "common/unwrap/arap.h"
 #include "common/unwrap/charts.h"
 #include "common/unwrap/face_grid.h"
 #include "common/unwrap/lscm.h"
@@ -10,7 +11,15 @@
 namespace kiln {
 namespace {
 
-constexpr double kFlat = 0.995;  // cosine: faces within 5.7 degrees of a plane are projected, 0.5 % stretch
+constexpr double kFlat = 0.995;    // cosine: faces within 5.7 degrees of a plane are projected, 0.5 % stretch
+constexpr double kSteepest = 0.2;  // cosine: beyond 78 degrees no face is projected
+constexpr double kUpright = 0.02;  // what lies below it is not worth making rigid
+constexpr double kEasyL2 = 1.02, kEasyLinf = 1.5;  // a projection so good is taken without a solve
+constexpr size_t kMostSolved = 12000;              // faces of one solve
+constexpr size_t kMostRigid = 200000;              // the matrix of making rigid is a quarter of that
+constexpr double kMostToMend = 1.4;                // L2 from which making rigid is not tried
+constexpr int kRigidRounds = 6;
+constexpr uint64_t kRigidWork = 16;
 constexpr uint64_t kSolveWork = 16;     // a face of a solve costs as much as this many projected ones
 constexpr size_t kMostHullSides = 256;  // directions tried for the smallest box
 
@@ -44,6 +53,20 @@ Patch make_patch(const Surface& surface, ChartState& state, const std::vector<ui
     patch.faces[c / 3][c % 3] = number[root];
   }
   return patch;
+}
+
+std::vector<Triangle2> faces_at(const Patch& patch, const std::vector<DVec2>& uv) {
+  std::vector<Triangle2> flat(patch.faces.size());
+  for (size_t i = 0; i < flat.size(); ++i)
+    for (size_t k = 0; k < 3; ++k) flat[i].c[k] = uv[patch.faces[i][k]];
+  return flat;
+}
+
+std::vector<DVec2> vertices_at(const Patch& patch, const std::vector<Triangle2>& flat) {
+  std::vector<DVec2> uv(patch.vertices.size());
+  for (size_t i = 0; i < flat.size(); ++i)
+    for (size_t k = 0; k < 3; ++k) uv[patch.faces[i][k]] = flat[i].c[k];
+  return uv;
 }
 
 std::vector<Triangle2> project(const Surface& surface, const std::vector<uint32_t>& faces,
@@ -189,24 +212,37 @@ std::optional<FlatChart> flatten(const Surface& surface, ChartState& state, std:
     steepest = 1;
     for (uint32_t f : chart.faces) steepest = std::min(steepest, dot(axis, surface.normal[f]));
   }
-  const auto accept = [&](std::vector<Triangle2> flat) {
+  const auto accept = [&](std::vector<Triangle2> flat, const FlattenLimits& most) {
     work += flat.size();
     settle(flat, chart.area);
     chart.stretch = measure_stretch(surface, chart.faces, flat);
     chart.flat = std::move(flat);
-    return usable(chart.flat, chart.stretch, limits);
+    return usable(chart.flat, chart.stretch, most);
   };
-  if (steepest < kFlat) {
-    const Patch patch = make_patch(surface, state, chart.faces);
+  // Projected where that is good enough: it costs no solve and does not care how many faces there are.
+  const auto accept_projected = [&](const FlattenLimits& most) {
+    return steepest > kSteepest && accept(project(surface, chart.faces, axis), most);
+  };
+  if (steepest >= kFlat) return accept_projected(limits) ? std::optional(std::move(chart)) : std::nullopt;
+  if (accept_projected({std::min(limits.l2, kEasyL2), std::min(limits.linf, kEasyLinf)})) return chart;
+  if (chart.faces.size() > kMostRigid)
+    return accept_projected(limits) ? std::optional(std::move(chart)) : std::nullopt;
+  const Patch patch = make_patch(surface, state, chart.faces);
+  std::vector<DVec2> uv;
+  if (chart.faces.size() <= kMostSolved) {
     work += kSolveWork * chart.faces.size();
-    if (const std::vector<DVec2> uv = lscm(patch.vertices, patch.faces); !uv.empty()) {
-      std::vector<Triangle2> flat(chart.faces.size());
-      for (size_t i = 0; i < flat.size(); ++i)
-        for (size_t k = 0; k < 3; ++k) flat[i].c[k] = uv[patch.faces[i][k]];
-      if (accept(std::move(flat))) return chart;
-    }
+    uv = lscm(patch.vertices, patch.faces);
+    if (!uv.empty() && accept(faces_at(patch, uv), limits)) return chart;
+    if (!(chart.stretch.l2 < kMostToMend)) uv.clear();
   }
-  if (steepest > 0.2 && accept(project(surface, chart.faces, axis))) return chart;
+  if (accept_projected(limits)) return chart;
+  if (uv.empty()) {
+    if (!(steepest > kUpright)) return std::nullopt;
+    uv = vertices_at(patch, project(surface, chart.faces, axis));
+  }
+  work += kRigidWork * chart.faces.size();
+  if (make_rigid(patch.vertices, patch.faces, kRigidRounds, uv) && accept(faces_at(patch, uv), limits))
+    return chart;
   return std::nullopt;
 }
 

@@ -39,8 +39,9 @@ struct ChartState {
 };
 
 // Lays faces (rising, none degenerate, glued as `state` says) into the plane: along their mean normal where
-// they are flat, else by LSCM, else along the normal. Nothing: a face would be flipped, would lie on
-// another, or would be stretched beyond the limits. `work` counts what it cost, in faces.
+// that stretches little, else by LSCM, else along the normal within the limits, else as rigid as possible.
+// Nothing: a face would be flipped, would lie on another, or would be stretched beyond the limits. `work`
+// counts what it cost, in faces.
 std::optional<FlatChart> flatten(const Surface& surface, ChartState& state, std::vector<uint32_t> faces,
                                  const FlattenLimits& limits, uint64_t& work);
 

@@ -14,6 +14,8 @@ constexpr uint32_t kNone = ~0u;
 constexpr double kBoundaryWeight =
     0.25;  // a face that would stick out costs as much as one turned by 41 degrees
 
+constexpr double kWholeCone = 0.02;  // cosine to the mean normal, at least: nothing overhangs
+
 class Grower {
  public:
   Grower(const Surface& surface, ChartState& state, const GrowSettings& settings)
@@ -22,6 +24,7 @@ class Grower {
   }
 
   FaceSets run() {
+    take_whole_components();
     std::vector<uint32_t> seeds;
     for (uint32_t f = 0; f < surface_.face_count(); ++f)
       if (surface_.area[f] > 0) seeds.push_back(f);
@@ -40,6 +43,39 @@ class Grower {
     uint32_t face;
     bool operator<(const Candidate& o) const { return cost != o.cost ? cost > o.cost : face > o.face; }
   };
+
+  // What hangs together and faces one way as a whole needs no cut: a terrain, a panel.
+  void take_whole_components() {
+    std::vector<uint32_t> queue;
+    std::vector<uint8_t> seen(surface_.face_count());
+    for (uint32_t f = 0; f < surface_.face_count(); ++f) {
+      if (seen[f] || !(surface_.area[f] > 0)) continue;
+      queue.assign(1, f);
+      seen[f] = 1;
+      DVec3 sum(0.0);
+      for (size_t i = 0; i < queue.size(); ++i) {
+        sum += surface_.area[queue[i]] * surface_.normal[queue[i]];
+        for (uint32_t side = 3 * queue[i]; side < 3 * queue[i] + 3; ++side) {
+          const uint32_t other = surface_.opposite[side];
+          if (other == kNone || seen[other / 3]) continue;
+          seen[other / 3] = 1;
+          queue.push_back(other / 3);
+        }
+      }
+      const double least = kWholeCone * length(sum);
+      if (queue.size() > settings_.max_faces || std::any_of(queue.begin(), queue.end(), [&](uint32_t i) {
+            return dot(surface_.normal[i], sum) < least;
+          }))
+        continue;
+      for (uint32_t i : queue) {
+        chart_of_[i] = static_cast<uint32_t>(charts_.size());
+        for (uint32_t side = 3 * i; side < 3 * i + 3; ++side)
+          if (surface_.opposite[side] != kNone) state_.glued[side] = 1;
+      }
+      std::sort(queue.begin(), queue.end());
+      charts_.push_back(queue);
+    }
+  }
 
   uint32_t next_frontier() {
     while (!frontier_.empty()) {

@@ -25,18 +25,6 @@ Pins far_vertices(std::span<const DVec3> vertices) {
   return best;
 }
 
-// Cotangents of the face's angles, halved: weights of the sides opposite to its corners.
-std::array<double, 3> half_cotangents(const DVec3& a, const DVec3& b, const DVec3& c) {
-  const DVec3 sides[3] = {c - b, a - c, b - a};
-  double longest = 0;
-  for (const DVec3& s : sides) longest = std::max(longest, dot(s, s));
-  const double twice_area = std::max(length(cross(sides[2], -sides[1])), 1e-3 * longest);
-  std::array<double, 3> weights{};
-  for (int k = 0; k < 3; ++k)
-    weights[static_cast<size_t>(k)] = -0.5 * dot(sides[(k + 1) % 3], sides[(k + 2) % 3]) / twice_area;
-  return weights;
-}
-
 class System {
  public:
   System(std::span<const DVec3> vertices, const Pins& pins) : vertices_(vertices), pins_(pins) {
@@ -105,6 +93,17 @@ class System {
 };
 
 }  // namespace
+
+std::array<double, 3> half_cotangents(const DVec3& a, const DVec3& b, const DVec3& c) {
+  const DVec3 sides[3] = {c - b, a - c, b - a};
+  double longest = 0;
+  for (const DVec3& s : sides) longest = std::max(longest, dot(s, s));
+  const double twice_area = std::max(length(cross(sides[2], -sides[1])), 1e-3 * longest);
+  std::array<double, 3> weights{};
+  for (int k = 0; k < 3; ++k)
+    weights[static_cast<size_t>(k)] = -0.5 * dot(sides[(k + 1) % 3], sides[(k + 2) % 3]) / twice_area;
+  return weights;
+}
 
 std::vector<DVec2> lscm(std::span<const DVec3> vertices, std::span<const std::array<uint32_t, 3>> faces) {
   if (vertices.size() < 3) return {};

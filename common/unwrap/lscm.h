@@ -18,4 +18,8 @@ namespace kiln {
 // side are taken to be that high, so that needles do not spoil the conditioning.
 std::vector<DVec2> lscm(std::span<const DVec3> vertices, std::span<const std::array<uint32_t, 3>> faces);
 
+// Cotangents of the face's angles, halved: weights of the sides opposite to its corners. As above for
+// needles.
+std::array<double, 3> half_cotangents(const DVec3& a, const DVec3& b, const DVec3& c);
+
 }  // namespace kiln

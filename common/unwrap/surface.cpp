@@ -1,5 +1,7 @@
 #include "common/unwrap/surface.h"
 
+#include <algorithm>
+
 #include "common/math/trig.h"
 #include "common/unwrap/charts.h"
 
@@ -22,8 +24,37 @@ Surface::Surface(const Mesh& m, float crease_degrees) : mesh(m) {
   pair_sides(crease_degrees);
 }
 
-// Around a side with two faces the pairing is plain. Where more meet, those that run one way are paired with
-// those that run the other in the order of their numbers, so that copies of a sheet stay apart.
+namespace {
+
+// Reorders both so that entries at one place are pairs: the two faces that part least, then the next two, of
+// equal ones those with the smallest numbers. So a floor goes on beneath a wall that stands on one of its
+// sides, and copies of a sheet stay apart.
+void pair_flattest(const std::vector<DVec3>& normal, std::vector<uint32_t>& left,
+                   std::vector<uint32_t>& right) {
+  constexpr size_t kMost = 4096;  // beyond, in the order of their numbers
+  if (left.size() * right.size() > kMost) return;
+  struct Pair {
+    double cosine;
+    uint32_t left, right;
+  };
+  std::vector<Pair> pairs;
+  for (uint32_t l : left)
+    for (uint32_t r : right) pairs.push_back({dot(normal[l / 3], normal[r / 3]), l, r});
+  std::stable_sort(pairs.begin(), pairs.end(),
+                   [](const Pair& a, const Pair& b) { return a.cosine > b.cosine; });
+  std::vector<uint32_t> first, second;
+  const auto has = [](const std::vector<uint32_t>& list, uint32_t side) {
+    return std::find(list.begin(), list.end(), side) != list.end();
+  };
+  for (const Pair& p : pairs)
+    if (!has(first, p.left) && !has(second, p.right)) first.push_back(p.left), second.push_back(p.right);
+  left = std::move(first);
+  right = std::move(second);
+}
+
+}  // namespace
+
+// Around a side with two faces the pairing is plain.
 void Surface::pair_sides(float crease_degrees) {
   const size_t count = face_count();
   opposite.assign(3 * count, kNone);
@@ -51,6 +82,7 @@ void Surface::pair_sides(float crease_degrees) {
     for (size_t k = i; k < end; ++k)
       if (area[edges[k].triangle] == 0 && attached[edges[k].triangle] == kNone)
         attached[edges[k].triangle] = host;
+    if (left.size() + right.size() > 2) pair_flattest(normal, left, right);
     for (size_t k = 0; k < std::min(left.size(), right.size()); ++k)
       if (!sharp(left[k], right[k])) {
         opposite[left[k]] = right[k];

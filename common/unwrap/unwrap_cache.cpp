@@ -9,7 +9,7 @@ namespace kiln {
 namespace {
 namespace fs = std::filesystem;
 
-constexpr uint64_t kVersion = 1;  // of the algorithm and the format: raise it when either changes
+constexpr uint64_t kVersion = 2;  // of the algorithm and the format: raise it when either changes
 constexpr size_t kWorthwhile = 2000;
 
 Bytes encode(const Digest& key, const UnwrapResult& result) {

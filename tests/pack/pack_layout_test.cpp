@@ -209,6 +209,32 @@ TEST(PackLayout, TheBudgetHoldsWhereChartsAreCut) {
   EXPECT_EQ(packed(scene, lower).placements.size(), atlas.placements.size());
 }
 
+// Whatever density is wished for: the layout is that of the budget, and of the density that the report
+// states.
+TEST(PackLayout, TheBudgetDecidesAloneAboveIt) {
+  Scene scene = scene_of({plane(4, 12, Uv::kUnit), box({0.1f, 2, 6}, Uv::kUnit), box({1, 1, 1}, Uv::kUnit)});
+  scene.instances[1].to_world = at({6, 0, 3});
+  scene.instances[2].to_world = at({2, -0.5f, 2});
+  for (const uint64_t budget : {20000u, 3000u, 500u, 120u}) {
+    std::vector<Atlas> atlases;
+    for (const float wished : {30.0f, 47.0f, 300.0f, 4000.0f}) {
+      AtlasSettings settings = pack_at(wished);
+      settings.cut_contacts = true;
+      settings.texel_budget = budget;
+      atlases.push_back(packed(scene, settings));
+      EXPECT_LE(atlases.back().texel_count(), budget);
+    }
+    AtlasSettings stated = pack_at(atlases[0].statistics.texels_per_metre);
+    stated.cut_contacts = true;
+    atlases.push_back(packed(scene, stated));
+    for (const Atlas& atlas : atlases) {
+      EXPECT_EQ(atlas.statistics.texels_per_metre, atlases[0].statistics.texels_per_metre) << budget;
+      EXPECT_EQ(atlas.owner, atlases[0].owner) << budget;
+      EXPECT_EQ(write_atlas(atlas), write_atlas(atlases[0])) << budget;
+    }
+  }
+}
+
 TEST(PackLayout, DensityByInstance) {
   const Scene scene = scene_of({plane(4, 8, Uv::kUnit), plane(4, 8, Uv::kUnit)});
   AtlasSettings settings = pack_at(4);

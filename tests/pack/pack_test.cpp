@@ -58,6 +58,20 @@ TEST(Pack, AllArePlacedAndNoneShareATexel) {
   }
 }
 
+// A strip much longer than the rest is wide lies along the rows of a low page.
+TEST(Pack, APageIsAsWideAsItsLongestStrip) {
+  for (const uint32_t height : {1u, 4u}) {
+    MaskSet masks = full_squares(150, 9);  // two rows of them
+    BitImage strip(700, height);
+    for (uint32_t y = 0; y < height; ++y) strip.set_span(y, 0, 699);
+    masks.add(strip);
+    const PackResult r = pack_all(masks, {});
+    const Painted painted(masks, r);
+    EXPECT_EQ(painted.shared + painted.outside, 0u);
+    EXPECT_GT(painted.share(), 0.85) << r.width << " x " << r.height;
+  }
+}
+
 TEST(Pack, TheSameArgumentsGiveTheSamePlaces) {
   const MaskSet masks = random_masks(800, 60, 7);
   EXPECT_EQ(pack_all(masks, {}).places, pack_all(masks, {}).places);

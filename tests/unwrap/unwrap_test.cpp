@@ -3,6 +3,7 @@
 #include "common/raster/triangle2.h"
 #include "common/unwrap/charts.h"
 #include "common/unwrap/layers.h"
+#include "tests/unwrap/hard_meshes.h"
 #include "tests/unwrap/solids.h"
 
 namespace kiln {
@@ -174,6 +175,52 @@ TEST(Unwrap, LimitsTakeTheCheapWay) {
   expect_valid(m, made.charts, 0.5);
   EXPECT_LE(made.charts.chart_count, 600u);
   EXPECT_NE(made.limited, "");
+}
+
+// What bounds the number of charts is said beside each.
+TEST(Unwrap, HardMeshesNeedFewCharts) {
+  struct Case {
+    Mesh mesh;
+    uint32_t charts;
+    double l2;
+  };
+  const Case cases[] = {
+      {height_field(100), 1, 1.05},  // nothing overhangs: one chart
+      {cave(90), 90, 1.03},          // closed, bends by 45 degrees a metre
+      {vehicle(60), 1060,
+       1.03},  // 84 panels with 4 edges each, 72 boxes of 6 sides, 60 bolts of 3 parts, 4 tyres
+  };
+  for (const Case& c : cases) {
+    const UnwrapResult one = unwrap(c.mesh, {}, 1);
+    expect_valid(c.mesh, one.charts, 1e-5);
+    EXPECT_LE(one.charts.chart_count, c.charts) << c.mesh.name;
+    EXPECT_LE(one.stretch.l2, c.l2) << c.mesh.name;
+    EXPECT_LE(one.stretch.linf, UnwrapSettings().limits.linf) << c.mesh.name;
+    const UnwrapResult many = unwrap(c.mesh, {}, 3);
+    EXPECT_EQ(one.charts.corner_uv, many.charts.corner_uv) << c.mesh.name;
+    EXPECT_EQ(one.charts.chart_of_face, many.charts.chart_of_face) << c.mesh.name;
+  }
+}
+
+// A wall on a floor: three faces meet at its foot, and the floor goes on beneath it.
+TEST(Unwrap, AFloorGoesOnBeneathAWall) {
+  for (int first = 0; first < 3; ++first) {  // whichever is numbered first
+    Mesh m;
+    m.positions = {{0, 0, 0}, {0, 0, 4}, {4, 0, 4}, {4, 0, 0}, {-4, 0, 0}, {-4, 0, 4}, {0, 3, 0}, {0, 3, 4}};
+    m.normals.assign(8, Vec3(0, 1, 0));
+    m.normals[6] = m.normals[7] = Vec3(1, 0, 0);
+    const std::vector<std::vector<UVec3>> parts = {
+        {{0, 1, 2}, {0, 2, 3}}, {{0, 4, 5}, {0, 5, 1}}, {{0, 6, 7}, {0, 7, 1}}};
+    for (size_t k = 0; k < 3; ++k)
+      for (const UVec3& t : parts[(k + static_cast<size_t>(first)) % 3]) m.triangles.push_back(t);
+    const MeshCharts charts = unwrap(m, {}, 1).charts;
+    std::vector<uint32_t> of_floor;
+    for (size_t t = 0; t < m.triangles.size(); ++t)
+      if (std::max({m.triangles[t].x, m.triangles[t].y, m.triangles[t].z}) < 6)
+        of_floor.push_back(charts.chart_of_face[t]);
+    EXPECT_EQ(of_floor, std::vector<uint32_t>(4, of_floor[0])) << first;
+    EXPECT_EQ(charts.chart_count, 2u) << first;
+  }
 }
 
 TEST(Interiors, MeetOnlyWhenTheyShareArea) {
