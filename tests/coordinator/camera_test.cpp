@@ -65,7 +65,7 @@ TEST(SceneRays, MeetWhatEveryTriangleOneByOneSays) {
   const SceneRays rays(scene);
   Random random(3);
   size_t hits = 0;
-  for (int k = 0; k < 4000; ++k) {
+  for (int k = 0; k < 8000; ++k) {  // one in ten meets something
     const auto number = [&] { return static_cast<float>(random.next() * 2 - 1); };
     const Vec3 o(number() * 15, number() * 5, number() * 5), d(number(), number(), number());
     RayHit expected, hit;

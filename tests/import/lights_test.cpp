@@ -103,7 +103,8 @@ TEST(Lights, BadOnes) {
   EXPECT_SAYS(refused(b), "node 1: light 5 does not exist, there are 1");
   const ImportResult aimless = imported(with_light(R"({"type": "directional"})", R"({"scale": [0, 0, 0]})"));
   EXPECT_TRUE(aimless.scene.lights.empty());
-  EXPECT_SAYS(test::all_notes(aimless), "leaves no direction are left out, in 1 node: node 1");
+  EXPECT_SAYS(test::all_notes(aimless),
+              "leaves no direction are left out: take away scales of 0, in 1 node: node 1");
   EXPECT_EQ(imported(with_light(R"({"type": "point"})", R"({"scale": [0, 0, 0]})")).scene.lights.size(), 1u);
 }
 

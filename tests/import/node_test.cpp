@@ -41,7 +41,7 @@ TEST(Nodes, MirroredInstancesStay) {
   EXPECT_LT(determinant(scene.instances[0].to_world), 0);
 }
 
-TEST(Nodes, SingularTransformsAreLeftOutWithAWarning) {
+TEST(Nodes, SingularTransformsAreLeftOutWithANote) {
   const auto b = with_nodes(R"([{"mesh": 0}, {"mesh": 0, "name": "hidden", "scale": [0, 0, 0]},
     {"mesh": 0, "name": "squashed", "scale": [1, 0, 1], "rotation": [0.1, 0.5, 0.3, 0.8]},
     {"mesh": 0, "name": "thin", "scale": [1, 1e-5, 1]}])",
@@ -50,7 +50,7 @@ TEST(Nodes, SingularTransformsAreLeftOutWithAWarning) {
   EXPECT_EQ(r.scene.instances.size(), 2u);
   EXPECT_SAYS(test::note_with(r, "singular"), "2 places: node 1 'hidden', node 2 'squashed'");
   for (const ImportNote& note : r.notes)
-    if (test::says(note.what, "singular")) EXPECT_EQ(note.kind, ImportNote::Kind::kWarning);
+    if (test::says(note.what, "singular")) EXPECT_EQ(note.kind, ImportNote::Kind::kNote);
 }
 
 TEST(Nodes, TreesThatAreNone) {

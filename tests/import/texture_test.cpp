@@ -179,7 +179,9 @@ TEST(Textures, UvSetsThatAreNotThere) {
   b.node({{"mesh", bare}});
   const ImportResult r = imported(b);
   EXPECT_SAYS(test::all_notes(r), "material 0: base_color_texture uses TEXCOORD_2, only 0 and 1 are read");
-  EXPECT_SAYS(test::all_notes(r), "need TEXCOORD_0, which is absent, in 1 primitive: mesh 1 primitive 0");
+  EXPECT_SAYS(test::all_notes(r),
+              "which is absent: until it is there, their corner texel colours all, in 1 primitive: mesh 1 "
+              "primitive 0");
 }
 
 TEST(Textures, NormalMapsAreLinearAndLoadedWhereTheyTilt) {
