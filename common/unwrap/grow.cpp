@@ -63,9 +63,8 @@ class Grower {
         }
       }
       const double least = kWholeCone * length(sum);
-      if (queue.size() > settings_.max_faces || std::any_of(queue.begin(), queue.end(), [&](uint32_t i) {
-            return dot(surface_.normal[i], sum) < least;
-          }))
+      if (std::any_of(queue.begin(), queue.end(),
+                      [&](uint32_t i) { return dot(surface_.normal[i], sum) < least; }))
         continue;
       for (uint32_t i : queue) {
         chart_of_[i] = static_cast<uint32_t>(charts_.size());

@@ -9,8 +9,8 @@
 namespace kiln {
 
 struct GrowSettings {
-  double cone_degrees = 60;       // a chart's normals stay this near to their mean
-  uint32_t max_faces = 1u << 30;  // of a chart
+  double cone_degrees = 60;    // a chart's normals stay this near to their mean
+  uint32_t max_faces = 12000;  // of a chart that is grown or merged: bounds one solve
 };
 
 using FaceSets = std::vector<std::vector<uint32_t>>;

@@ -9,7 +9,7 @@ namespace kiln {
 
 struct MergeSettings {
   FlattenLimits limits;
-  uint32_t max_faces = 1u << 30;
+  uint32_t max_faces = 12000;
   uint64_t work = 0;  // stop before a round once this much was spent
 };
 
