@@ -12,7 +12,7 @@ constexpr float kLeastPart = 1.0f / 16;
 constexpr double kMostOfOwn = 2;
 // Of a texel's light: what a footprint that is cut off sets it off by at most. More is a change within a
 // texel.
-constexpr double kMostOfLight = 0.5;
+constexpr double kMostOfLight = 0.5, kMostCutOff = 0.1;  // by noise; by a footprint that is cut off
 
 struct Range {
   double low = kInfinity, high = -kInfinity;
@@ -93,12 +93,13 @@ Range around(const Atlas& atlas, const Lightmap& map, const std::vector<float>& 
   return range;
 }
 
-// How much of what the points say of a texel's gap may be its noise: 1, and less where they differ by more
-// than noise lets neighbours differ.
+// How much of what the points say of a texel's gap may be noise: all, and less (as the square: a step of ten
+// errors is not one of noise at all) where they differ from each other or from nothing by more than noise
+// lets them. Of four differences of two texels each the range is 2.9 stated errors in the mean.
 double noise_part(double stated, const Range& gap) {
-  constexpr double kMostSpread = 4;  // the range of four differences of two texels each is 2.9 stated errors
-  const double spread = gap.empty() ? 0 : gap.high - gap.low;
-  return spread > kMostSpread * stated ? kMostSpread * stated / spread : 1;
+  constexpr double kMostSpread = 4;
+  const double spread = gap.empty() ? 0 : std::max({gap.high - gap.low, gap.high, -gap.low});
+  return spread > kMostSpread * stated ? std::pow(kMostSpread * stated / spread, 2) : 1;
 }
 
 }  // namespace
@@ -122,7 +123,7 @@ MoveLimits move_limits(const Atlas& atlas, const Lightmap& map, size_t plane, co
     if (!is_signed) undecided = std::min(undecided, kMostOfLight * value);
     const Range own = around(atlas, map, values, u.texels[i]);
     double most = own.empty() ? 0 : own.high - own.low;
-    if (!is_signed) most = std::min(most, kMostOfLight * value);
+    if (!is_signed) most = std::min(most, kMostCutOff * value);
     const double gap = std::clamp(weights.share * t.gap.nearest_to_zero(), -most, most);
     double low = std::min(0.0, gap) - undecided, high = std::max(0.0, gap) + undecided;
     const bool filled = map.validity[u.texels[i]] == Validity::kFilled;

@@ -8,7 +8,7 @@ namespace kiln {
 // Of the corrections of one plane, by unknown: low <= 0 <= high.
 //
 // A texel may move towards the other side by `share` of the difference that all seam points that read it
-// agree on: the smallest, if they have one sign; but by no more than half of its light, and than light
+// agree on: the smallest, if they have one sign; but by no more than a tenth of its light, and than light
 // changes among its own chart's texels around it. Footprints that a border cuts off set one side off at all
 // points, by a part of that change. Where light changes along the seam within a texel, points do not agree:
 // two rows of texels that are staggered, or a texel that straddles the end of a seam, show the edge of a

