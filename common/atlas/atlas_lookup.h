@@ -1,6 +1,8 @@
 // From a point of the surface to its place in the lightmap.
 #pragma once
 
+#include <span>
+
 #include "common/atlas/atlas.h"
 
 namespace kiln {
@@ -23,10 +25,19 @@ class AtlasLookup {
   uint32_t face_at(uint32_t instance, uint32_t triangle, double& b1, double& b2) const;
 
  private:
+  // Of a triangle with many parts: which ones may hold a point, by cells of its barycentrics.
+  struct Grid {
+    uint32_t side = 0;
+    std::vector<uint32_t> first, faces;  // by cell, side^2 + 1: faces in their order
+  };
+  static Grid make_grid(const MeshCharts& charts, std::span<const uint32_t> faces);
+
   const Atlas& atlas_;
   // By set of charts that has parts: the parts of each triangle.
   struct Parts {
     std::vector<uint32_t> first, faces;
+    std::vector<uint32_t> grid_of;  // by triangle: index into grids + 1; 0: few parts. Empty: no grids
+    std::vector<Grid> grids;
   };
   std::vector<Parts> parts_;
 };

@@ -128,8 +128,26 @@ void count_classes(const Lightmap& map, const Atlas& atlas, BakeReport& report) 
   report.charts = atlas.placements.size();
 }
 
+// The settings' pictures, or smaller ones where time is short, or none; what is not as asked for is said.
+BakeSettings picture_settings(const BakeRequest& request, const TimeBudget& budget, BakeReport& report) {
+  BakeSettings settings = request.settings;
+  if (!settings.preview) return settings;
+  const double scale = budget.picture_scale();
+  if (scale < 1) {
+    settings.preview = scale > 0;
+    settings.preview_width = std::max(1u, static_cast<uint32_t>(scale * settings.preview_width));
+    settings.preview_height = std::max(1u, static_cast<uint32_t>(scale * settings.preview_height));
+    report.notes.push_back(
+        {ImportNote::Kind::kIgnored,
+         settings.preview ? text("the pictures are {} x {} pixels: the time limit left no more time",
+                                 settings.preview_width, settings.preview_height)
+                          : "there are no pictures: the time limit left no time for them"});
+  }
+  return settings;
+}
+
 Status publish(const BakeRequest& request, const Preflight& pre, const Lightmap& map, BakeReport& report,
-               const Stopwatch& watch) {
+               const TimeBudget& budget, const Stopwatch& watch) {
   ReportPictures pictures;
   TextureResult textures;
   {
@@ -146,7 +164,8 @@ Status publish(const BakeRequest& request, const Preflight& pre, const Lightmap&
   }
   if (request.pictures) {
     const StageTimer timer(report.stages, "preview");
-    KILN_TRY(pictures, write_pictures(request.output, pre.imported, pre.atlas, map, request.settings));
+    KILN_TRY(pictures, write_pictures(request.output, pre.imported, pre.atlas, map,
+                                      picture_settings(request, budget, report)));
   }
   report.total_seconds = watch.seconds();
   if (request.pictures) {
@@ -238,7 +257,7 @@ Expected<BakeReport> run_bake(const BakeRequest& request, const Progress& progre
   }
   count_classes(map, pre.atlas, report);
   progress({.stage = "publish"});
-  KILN_TRY_STATUS(publish(request, pre, map, report, watch));
+  KILN_TRY_STATUS(publish(request, pre, map, report, budget, watch));
   return report;
 }
 

@@ -51,7 +51,6 @@ class Baking {
         cache_(task.preflight.plan.cache),
         atlas_(task.preflight.atlas),
         nonfinite_(task.preflight.atlas, task.preflight.imported.scene),
-        atlas_(task.preflight.atlas),
         charts_(charts_of_sites(task.preflight.atlas)),
         z_(normal_interval(settings_.confidence)),
         budget_(task.budget),
@@ -126,7 +125,8 @@ class Baking {
     const std::vector<std::vector<uint32_t>> looks = sites_by_look(atlas_);
     for (size_t look = 0; look < looks.size(); ++look) {
       std::vector<SiteSamples> sites;
-      for (const uint32_t site : looks[look]) sites.push_back({site, {0, 1}});
+      for (const uint32_t site : looks[look])
+        if (is_sampled(site)) sites.push_back({site, {0, 1}});
       if (sites.empty()) continue;
       KILN_TRY(const PassEnd end, run_pass(std::move(sites)));
       if (look + 1 == looks.size() || end != PassEnd::kComplete) record();
@@ -240,9 +240,11 @@ class Baking {
     std::vector<SiteSamples> work;
     work.reserve(sums_.sites());
     for (uint32_t i = 0; i < sums_.sites(); ++i)
-      if (!request_.sampled || request_.sampled(atlas_.sites.texel[i], atlas_.width))
-        work.push_back({i, range});
+      if (is_sampled(i)) work.push_back({i, range});
     return work;
+  }
+  bool is_sampled(uint32_t site) const {
+    return !request_.sampled || request_.sampled(atlas_.sites.texel[site], atlas_.width);
   }
 
   uint32_t most_samples() const { return most_; }  // of a replicate
@@ -448,7 +450,6 @@ class Baking {
   const bool cache_;
   const Atlas& atlas_;
   NonfiniteLog nonfinite_;
-  const Atlas& atlas_;
   const std::vector<uint32_t> charts_;  // by site
   const double z_;
   TimeBudget& budget_;

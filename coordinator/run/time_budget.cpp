@@ -15,7 +15,8 @@ constexpr double kSeamsPerSite = 4e-6;
 constexpr double kSeamsSearches = 3;  // by the seconds of one search for neighbours across seams
 constexpr double kMastersPerTexel = 2e-6;
 constexpr double kTexturesPerTexel = 8e-6;  // of one encoding
-constexpr double kPictures = 1.0;           // of full size
+constexpr double kPictures = 0.6;           // the search for a camera, all but pixels
+constexpr double kPicturesPerPixel = 2.6e-6;
 constexpr double kPage = 0.3;               // report.html, scene.glb
 constexpr double kMargin = 0.02;            // of the limit
 
@@ -66,12 +67,17 @@ double TimeBudget::masters_seconds() const {
   return slowness_ * (kMastersPerTexel * texels_ + kPage) / threads_;
 }
 
-double TimeBudget::pictures_seconds() const { return request_.pictures ? slowness_ * kPictures / threads_ : 0; }
+double TimeBudget::pictures_seconds(double scale) const {
+  const BakeSettings& s = request_.settings;
+  if (!request_.pictures || !s.preview) return 0;
+  const double pixels = scale * scale * s.preview_width * s.preview_height;
+  return slowness_ * (kPictures + kPicturesPerPixel * pixels) / threads_;
+}
 
 double TimeBudget::seconds_after() const {
   const double denoise = request_.settings.denoise ? kPlanesShare * denoise_ : 0;
   return denoise + slowness_ * kResolvePerSite * sites_ / threads_ + seams_seconds() + textures_seconds() +
-         masters_seconds() + pictures_seconds();
+         masters_seconds() + pictures_seconds(1);
 }
 
 double TimeBudget::seconds_left() const {
@@ -88,8 +94,10 @@ bool TimeBudget::has_time_for_seams() const {
   return seams_seconds() + textures_seconds() + masters_seconds() <= seconds_left();
 }
 
-bool TimeBudget::has_time_for_pictures(double share) const {
-  return share * share * pictures_seconds() <= seconds_left();
+double TimeBudget::picture_scale() const {
+  for (const double scale : {1.0, 0.5, 0.25})
+    if (pictures_seconds(scale) <= seconds_left()) return scale;
+  return 0;
 }
 
 }  // namespace kiln

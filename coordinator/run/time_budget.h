@@ -26,14 +26,15 @@ class TimeBudget {
 
   // After the passes: is there time to join seams, and still for what comes after?
   bool has_time_for_seams() const;
-  // The same for the report's pictures at this share of their width.
-  bool has_time_for_pictures(double share) const;
+  // By how much the report's pictures must be made smaller, either way, to be done in time: 1, 1/2, 1/4, or 0
+  // for no pictures.
+  double picture_scale() const;
 
  private:
   double seams_seconds() const;
   double textures_seconds() const;
   double masters_seconds() const;
-  double pictures_seconds() const;
+  double pictures_seconds(double scale) const;
 
   const BakeRequest& request_;
   const Stopwatch& watch_;
