@@ -24,9 +24,10 @@ void print_statement(const BakeReport& r) {
               r.complete ? "" : "; stopped by the time limit");
   const auto count = [&](uint64_t n, const char* what) {
     if (n > 0)
-      std::printf("%llu texels (%s) %s\n", static_cast<unsigned long long>(n),
-                  percent(static_cast<double>(n) / static_cast<double>(std::max<uint64_t>(1, m.texels))).c_str(),
-                  what);
+      std::printf(
+          "%llu texels (%s) %s\n", static_cast<unsigned long long>(n),
+          percent(static_cast<double>(n) / static_cast<double>(std::max<uint64_t>(1, m.texels))).c_str(),
+          what);
   };
   count(m.never_sampled, "were never sampled and are filled from their neighbours");
   count(m.met_no_light, "met no light");

@@ -9,7 +9,7 @@ namespace {
 
 // Of a luminance: what float paths round.
 constexpr double kRounding = 0x1p-20;
-constexpr double kDark = 1e-6;  // of the brightest: below this nothing is relative
+constexpr double kDark = 1e-6;       // of the brightest: below this nothing is relative
 constexpr double kWideSamples = 16;  // of fewer samples of a texel, what is around it says more
 constexpr uint32_t kRounds =
     16;  // steps to a linked site or none: three texels of spread, as the widest filter

@@ -21,14 +21,14 @@ constexpr float kBesideTexels = 2.0f;
 constexpr double kAlone = 6;
 constexpr double kFewBeside = 1;
 constexpr double kFewAlone = 8;  // samples: of fewer, coincidences of rare bright ones are no surprise; that
-                                  // all samples of both replicates are dark is one as rare as it looks
+                                 // all samples of both replicates are dark is one as rare as it looks
 
 // A bias counts as far as it stands out of chance by so many standard errors: in the choice, and in what is
 // stated.
 constexpr double kChoiceErrors = 1.0, kStatedErrors = 0.5;
 
-// What a level may be expected to be wrong by where nothing is known, relative to the light; but not more than
-// so many standard errors of what is known.
+// What a level may be expected to be wrong by where nothing is known, relative to the light; but not more
+// than so many standard errors of what is known.
 constexpr double kDoubtErrors = 0.25;
 constexpr double kExpectedBias[kLevels] = {0, 0.02, 0.05, 0.1, 0.1};
 
@@ -98,7 +98,7 @@ class SharedError {
     return f * f;
   }
   const std::vector<uint32_t>& piece_;
-  std::vector<Sums> sums_;       // by piece
+  std::vector<Sums> sums_;  // by piece
 };
 
 // Summed over windows: terms of one site, in units of its prior.
@@ -151,8 +151,8 @@ class Pool {
   double product(uint32_t k, double errors) const { return beyond(1 + k, errors); }
   double growth(uint32_t k, double errors) const { return beyond(1 + kLevels + k, errors); }
   double product_error(uint32_t k) const { return std::sqrt(double{square_[1 + k]}) / weight_; }
-  // What one texel that is sharp by itself adds to the mean of its window is never significant by the above. It
-  // is by the noise that is expected of terms, `deviation` each.
+  // What one texel that is sharp by itself adds to the mean of its window is never significant by the above.
+  // It is by the noise that is expected of terms, `deviation` each.
   double sharp(uint32_t k, double deviation) const {
     return (sum_[1 + k] - deviation * std::sqrt(double{squares_})) / weight_;
   }
@@ -212,11 +212,11 @@ Choice choose(const Candidates& c, const SiteGeometry& sites, const SurfaceLinks
       out.factor[i] = static_cast<float>(factor);
       const double prior = c.prior[i], light = 0.5 * (double{c.value[0][kQuadratic - 1][i]} +
                                                       double{c.value[1][kQuadratic - 1][i]});
-      const double dark_errors = kAlone * factor, bright_errors = dark_errors * (1 + kFewAlone / c.samples[i]);
+      const double dark_errors = kAlone * factor,
+                   bright_errors = dark_errors * (1 + kFewAlone / c.samples[i]);
       double least = factor * double{c.variance[0][i]};
       for (uint32_t k = 1; k < kLevels; ++k) {
-        const double alone =
-            terms[i].product[k] - (terms[i].change[0][k] > 0 ? dark_errors : bright_errors);
+        const double alone = terms[i].product[k] - (terms[i].change[0][k] > 0 ? dark_errors : bright_errors);
         const double few = kFewBeside * (1 + kFewAlone / c.samples[i]) * factor;
         const auto sharp = [&](double errors) {
           return std::max({beside.product(k, errors), beside.sharp(k, few), alone});

@@ -112,7 +112,8 @@ void mix_planes(const TexelStatistics& s, const Candidates& c, const Blend& blen
     const size_t site = blend.window()[q], j = site * s.planes;
     const double a = c.keep[0][site], b = c.keep[1][site];
     for (size_t p = 0; p < s.planes; ++p)
-      sum[p] += w * ((a * s.mean[0][j + p] - keep[0] * own[0][p]) + (b * s.mean[1][j + p] - keep[1] * own[1][p]));
+      sum[p] +=
+          w * ((a * s.mean[0][j + p] - keep[0] * own[0][p]) + (b * s.mean[1][j + p] - keep[1] * own[1][p]));
   }
   for (size_t p = 0; p < s.planes; ++p)
     out[p] = static_cast<float>(c.gain[i] * (0.5 * (keep[0] * own[0][p] + keep[1] * own[1][p]) + sum[p]));

@@ -17,13 +17,15 @@ struct Denoised {
   // infinite where what was measured is no number.
   std::vector<float> standard_error, raw_error;
   std::vector<float> strength;  // [site] 0: as measured; towards 1: the more other texels take part
-  std::vector<uint8_t> filled;  // [site] 1: has no samples, and takes what those around it on the surface have
+  std::vector<uint8_t>
+      filled;  // [site] 1: has no samples, and takes what those around it on the surface have
 };
 
 // All planes get the same weights. Sites without samples take the mean of the filtered sites around them, and
-// the larger of their errors and of their spread. `bounds` (indices of planes; lights of them and E, planes 0 to 2, are
-// never negative) holds directions to the length of their light. The same bits for any number of threads.
-// Of the order of 10 microseconds a site on one core with 15 planes, and 190 bytes beside the result.
+// the larger of their errors and of their spread. `bounds` (indices of planes; lights of them and E, planes 0
+// to 2, are never negative) holds directions to the length of their light. The same bits for any number of
+// threads. Of the order of 10 microseconds a site on one core with 15 planes, and 190 bytes beside the
+// result.
 Denoised denoise(const TexelStatistics& statistics, std::span<const DirectionBound> bounds,
                  const SiteGeometry& sites, const SurfaceLinks& links, unsigned threads);
 

@@ -23,8 +23,8 @@ class SurfaceKernel {
   SurfaceKernel(const SiteGeometry& sites, const SurfaceLinks& links, std::span<const uint8_t> known)
       : sites_(sites), known_(known), window_(sites, links) {}
 
-  // Looks up to `texels` texels far around a site. Sites that are not known are left out; only a known site has
-  // weights.
+  // Looks up to `texels` texels far around a site. Sites that are not known are left out; only a known site
+  // has weights.
   void enter(uint32_t site, float texels);
   std::span<const uint32_t> window() const {
     return {site_.data(), count_};

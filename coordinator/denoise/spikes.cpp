@@ -59,8 +59,7 @@ Spikes find_spikes(const TexelStatistics& s, const std::vector<uint8_t>& known,
   std::vector<Piece> sums(s.sites);
   for (size_t i = 0; i < s.sites; ++i) {
     if (!known[i]) continue;
-    const double times =
-        std::max(kLeastStandsOut, kStandsOut / std::sqrt(static_cast<double>(s.samples[i])));
+    const double times = std::max(kLeastStandsOut, kStandsOut / std::sqrt(static_cast<double>(s.samples[i])));
     Piece& sum = sums[pieces[i]];
     for (uint32_t r = 0; r < kReplicates; ++r) {
       const double value = s.luminance[r][i], around = level[1 - r][i];

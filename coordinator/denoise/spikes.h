@@ -1,7 +1,7 @@
 // Rare bright samples: a texel that one replicate alone saw very bright becomes a blob as wide as its filter.
-// Its light is real in the mean, but it belongs to the whole surface, not to this texel. So what stands out is
-// taken from the texel and given back to its piece of surface, to all texels in proportion to their light; the
-// uncertainty of that gain goes into the reported error. (DeCoro et al. 2010 and Zirr et al. 2018 drop or
+// Its light is real in the mean, but it belongs to the whole surface, not to this texel. So what stands out
+// is taken from the texel and given back to its piece of surface, to all texels in proportion to their light;
+// the uncertainty of that gain goes into the reported error. (DeCoro et al. 2010 and Zirr et al. 2018 drop or
 // reweight outliers and lose light; here the sum over a piece is kept.)
 #pragma once
 

@@ -1,3 +1,6 @@
+#include <cmath>
+
+#include "common/base/format.h"
 #include "common/base/json.h"
 #include "coordinator/report/plan_page.h"
 #include "coordinator/report/report.h"
@@ -112,6 +115,18 @@ std::string_view validity_name(Validity v) {
       return "inside";
   }
   return "";
+}
+
+std::string statement_text(const BakeReport& r) {
+  const MapStatement& m = r.statement;
+  const auto percent = [](double share) {
+    return std::isfinite(share) ? text("{:.1f} %", 100 * share) : std::string("unknown");
+  };
+  std::string out =
+      text("median error {}, 95th percentile {}, {} of texels within {:g} %", percent(m.median_relative),
+           percent(m.p95_relative), percent(m.within_target), 100 * r.settings.error);
+  if (m.never_sampled) out += text("; {} texels never sampled", m.never_sampled);
+  return out;
 }
 
 std::string report_json(const BakeReport& r) {

@@ -110,12 +110,12 @@ std::vector<float> take_denoised(Lightmap& map, const Atlas& atlas, const TexelS
 
 // A map of which some charts are only guessed is no map.
 tl::unexpected<Error> too_short(const BakeRequest& request, const Preflight& pre, const Stopwatch& watch) {
-  return fail(ErrorKind::kTooShort,
-              text("{}: --time-limit {} is too short: import, atlas and start took {:.1f} s, and what comes "
-                   "after the passes its share, so that not every chart of the {} texels could be sampled; "
-                   "nothing was published. Give it more time, or a lower --texels-per-metre",
-                   request.scene.string(), request.settings.time_limit, watch.seconds(),
-                   pre.atlas.sites.size()));
+  return fail(
+      ErrorKind::kTooShort,
+      text("{}: --time-limit {} is too short: import, atlas and start took {:.1f} s, and what comes "
+           "after the passes its share, so that not every chart of the {} texels could be sampled; "
+           "nothing was published. Give it more time, or a lower --texels-per-metre",
+           request.scene.string(), request.settings.time_limit, watch.seconds(), pre.atlas.sites.size()));
 }
 
 void count_classes(const Lightmap& map, const Atlas& atlas, BakeReport& report) {
@@ -137,11 +137,11 @@ BakeSettings picture_settings(const BakeRequest& request, const TimeBudget& budg
     settings.preview = scale > 0;
     settings.preview_width = std::max(1u, static_cast<uint32_t>(scale * settings.preview_width));
     settings.preview_height = std::max(1u, static_cast<uint32_t>(scale * settings.preview_height));
-    report.notes.push_back(
-        {ImportNote::Kind::kIgnored,
-         settings.preview ? text("the pictures are {} x {} pixels: the time limit left no more time",
-                                 settings.preview_width, settings.preview_height)
-                          : "there are no pictures: the time limit left no time for them"});
+    report.notes.push_back({ImportNote::Kind::kIgnored,
+                            settings.preview
+                                ? text("the pictures are {} x {} pixels: the time limit left no more time",
+                                       settings.preview_width, settings.preview_height)
+                                : "there are no pictures: the time limit left no time for them"});
   }
   return settings;
 }

@@ -17,8 +17,8 @@ constexpr double kMastersPerTexel = 2e-6;
 constexpr double kTexturesPerTexel = 8e-6;  // of one encoding
 constexpr double kPictures = 0.6;           // the search for a camera, all but pixels
 constexpr double kPicturesPerPixel = 2.6e-6;
-constexpr double kPage = 0.3;               // report.html, scene.glb
-constexpr double kMargin = 0.02;            // of the limit
+constexpr double kPage = 0.3;     // report.html, scene.glb
+constexpr double kMargin = 0.02;  // of the limit
 
 // Seconds that a fixed piece of work takes on every thread at once: how fast this machine is, and how busy.
 double probe_seconds() {

@@ -70,7 +70,10 @@ Expected<std::vector<FileRecord>> ServiceImpl::bake(const JobRecord& job, Active
   request.cut = [&](uint32_t pass, uint32_t chosen) { return cut(job.id, pass, chosen); };
   KILN_TRY_STATUS(run_bake(request, [&](const BakeProgress& p) {
                     on_progress(job.id, active, p);
-                  }).map([&](const BakeReport& r) { active.unmet = r.unmet; }));
+                  }).map([&](const BakeReport& r) {
+    active.unmet = r.unmet;
+    active.outcome = statement_text(r);
+  }));
   std::vector<fs::path> files;
   for (const auto& entry : fs::directory_iterator(request.output))
     if (entry.is_regular_file()) files.push_back(entry.path());
@@ -164,7 +167,7 @@ void ServiceImpl::finish(JobId id, Active& active, const Expected<std::vector<Fi
     for (;;) {
       const Status s = store_->conclude(id, [&](JobRecord& job) -> Status {
         job.state = JobState::kDone;
-        job.reason.clear();
+        job.reason = active.outcome;
         if (!active.unmet.empty()) {  // the masters are worth a day: they are fetched, with the word
           job.tainted = true;
           job.taint = active.unmet;

@@ -64,7 +64,8 @@ class ServiceImpl final : public Service {
     std::atomic<bool> cancelled{false};  // by a person
     std::atomic<bool> ended{false};
     std::string who;
-    std::string unmet;  // BakeReport's
+    std::string unmet;    // BakeReport's
+    std::string outcome;  // how good the map is, for people
     BakeProgress progress;
     uint64_t progress_at = 0;  // stored() when `preparations` was last set
   };

@@ -282,9 +282,91 @@ TEST_F(Passes, WithoutTimeNothingIsDropped) {
   Stub stub;
   stub.light = noisy;
   const BakeReport report = bake(stub);
-  ASSERT_EQ(report.passes.size(), 1u);
-  EXPECT_TRUE(report.passes[0].kept);
+  ASSERT_FALSE(report.passes.empty());
+  for (const PassPoint& pass : report.passes) EXPECT_TRUE(pass.kept);
   EXPECT_GT(report.texels_by_class[static_cast<size_t>(Validity::kMeasured)], 100u);
+}
+
+// The first looks, in the order they come: texels of each, and none of them twice.
+TEST_F(Passes, ALimitedBakeLooksEverywhereFirst) {
+  request_.settings.time_limit = 1e6;
+  request_.settings.max_samples = 64;
+  request_.settings.source["max-samples"] = "test";
+  for (const bool cache : {false, true}) {
+    request_.settings.cache = cache;
+    Stub stub;
+    stub.light = noisy;
+    const BakeReport report = bake(stub);
+    std::map<uint32_t, uint32_t> have;  // replicate 0
+    size_t looks = 0;
+    size_t last = 0;
+    while (have.size() < report.plan.valid_texels) {
+      ASSERT_LT(looks, 4u);
+      std::set<uint32_t> sites;
+      for (const WorkUnit& unit : stub.calls.at(looks))
+        if (unit.replicate == 0)
+          for (const uint32_t site : unit.sites) {
+            EXPECT_EQ(unit.first_sample, 0u);
+            EXPECT_EQ(unit.sample_count, 1u);
+            EXPECT_TRUE(have.emplace(site, 1).second) << "a texel is looked at twice";
+            sites.insert(site);
+          }
+      EXPECT_GT(sites.size(), last) << "finer and finer";
+      last = sites.size();
+      ++looks;
+    }
+    EXPECT_EQ(looks, 4u);
+    // Then twice as many everywhere, and again.
+    for (uint32_t count = 1; count < 8; count *= 2) {
+      size_t sites = 0;
+      for (const WorkUnit& unit : stub.calls.at(looks)) {
+        EXPECT_EQ(unit.first_sample, count);
+        EXPECT_EQ(unit.sample_count, count);
+        EXPECT_EQ(unit.cache != Digest{}, cache) << "what was found is read";
+        sites += unit.replicate == 0 ? unit.sites.size() : 0;
+      }
+      EXPECT_EQ(sites, have.size());
+      ++looks;
+    }
+    EXPECT_EQ(report.statement.never_sampled, 0u);
+  }
+}
+
+TEST_F(Passes, TooLittleTimeForEveryChartIsNoMap) {
+  request_.settings.time_limit = 1e6;
+  Stub stub;
+  stub.light = noisy;
+  stub.time_up_at = 0;
+  request_.output = dir_.path() / "none";
+  request_.open_job = [&](const JobSpec& spec, const ChunkStore&) -> Expected<std::unique_ptr<FarmJob>> {
+    return std::make_unique<StubJob>(stub,
+                                     static_cast<uint32_t>(moment_plane_names(spec.transport.basis).size()));
+  };
+  const auto report = run_bake(request_, [](const auto&) {});
+  ASSERT_FALSE(report);
+  EXPECT_EQ(exit_status(report.error()), 4);
+  EXPECT_NE(report.error().message.find("--time-limit"), std::string::npos);
+  EXPECT_FALSE(std::filesystem::exists(request_.output / "irradiance.exr"));
+}
+
+TEST_F(Passes, TexelsThatWereNeverSampledAreFilledAndCounted) {
+  request_.settings.time_limit = 1e6;
+  for (const bool denoise : {false, true}) {
+    request_.settings.denoise = denoise;
+    Stub stub;
+    stub.light = [](uint32_t, uint32_t, uint32_t) { return 1.0; };
+    stub.time_up_at = 2;
+    const BakeReport report = bake(stub);
+    EXPECT_FALSE(report.complete);
+    EXPECT_GT(report.statement.never_sampled, report.plan.valid_texels / 2);
+    EXPECT_LT(report.statement.never_sampled, report.plan.valid_texels);
+    // Light is the same everywhere, so it must be so where it was guessed: 0 texels are black or without
+    // value.
+    EXPECT_EQ(report.texels_by_class[static_cast<size_t>(Validity::kFilled)] +
+                  report.texels_by_class[static_cast<size_t>(Validity::kMeasured)],
+              report.owned_texels);
+    EXPECT_LT(report.statement.within_target, 0.5);
+  }
 }
 
 TEST_F(Passes, ABakeThatRanOutOfTimeSaysSo) {

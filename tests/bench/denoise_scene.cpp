@@ -190,8 +190,8 @@ void write_window(const Lab& lab, const Window& w, const std::string& name, doub
     std::fill_n(&rgb[((y - w.y) * w.width + x - w.x) * 3], 3,
                 static_cast<uint8_t>(std::lround(255 * std::pow(v, 1 / 2.2))));
   }
-  if (const Status s = write_png(lab.folder / name, static_cast<uint32_t>(w.width),
-                                 static_cast<uint32_t>(w.height), rgb);
+  if (const Status s =
+          write_png(lab.folder / name, static_cast<uint32_t>(w.width), static_cast<uint32_t>(w.height), rgb);
       !s)
     fail_with(s.error());
 }
@@ -207,10 +207,14 @@ int run(int argc, char** argv) {
     const std::string entry = argv[i];
     const size_t equals = entry.find('=');
     const std::string name = entry.substr(0, equals), value = entry.substr(equals + 1);
-    if (name == "sites") sites = std::stoul(value);
-    else if (name == "at") at = std::stod(value);
-    else if (name == "reference") reference_samples = static_cast<uint32_t>(std::stoul(value));
-    else if (const Status s = set_option(lab.settings, name, value, "command line"); !s) fail_with(s.error());
+    if (name == "sites")
+      sites = std::stoul(value);
+    else if (name == "at")
+      at = std::stod(value);
+    else if (name == "reference")
+      reference_samples = static_cast<uint32_t>(std::stoul(value));
+    else if (const Status s = set_option(lab.settings, name, value, "command line"); !s)
+      fail_with(s.error());
   }
   std::vector<StageTime> times;
   auto pre = run_preflight(argv[1], lab.settings, times, [](const BakeProgress&) {});

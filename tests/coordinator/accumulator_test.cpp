@@ -155,9 +155,23 @@ TEST(Accumulator, StatisticsAreOfEachReplicate) {
   EXPECT_FLOAT_EQ(s.luminance[1][0], 12);
   for (uint32_t r = 0; r < kReplicates; ++r)
     for (size_t c = 0; c < 3; ++c) EXPECT_FLOAT_EQ(s.mean[r][c], (c + 1) * s.luminance[r][0]);
-  // Squared deviations from the own half's mean, 2 and 8, over 6 samples less 2 means: how far the halves are
-  // apart is not in it.
-  EXPECT_FLOAT_EQ(s.variance[0], (2 + 8) / 4.0f);
+  // Of few samples the deviations are all there is: 2 and 8 from the own half's mean, and of both means, 2 and
+  // 12, from theirs, 6 x 5^2; over 6 samples less one mean.
+  EXPECT_FLOAT_EQ(s.variance[0], (2 + 8 + 6 * 25) / 5.0f);
+}
+
+TEST(Accumulator, VarianceOfManySamplesIsThatWithinTheHalves) {
+  Accumulator sums(1, 0);
+  Half(0, 0, {1, 2, 3, 1, 2, 3, 1, 3}).add_to(sums);
+  Half(0, 1, {10, 12, 14, 10, 12, 14, 10, 14}).add_to(sums);
+  EXPECT_FLOAT_EQ(sums.statistics().variance[0], (6 + 24) / 14.0f);
+}
+
+TEST(Accumulator, OneSampleOfEachHalfHasAVariance) {
+  Accumulator sums(1, 0);
+  Half(0, 0, {1}).add_to(sums);
+  Half(0, 1, {4}).add_to(sums);
+  EXPECT_FLOAT_EQ(sums.statistics().variance[0], 4.5f);
 }
 
 TEST(Accumulator, CacheHoldsMeansOfOneReplicate) {

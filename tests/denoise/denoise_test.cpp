@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <functional>
+#include <map>
 #include <numeric>
 #include <random>
 
@@ -317,6 +318,75 @@ TEST(Denoise, LeavesUnknownSitesOut) {
     ASSERT_EQ(a.standard_error[i], b.standard_error[i]);
     for (size_t p = 0; p < 15; ++p) ASSERT_EQ(a.mean[15 * i + p], b.mean[15 * i + p]);
   }
+}
+
+// A site without samples takes what is around it on its own side of a wall, and says no less than what those
+// are wrong by.
+TEST(Denoise, FillsSitesWithoutSamplesAlongTheSurface) {
+  test::SceneMaker maker;
+  const uint32_t grey = maker.lambert(Vec3(0.5f));
+  maker.quad({0, 0, 0}, {0, 0, 4}, {4, 0, 0}, grey);
+  maker.box({1.98f, 0, -1}, {2.02f, 3, 5}, false, grey);
+  const Surface rooms(maker.take(), 8);
+  const Field side = [](const Vec3& p) { return p.x < 2 ? 5.0 : 1.0; };
+  TexelStatistics s = noisy(
+      rooms.sites, side, [&](const Vec3& p) { return 0.01 * side(p); }, 3);
+  size_t filled = 0;
+  for (size_t i = 0; i < s.sites; ++i)
+    if (i % 3 != 0) s.known[i] = s.samples[i] = 0;
+  const Denoised d = rooms.denoise(s);
+  for (size_t i = 0; i < s.sites; ++i) {
+    const Vec3& p = rooms.sites.position[i];
+    if (s.known[i] || rooms.sites.normal[i].y < 0.5f || p.y > 0.1f || std::abs(p.x - 2) < 0.1f) continue;
+    ASSERT_TRUE(d.filled[i]);
+    ASSERT_NEAR(d.luminance[i], side(p) * kShare, 0.05 * side(p) * kShare) << p.x;
+    ASSERT_NEAR(d.mean[15 * i], side(p), 0.05 * side(p));
+    ASSERT_GT(d.standard_error[i], 0);
+    ++filled;
+  }
+  EXPECT_GT(filled, 300u);
+}
+
+// One sample of each replicate, one in four bright: nothing but noise, and nothing of it is left to see.
+TEST(Denoise, SmoothsWhatIsNoiseAtTwoSamples) {
+  const Surface wall(test::wall_of_eight().scene, 8);
+  double raw = 0, after = 0, stated = 0, count = 0;
+  for (uint64_t seed = 0; seed < 8; ++seed) {
+    TexelStatistics s = noisy(wall.sites, constant(1), kNone, seed);
+    std::mt19937_64 random(seed);
+    for (size_t i = 0; i < s.sites; ++i) {
+      s.samples[i] = 1;
+      for (uint32_t r = 0; r < kReplicates; ++r) {
+        const float factor = random() % 4 == 0 ? 4.0f : 0.0f;
+        for (size_t p = 0; p < 15; ++p) s.mean[r][15 * i + p] *= factor;
+        s.luminance[r][i] *= factor;
+      }
+      const double half = s.luminance[0][i] - s.luminance[1][i];
+      s.variance[i] = static_cast<float>(0.5 * half * half);
+    }
+    const Squares q = squares(wall.sites, s, wall.denoise(s), constant(1));
+    raw += q.raw, after += q.denoised, stated += q.ratio, count += q.sites;
+  }
+  EXPECT_LT(after, raw / 25);  // the widest filter averages 60 texels' worth; borders have less
+  EXPECT_GT(stated / count, 0.5);
+  EXPECT_LT(stated / count, 1.5);
+}
+
+// What is stated is bounded by the brightest texel, and over a chart by what samples alone would state.
+TEST(Denoise, StatesNoMoreThanTheSamplesMayHaveMet) {
+  const Surface wall(test::wall_of_eight().scene, 8);
+  const Field wild = [](const Vec3& p) { return std::fmod(7.3 * p.x + 3.1 * p.y, 1.0) < 0.1 ? 50.0 : 0.01; };
+  const Denoised d = wall.denoise(noisy(
+      wall.sites, wild, [&](const Vec3& p) { return 0.5 * wild(p); }, 4));
+  float brightest = 0;
+  std::map<uint32_t, std::array<double, 2>> charts;
+  for (size_t i = 0; i < d.luminance.size(); ++i) {
+    brightest = std::max(brightest, d.luminance[i]);
+    charts[wall.sites.placement[i]][0] += d.standard_error[i];
+    charts[wall.sites.placement[i]][1] += d.raw_error[i];
+  }
+  for (const float error : d.standard_error) ASSERT_LE(error, brightest);
+  for (const auto& [chart, errors] : charts) EXPECT_LE(errors[0], errors[1] * (1 + 1e-6)) << chart;
 }
 
 // Powers of two scale everything, down to what floats hold and up to where squares no longer do.
