@@ -17,11 +17,11 @@ double number_of(const JsonValue& object, const char* key) {
 }
 
 // A row of "transforms": scale x and y, offset x and y, page, turned; of the page as [0, 1]^2.
-std::optional<ChartBox> box_of(const JsonValue& row, double width, double height) {
+std::optional<ChartRegion> box_of(const JsonValue& row, double width, double height) {
   if (row.items.size() != 6) return std::nullopt;
   const auto at = [&](size_t i) { return number_of(&row.items[i]); };
   if (!(at(4) >= 0 && at(4) < 1e6)) return std::nullopt;
-  return ChartBox{at(2) * width,
+  return ChartRegion{at(2) * width,
                   at(3) * height,
                   (at(2) + at(0)) * width,
                   (at(3) + at(1)) * height,
@@ -41,7 +41,7 @@ std::optional<ChartFile> read_chart_boxes(const std::filesystem::path& folder) {
   if (!charts || !instances || !(width > 0) || !(height > 0)) return std::nullopt;
   ChartFile file;
   for (size_t i = 0; i < charts->items.size(); ++i) {
-    std::optional<ChartBox> box = box_of(charts->items[i], width, height);
+    std::optional<ChartRegion> box = box_of(charts->items[i], width, height);
     if (!box) continue;
     box->chart = static_cast<uint32_t>(i);
     file.boxes.push_back(*box);

@@ -8,7 +8,7 @@
 
 namespace kiln {
 
-struct ChartBox {
+struct ChartRegion {
   double left = 0, top = 0, right = 0, bottom = 0;  // texels of the page
   uint32_t page = 0;
   uint32_t chart = 0;  // its number in the file
@@ -24,7 +24,7 @@ struct ChartObject {
   double first = 0, count = 0;  // its charts
 };
 struct ChartFile {
-  std::vector<ChartBox> boxes;
+  std::vector<ChartRegion> boxes;
   std::vector<ChartObject> objects;
 };
 

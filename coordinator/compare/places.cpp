@@ -18,8 +18,8 @@ void name_places(const std::filesystem::path& folder, std::span<WorstTexel> texe
   const std::optional<ChartFile> file = read_chart_boxes(folder);
   if (!file) return;
   for (WorstTexel& t : texels) {
-    const ChartBox* smallest = nullptr;
-    for (const ChartBox& box : file->boxes)
+    const ChartRegion* smallest = nullptr;
+    for (const ChartRegion& box : file->boxes)
       if (box.page == t.page && box.reaches(t.x, t.y) && (!smallest || box.area() < smallest->area()))
         smallest = &box;
     if (smallest) t.object = owner_of(*file, smallest->chart);

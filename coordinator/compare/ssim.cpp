@@ -103,15 +103,15 @@ std::vector<uint32_t> touching_texels(const ErrorMap& map) {
   return label;
 }
 
-std::vector<uint32_t> chart_labels(const ErrorMap& map, std::vector<ChartBox> boxes) {
+std::vector<uint32_t> chart_labels(const ErrorMap& map, std::vector<ChartRegion> boxes) {
   std::stable_sort(boxes.begin(), boxes.end(),
-                   [](const ChartBox& a, const ChartBox& b) { return a.area() > b.area(); });
+                   [](const ChartRegion& a, const ChartRegion& b) { return a.area() > b.area(); });
   // Painted from large to small.
   std::vector<uint32_t> label(map.light.size(), 0);
   const auto cell = [](double v, uint32_t most) {
     return static_cast<uint32_t>(std::clamp(v, 0.0, static_cast<double>(most)));
   };
-  for (const ChartBox& b : boxes) {
+  for (const ChartRegion& b : boxes) {
     if (b.page >= map.pages) continue;
     for (uint32_t y = cell(std::floor(b.top), map.page_height);
          y < cell(std::ceil(b.bottom), map.page_height); ++y)

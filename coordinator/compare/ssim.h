@@ -7,7 +7,7 @@
 namespace kiln {
 
 // By texel, from 1: the chart that it is of, of several boxes around it the smallest. 0: not measured.
-std::vector<uint32_t> chart_labels(const ErrorMap& map, std::vector<ChartBox> boxes);
+std::vector<uint32_t> chart_labels(const ErrorMap& map, std::vector<ChartRegion> boxes);
 // The same of a map without boxes: measured texels that touch are taken to be of one chart.
 std::vector<uint32_t> touching_texels(const ErrorMap& map);
 

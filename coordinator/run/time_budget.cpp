@@ -12,13 +12,16 @@ constexpr double kLuminancePerSite = 16e-6;  // one run of the denoiser over lum
 constexpr double kPlanesShare = 1.5;         // its run over all planes, by that
 constexpr double kResolvePerSite = 1.5e-6;   // means, errors, fill and dilate
 constexpr double kSeamsPerSite = 4e-6;
-constexpr double kSeamsSearches = 3;  // by the seconds of one search for neighbours across seams
+constexpr double kFillSearches = 0.5;    // charts without a value take their seams'
+constexpr double kSeamsSearches = 3.2;   // by the seconds of one search for neighbours across seams
+constexpr double kTexturesSearches = 2;  // seams of textures are matched after encoding
 constexpr double kMastersPerTexel = 2e-6;
 constexpr double kTexturesPerTexel = 8e-6;  // of one encoding
 constexpr double kPictures = 0.6;           // the search for a camera, all but pixels
 constexpr double kPicturesPerPixel = 2.6e-6;
-constexpr double kPage = 0.3;     // report.html, scene.glb
-constexpr double kMargin = 0.02;  // of the limit
+constexpr double kPage = 0.3;          // report.html, scene.glb
+constexpr double kPictureShare = 0.1;  // of the limit, at most: pictures that take longer become smaller
+constexpr double kMargin = 0.02;       // of the limit
 
 // Seconds that a fixed piece of work takes on every thread at once: how fast this machine is, and how busy.
 double probe_seconds() {
@@ -57,7 +60,7 @@ double TimeBudget::seams_seconds() const {
 }
 
 double TimeBudget::textures_seconds() const {
-  double seconds = 0;
+  double seconds = request_.settings.seams ? kTexturesSearches * neighbours_ : 0;
   for (const std::string& encoding : request_.settings.encodings)
     if (encoding != "none") seconds += slowness_ * kTexturesPerTexel * texels_ / threads_;
   return seconds;
@@ -76,8 +79,11 @@ double TimeBudget::pictures_seconds(double scale) const {
 
 double TimeBudget::seconds_after() const {
   const double denoise = request_.settings.denoise ? kPlanesShare * denoise_ : 0;
-  return denoise + slowness_ * kResolvePerSite * sites_ / threads_ + seams_seconds() + textures_seconds() +
-         masters_seconds() + pictures_seconds(1);
+  const double limit = request_.settings.time_limit;
+  const double picture_share = limit > 0 ? kPictureShare * limit : std::numeric_limits<double>::infinity();
+  return denoise + slowness_ * kResolvePerSite * sites_ / threads_ + kFillSearches * neighbours_ +
+         seams_seconds() + textures_seconds() + masters_seconds() +
+         std::min(pictures_seconds(1), std::max(pictures_seconds(0.25), picture_share));
 }
 
 double TimeBudget::seconds_left() const {

@@ -102,31 +102,6 @@ double noise_part(double stated, const Range& gap) {
   return spread > kMostSpread * stated ? std::pow(kMostSpread * stated / spread, 2) : 1;
 }
 
-// Neither side goes further towards the other than that can come to meet it: of a lit texel and a dark one
-// the dark one may hardly move, and pulling the lit one down alone would take its light from the map.
-void hold_to_each_other(const SeamUnknowns& u, MoveLimits& limits) {
-  std::vector<double> low(limits.low.size(), 0.0), high(limits.high.size(), 0.0);
-  for (const LeastSquares::Row& row : u.problem.rows) {
-    double down[2] = {0, 0}, up[2] = {0, 0};  // what the lookups of each side may do
-    for (uint32_t k = 0; k < row.count; ++k) {
-      const double part = std::abs(double{row.factor[k]});
-      down[row.factor[k] < 0] += part * limits.low[row.unknown[k]];
-      up[row.factor[k] < 0] += part * limits.high[row.unknown[k]];
-    }
-    for (uint32_t k = 0; k < row.count; ++k) {
-      if (std::abs(row.factor[k]) < kLeastPart) continue;
-      const uint32_t i = row.unknown[k];
-      const int other = row.factor[k] < 0 ? 0 : 1;
-      low[i] = std::min(low[i], -up[other]);
-      high[i] = std::max(high[i], -down[other]);
-    }
-  }
-  for (size_t i = 0; i < low.size(); ++i) {
-    limits.low[i] = std::max(limits.low[i], low[i]);
-    limits.high[i] = std::min(limits.high[i], high[i]);
-  }
-}
-
 }  // namespace
 
 MoveLimits move_limits(const Atlas& atlas, const Lightmap& map, size_t plane, const SeamUnknowns& u,
@@ -161,7 +136,6 @@ MoveLimits move_limits(const Atlas& atlas, const Lightmap& map, size_t plane, co
     limits.low[i] = std::min(0.0, low);
     limits.high[i] = std::max(0.0, high);
   }
-  hold_to_each_other(u, limits);
   return limits;
 }
 

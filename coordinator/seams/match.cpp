@@ -8,7 +8,7 @@ namespace kiln {
 namespace {
 
 constexpr size_t kMostPartners = 256;
-constexpr double kPointsPerTexel = 3;
+constexpr double kPointsPerTexel = 4;
 // In texels. Of stretches of less (triangles finer than texels) only so many have a point that they make one
 // of this length together.
 constexpr double kLeastPoint = 1.0 / 16;

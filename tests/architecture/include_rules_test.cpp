@@ -163,7 +163,7 @@ TEST(IncludeRules, ThirdPartyHeadersEnterThroughNamedFiles) {
         "coordinator/gltf/output_file.h", "coordinator/snapshot/inputs.cpp"}},
       {"sqlite3.h", {"coordinator/queue/sqlite.cpp"}},
       {"httplib.h", {"coordinator/viewer/view_server.cpp", "coordinator/web/web_server.cpp"}},
-      {"Eigen/", {"common/unwrap/lscm.cpp", "coordinator/seams/solve.cpp"}},
+      {"Eigen/", {"common/unwrap/arap.cpp", "common/unwrap/lscm.cpp", "coordinator/seams/solve.cpp"}},
       {"embree", {"worker/accel/embree_api.h"}},
       {"OpenImageIO/", {"coordinator/imageio/imageio.cpp"}},
       {"OpenEXR/", {"coordinator/imageio/exr.cpp"}},

@@ -35,7 +35,7 @@ GltfBuilder two_squares() {
   json right = square_at("right", 0, 0, -8);
   right["extras"] = kiln_extras({{"density", 2}});
   b.node(right);
-  b.root["cameras"].push_back({{"type", "perspective"}, {"perspective", {{"yfov", 0.9}, {"znear", 0.1}}}});
+  b.root["cameras"].push_back({{"name", "above"}, {"type", "perspective"}, {"perspective", {{"yfov", 0.9}, {"znear", 0.1}}}});
   b.node({{"camera", 0}, {"translation", {0, 20, 0}}, {"rotation", {-std::sqrt(0.5), 0, 0, std::sqrt(0.5)}}});
   return b;
 }
@@ -81,7 +81,7 @@ Vec3 brightest(const Texture& png, uint32_t x0, uint32_t x1, uint32_t y0, uint32
 TEST(PlanCommand, TheHeatMapShowsTheDensities) {
   test::TempDir dir;
   write_glb_file(two_squares(), dir.path());
-  ASSERT_EQ(kiln(dir, "plan x.glb --layout pack -o out").exit_status, 0);
+  ASSERT_EQ(kiln(dir, "plan x.glb --layout pack --camera above -o out").exit_status, 0);
   const auto bytes = read_file(dir.path() / "out/density.png");
   ASSERT_TRUE(bytes);
   const auto png = decode_image(*bytes, "density.png");

@@ -182,8 +182,8 @@ TEST(PackLayout, TheBudgetLowersTheDensityAndIsUsed) {
     EXPECT_LE(atlas.texel_count(), settings.texel_budget);
     EXPECT_GE(static_cast<double>(atlas.texel_count()), 0.85 * static_cast<double>(settings.texel_budget));
     EXPECT_LT(atlas.statistics.texels_per_metre, 10);
-    ASSERT_FALSE(atlas.warnings.empty());
-    EXPECT_NE(atlas.warnings.back().find("--max-texels"), std::string::npos) << atlas.warnings.back();
+    ASSERT_FALSE(atlas.notes.empty());
+    EXPECT_NE(atlas.notes.back().find("--max-texels"), std::string::npos) << atlas.notes.back();
   }
   AtlasSettings settings = pack_at(10);
   settings.texel_budget = 50;
