@@ -146,13 +146,16 @@ BakeSettings picture_settings(const BakeRequest& request, const TimeBudget& budg
   return settings;
 }
 
-Status publish(const BakeRequest& request, const Preflight& pre, const Lightmap& map, BakeReport& report,
-               const TimeBudget& budget, const Stopwatch& watch) {
+// `seams`: they are joined, so that textures keep both sides equal.
+Status publish(const BakeRequest& request, const Preflight& pre, const Lightmap& map, bool seams,
+               BakeReport& report, const TimeBudget& budget, const Stopwatch& watch) {
   ReportPictures pictures;
   TextureResult textures;
   {
     const StageTimer timer(report.stages, "textures");
-    KILN_TRY(textures, make_textures({pre.imported.scene, pre.atlas, map, request.settings, request.output}));
+    BakeSettings settings = request.settings;
+    settings.seams = seams;
+    KILN_TRY(textures, make_textures({pre.imported.scene, pre.atlas, map, settings, request.output}));
     report.textures = textures.figures;
     report.unmet = beyond_bound(textures, request.settings);
   }
@@ -244,8 +247,9 @@ Expected<BakeReport> run_bake(const BakeRequest& request, const Progress& progre
     warn_of_few_samples(statistics, charts, report);
     if (surface) warn_of_rough_cache(baked.errors, baked.first_cache_error, report);
   }
+  const bool joins_seams = request.settings.seams && budget.has_time_for_seams();
   for (const PostStage& stage : post_stages()) {
-    if (stage.name == "seams" && request.settings.seams && !budget.has_time_for_seams()) {
+    if (stage.name == "seams" && request.settings.seams && !joins_seams) {
       report.warnings.push_back(
           "seams between charts were not joined: the time limit left no time for it; give it more");
       continue;
@@ -257,7 +261,7 @@ Expected<BakeReport> run_bake(const BakeRequest& request, const Progress& progre
   }
   count_classes(map, pre.atlas, report);
   progress({.stage = "publish"});
-  KILN_TRY_STATUS(publish(request, pre, map, report, budget, watch));
+  KILN_TRY_STATUS(publish(request, pre, map, joins_seams, report, budget, watch));
   return report;
 }
 

@@ -8,19 +8,20 @@ namespace kiln {
 namespace {
 
 // Seconds of one thread, from cpu_seconds of stages in report.json (tests/bench/real_scenes.py).
-constexpr double kLuminancePerSite = 16e-6;  // one run of the denoiser over luminance
-constexpr double kPlanesShare = 1.5;         // its run over all planes, by that
+constexpr double kLuminancePerSite = 10e-6;  // one run of the denoiser over luminance
+constexpr double kPlanesShare = 2.5;         // its run over all planes, by that
 constexpr double kResolvePerSite = 1.5e-6;   // means, errors, fill and dilate
 constexpr double kSeamsPerSite = 4e-6;
-constexpr double kFillSearches = 0.5;    // charts without a value take their seams'
-constexpr double kSeamsSearches = 3.2;   // by the seconds of one search for neighbours across seams
-constexpr double kTexturesSearches = 2;  // seams of textures are matched after encoding
-constexpr double kMastersPerTexel = 2e-6;
+constexpr double kFillSearches = 0.5;       // charts without a value take their seams'
+constexpr double kSeamsSearches = 3.2;      // by the seconds of one search for neighbours across seams
+constexpr double kTexturesSearches = 2;     // seams of textures are matched after encoding
+constexpr double kMastersPerTexel = 5e-6;   // of one thread, as all writing is
 constexpr double kTexturesPerTexel = 8e-6;  // of one encoding
-constexpr double kPictures = 0.6;           // the search for a camera, all but pixels
-constexpr double kPicturesPerPixel = 2.6e-6;
+constexpr double kPictures = 1.2;           // the search for a camera, all but pixels
+constexpr double kPicturesPerPixel = 4.5e-6;
 constexpr double kPage = 0.3;          // report.html, scene.glb
 constexpr double kPictureShare = 0.1;  // of the limit, at most: pictures that take longer become smaller
+constexpr double kSeamsShare = 0.3;    // of what is left when the passes begin, at most
 constexpr double kMargin = 0.02;       // of the limit
 
 // Seconds that a fixed piece of work takes on every thread at once: how fast this machine is, and how busy.
@@ -44,13 +45,19 @@ TimeBudget::TimeBudget(const BakeRequest& request, const Preflight& pre, const S
       sites_(static_cast<double>(pre.atlas.sites.size())),
       texels_(static_cast<double>(pre.atlas.texel_count())),
       threads_(hardware_threads()) {
-  if (request.settings.time_limit > 0) slowness_ = std::clamp(probe_seconds() / kProbeSeconds, 0.5, 4.0);
+  if (request.settings.time_limit > 0) slowness_ = std::clamp(probe_seconds() / kProbeSeconds, 0.7, 4.0);
   denoise_ = slowness_ * kLuminancePerSite * sites_ / threads_;
+}
+
+void TimeBudget::neighbours_took(double seconds) {
+  neighbours_ = seconds;
+  // Sampling comes before seams: where those would take most of what is left, they are not planned for.
+  seams_ = seams_seconds() + textures_seconds(true) - textures_seconds(false) <= kSeamsShare * seconds_left();
 }
 
 void TimeBudget::denoise_took(double seconds) {
   const double expected = kLuminancePerSite * sites_ / threads_;
-  if (expected > 0.1) slowness_ = std::clamp(seconds / expected, 0.5, 4.0);
+  if (expected > 0.1) slowness_ = std::clamp(seconds / expected, slowness_, 4.0);
   denoise_ = seconds;
 }
 
@@ -59,15 +66,15 @@ double TimeBudget::seams_seconds() const {
   return slowness_ * kSeamsPerSite * sites_ / threads_ + kSeamsSearches * neighbours_;
 }
 
-double TimeBudget::textures_seconds() const {
-  double seconds = request_.settings.seams ? kTexturesSearches * neighbours_ : 0;
+double TimeBudget::textures_seconds(bool seams) const {
+  double seconds = seams && request_.settings.seams ? kTexturesSearches * neighbours_ : 0;
   for (const std::string& encoding : request_.settings.encodings)
     if (encoding != "none") seconds += slowness_ * kTexturesPerTexel * texels_ / threads_;
   return seconds;
 }
 
 double TimeBudget::masters_seconds() const {
-  return slowness_ * (kMastersPerTexel * texels_ + kPage) / threads_;
+  return slowness_ * (kMastersPerTexel * texels_ + kPage);
 }
 
 double TimeBudget::pictures_seconds(double scale) const {
@@ -82,7 +89,7 @@ double TimeBudget::seconds_after() const {
   const double limit = request_.settings.time_limit;
   const double picture_share = limit > 0 ? kPictureShare * limit : std::numeric_limits<double>::infinity();
   return denoise + slowness_ * kResolvePerSite * sites_ / threads_ + kFillSearches * neighbours_ +
-         seams_seconds() + textures_seconds() + masters_seconds() +
+         (seams_ ? seams_seconds() : 0) + textures_seconds(seams_) + masters_seconds() +
          std::min(pictures_seconds(1), std::max(pictures_seconds(0.25), picture_share));
 }
 
@@ -97,7 +104,7 @@ double TimeBudget::seconds_for_passes() const {
 }
 
 bool TimeBudget::has_time_for_seams() const {
-  return seams_seconds() + textures_seconds() + masters_seconds() <= seconds_left();
+  return seams_ && seams_seconds() + textures_seconds(true) + masters_seconds() <= seconds_left();
 }
 
 double TimeBudget::picture_scale() const {

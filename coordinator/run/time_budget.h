@@ -22,7 +22,7 @@ class TimeBudget {
   double denoise_seconds() const { return denoise_; }
   void denoise_took(double seconds);
   // The surface graph was made in so many seconds; joining seams begins with the same search.
-  void neighbours_took(double seconds) { neighbours_ = seconds; }
+  void neighbours_took(double seconds);
 
   // After the passes: is there time to join seams, and still for what comes after?
   bool has_time_for_seams() const;
@@ -32,13 +32,14 @@ class TimeBudget {
 
  private:
   double seams_seconds() const;
-  double textures_seconds() const;
+  double textures_seconds(bool seams) const;
   double masters_seconds() const;
   double pictures_seconds(double scale) const;
 
   const BakeRequest& request_;
   const Stopwatch& watch_;
   double sites_ = 0, texels_ = 0, threads_ = 1, neighbours_ = 0;
+  bool seams_ = true;    // there will be time for them
   double slowness_ = 1;  // of this machine now, against the idle one that the constants were measured on
   double denoise_ = 0;
 };
