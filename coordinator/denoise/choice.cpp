@@ -19,6 +19,8 @@ namespace {
 // itself where it stands out by three standard errors of its product.
 constexpr float kBesideTexels = 2.0f;
 constexpr double kAlone = 6;
+// All of some samples are dark by chance once in exp(this): at 6 one texel in 400 stayed a dark dot.
+constexpr double kAloneDark = 12;
 constexpr double kFewBeside = 1;
 constexpr double kFewAlone = 8;  // samples: of fewer, coincidences of rare bright ones are no surprise; that
                                  // all samples of both replicates are dark is one as rare as it looks
@@ -212,8 +214,8 @@ Choice choose(const Candidates& c, const SiteGeometry& sites, const SurfaceLinks
       out.factor[i] = static_cast<float>(factor);
       const double prior = c.prior[i], light = 0.5 * (double{c.value[0][kQuadratic - 1][i]} +
                                                       double{c.value[1][kQuadratic - 1][i]});
-      const double dark_errors = kAlone * factor,
-                   bright_errors = dark_errors * (1 + kFewAlone / c.samples[i]);
+      const double dark_errors = kAloneDark * factor,
+                   bright_errors = kAlone * factor * (1 + kFewAlone / c.samples[i]);
       double least = factor * double{c.variance[0][i]};
       for (uint32_t k = 1; k < kLevels; ++k) {
         const double alone = terms[i].product[k] - (terms[i].change[0][k] > 0 ? dark_errors : bright_errors);
