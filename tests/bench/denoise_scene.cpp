@@ -60,7 +60,8 @@ Baker& baker_of(Lab& lab) {
 TexelStatistics statistics_of(Lab& lab, uint32_t first, uint32_t count) {
   constexpr size_t kRun = 256;
   Accumulator sums(lab.pre.atlas.sites.size(), 1);
-  const fs::path file = lab.folder / text("samples_{}_{}.bin", first, count);
+  const fs::path file =
+      lab.folder / text("samples_{}_{}_{}_{}.bin", lab.pre.atlas.sites.size(), lab.part.first, first, count);
   std::ifstream in(file, std::ios::binary);
   std::vector<std::vector<double>> kept(2 * ((lab.part.count + kRun - 1) / kRun));
   const bool known = in.good();
