@@ -19,7 +19,7 @@ namespace {
 // itself where it stands out by three standard errors of its product.
 constexpr float kBesideTexels = 2.0f;
 constexpr double kAlone = 6;
-// All of some samples are dark by chance once in exp(this): at 6 one texel in 400 stayed a dark dot.
+// All of some samples are dark by chance once in exp(this); at 6 that would be one texel in 400.
 constexpr double kAloneDark = 12;
 constexpr double kFewBeside = 1;
 constexpr double kFewAlone = 8;  // samples: of fewer, coincidences of rare bright ones are no surprise; that
