@@ -33,8 +33,8 @@ inline tl::unexpected<Error> fail(ErrorKind kind, std::string message) {
   return tl::unexpected<Error>(Error{kind, std::move(message)});
 }
 
-// Exit statuses: 0 done, 1 failed, 2 wrong usage or input, 3 published, but with texels that were never sampled
-// (coordinator/cli/bake.cpp), 4 too little time for any map.
+// Exit statuses: 0 done, 1 failed, 2 wrong usage or input, 3 published, but with texels that were never
+// sampled (coordinator/cli/bake.cpp), 4 too little time for any map.
 constexpr int kExitIncomplete = 3;
 inline int exit_status(const Error& error) {
   if (error.kind == ErrorKind::kTooShort) return 4;

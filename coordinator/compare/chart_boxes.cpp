@@ -22,11 +22,11 @@ std::optional<ChartRegion> box_of(const JsonValue& row, double width, double hei
   const auto at = [&](size_t i) { return number_of(&row.items[i]); };
   if (!(at(4) >= 0 && at(4) < 1e6)) return std::nullopt;
   return ChartRegion{at(2) * width,
-                  at(3) * height,
-                  (at(2) + at(0)) * width,
-                  (at(3) + at(1)) * height,
-                  static_cast<uint32_t>(at(4)),
-                  0};
+                     at(3) * height,
+                     (at(2) + at(0)) * width,
+                     (at(3) + at(1)) * height,
+                     static_cast<uint32_t>(at(4)),
+                     0};
 }
 
 }  // namespace

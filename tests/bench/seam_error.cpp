@@ -149,16 +149,14 @@ Status run(const Options& o) {
   KILN_TRY_STATUS(print_row(map, measure_steps(map, equations), near, half, "off"));
   std::vector<SeamWeights> all = {{}};
   if (o.sweep)
-    for (const SeamWeights& w : std::vector<SeamWeights>{{.seam = 64},
-                                                         
-                                                         
-                                                         
-                                                         {.errors = 1},
-                                                         {.errors = 3},
-                                                         {.errors = 4},
-                                                         
-                                                         
-                                                         })
+    for (const SeamWeights& w : std::vector<SeamWeights>{
+             {.seam = 64},
+
+             {.errors = 1},
+             {.errors = 3},
+             {.errors = 4},
+
+         })
       all.push_back(w);
   for (const SeamWeights& w : all) {
     Lightmap joined = map;

@@ -155,8 +155,8 @@ TEST(Accumulator, StatisticsAreOfEachReplicate) {
   EXPECT_FLOAT_EQ(s.luminance[1][0], 12);
   for (uint32_t r = 0; r < kReplicates; ++r)
     for (size_t c = 0; c < 3; ++c) EXPECT_FLOAT_EQ(s.mean[r][c], (c + 1) * s.luminance[r][0]);
-  // Of few samples the deviations are all there is: 2 and 8 from the own half's mean, and of both means, 2 and
-  // 12, from theirs, 6 x 5^2; over 6 samples less one mean.
+  // Of few samples the deviations are all there is: 2 and 8 from the own half's mean, and of both means, 2
+  // and 12, from theirs, 6 x 5^2; over 6 samples less one mean.
   EXPECT_FLOAT_EQ(s.variance[0], (2 + 8 + 6 * 25) / 5.0f);
 }
 

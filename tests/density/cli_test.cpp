@@ -35,7 +35,8 @@ GltfBuilder two_squares() {
   json right = square_at("right", 0, 0, -8);
   right["extras"] = kiln_extras({{"density", 2}});
   b.node(right);
-  b.root["cameras"].push_back({{"name", "above"}, {"type", "perspective"}, {"perspective", {{"yfov", 0.9}, {"znear", 0.1}}}});
+  b.root["cameras"].push_back(
+      {{"name", "above"}, {"type", "perspective"}, {"perspective", {{"yfov", 0.9}, {"znear", 0.1}}}});
   b.node({{"camera", 0}, {"translation", {0, 20, 0}}, {"rotation", {-std::sqrt(0.5), 0, 0, std::sqrt(0.5)}}});
   return b;
 }
