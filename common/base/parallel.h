@@ -1,6 +1,7 @@
 // Fork and join over an index range. Results must not depend on which thread ran an index.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -13,5 +14,22 @@ uint64_t memory_bytes();  // physical memory of this machine
 
 // Calls body(i) once for each i in [0, count), on up to `threads` threads (0: all).
 void parallel_for(size_t count, const std::function<void(size_t)>& body, unsigned threads = 0);
+
+// Calls body(begin, end) for runs that together are [0, count): for what is costly to set up, or soon done.
+constexpr size_t kParallelRun = 1024;
+template <class Body>
+void for_each_run(size_t count, unsigned threads, const Body& body) {
+  parallel_for(
+      (count + kParallelRun - 1) / kParallelRun,
+      [&](size_t run) { body(run * kParallelRun, std::min(count, (run + 1) * kParallelRun)); }, threads);
+}
+
+// Calls body(i) once for each i in [0, count), in such runs.
+template <class Body>
+void for_each_index(size_t count, unsigned threads, const Body& body) {
+  for_each_run(count, threads, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) body(i);
+  });
+}
 
 }  // namespace kiln

@@ -6,10 +6,10 @@
 
 #include <algorithm>
 #include <array>
-#include <map>
 #include <numeric>
 #include <optional>
 #include <tuple>
+#include <unordered_map>
 
 #include "common/base/parallel.h"
 #include "common/contacts/triangle_tree.h"
@@ -156,8 +156,8 @@ class ContactFinder::Search {
   // Inner sides count first where two surfaces lie on each other: a crate on a crate hides the inside of the
   // lower.
   bool is_buried(const DVec3& at, const DVec3& up, double texel) const {
-    double inner = 1e300, outer = 1e300;
-    tree_->for_each_hit(at, up, outer, [&](uint32_t index, double distance) {
+    double inner = 1e300, outer = 1e300, end = 1e300;
+    tree_->for_each_hit(at, up, end, [&](uint32_t index, double distance) {
       const WorldTriangle& t = triangles_[index];
       if (!scene_.instances[t.instance].cast) return;
       const DVec3 c(t.corner[0]);
@@ -165,6 +165,7 @@ class ContactFinder::Search {
       const bool is_inner = !double_sided_[t.instance] && (facing > 0) != mirrored_[t.instance];
       double& nearest = is_inner ? inner : outer;
       nearest = std::min(nearest, distance);
+      end = std::min(end, nearest + kContactGap * texel);
     });
     return inner < 1e300 && inner <= outer + kContactGap * texel;
   }
@@ -231,7 +232,12 @@ std::vector<bool> reach_far(std::span<const Found> found, double texel) {
     for (int k = 0; k < 3; ++k) c[k] = static_cast<int64_t>(std::floor(double{p[k]} / cell_size));
     return c;
   };
-  std::map<Cell, uint32_t> first;
+  const auto hash = [](const Cell& c) {
+    uint64_t h = 0;
+    for (const int64_t k : c) h = (h ^ static_cast<uint64_t>(k)) * 0x9e3779b97f4a7c15u, h ^= h >> 29;
+    return static_cast<size_t>(h);
+  };
+  std::unordered_map<Cell, uint32_t, decltype(hash)> first(4 * found.size(), hash);
   UnionFind sets(found.size());
   for (uint32_t i = 0; i < found.size(); ++i)
     for (const Vec3& end : {found[i].line.a, found[i].line.b}) {

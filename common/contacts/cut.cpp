@@ -63,18 +63,16 @@ class Cutter {
     for (uint32_t w : weld_) points_ = std::max(points_, w + 1);
   }
 
-  MeshCharts run(size_t& refused) {
-    part_triangles(refused);
-    mark_sides();
-    if (walls_.empty()) return {};
-    part_neighbours();
+  MeshCharts cut(size_t& refused) {
+    if (!divide(refused)) return {};
     join();
     return faces();
   }
 
-  // Charts that a contact divides, of those that run() has looked at.
-  std::vector<bool> divided() const {
+  // Charts that a contact divides.
+  std::vector<bool> divided(size_t& refused) {
     std::vector<bool> charts(base_.chart_count);
+    if (!divide(refused)) return charts;
     for (size_t i = 0; i < apart_.size(); ++i)
       if (!apart_[i].empty()) charts[base_.chart_of_face[all_[i]->triangle]] = true;
     return charts;
@@ -231,6 +229,16 @@ class Cutter {
   // Points that lie on a side of a polygon between its ends become points of it.
   void insert_points(Polygon& p, const std::vector<Point>& candidates) const {
     const double eps = 2 * least();
+    DVec2 low(1e300), high(-1e300);
+    for (const Point& q : p.points) low = glm::min(low, q.at), high = glm::max(high, q.at);
+    std::vector<const Point*> near;
+    for (const Point& c : candidates)
+      if (c.at.x >= low.x - eps && c.at.y >= low.y - eps && c.at.x <= high.x + eps && c.at.y <= high.y + eps)
+        near.push_back(&c);
+    if (near.size() <= p.points.size() && std::all_of(near.begin(), near.end(), [&](const Point* c) {
+          return std::any_of(p.points.begin(), p.points.end(), [&](const Point& q) { return q.id == c->id; });
+        }))
+      return;
     Polygon out{p.triangle, {}, {}};
     for (size_t k = 0; k < p.points.size(); ++k) {
       const Point &a = p.points[k], &b = p.points[(k + 1) % p.points.size()];
@@ -239,11 +247,11 @@ class Cutter {
       const DVec2 d = b.at - a.at;
       const double size = length(d);
       std::vector<std::pair<double, const Point*>> between;
-      for (const Point& c : candidates) {
-        if (c.id == a.id || c.id == b.id) continue;
-        const DVec2 q = c.at - a.at;
+      for (const Point* c : near) {
+        if (c->id == a.id || c->id == b.id) continue;
+        const DVec2 q = c->at - a.at;
         const double t = dot(q, d) / size;
-        if (t > 0 && t < size && std::abs(d.x * q.y - d.y * q.x) <= eps * size) between.push_back({t, &c});
+        if (t > 0 && t < size && std::abs(d.x * q.y - d.y * q.x) <= eps * size) between.push_back({t, c});
       }
       std::sort(between.begin(), between.end(), [](const auto& x, const auto& y) {
         return x.first != y.first ? x.first < y.first : x.second->id < y.second->id;
@@ -277,12 +285,13 @@ class Cutter {
       const std::vector<Point> all = points_of(polygons);
       for (Polygon& p : polygons) insert_points(p, all);
       const Flat flat = flatten(triangle);
+      std::vector<std::pair<DVec2, DVec2>> lines;
+      for (size_t c = i; c < end; ++c) lines.push_back({flat.at(contacts_[c].a), flat.at(contacts_[c].b)});
       for (const Polygon& p : polygons)
         for (size_t k = 0; k < p.points.size(); ++k) {
           const Point &a = p.points[k], &b = p.points[(k + 1) % p.points.size()];
           double covered = 0;
-          for (size_t c = i; c < end; ++c)
-            covered += shared(a.at, b.at, flat.at(contacts_[c].a), flat.at(contacts_[c].b));
+          for (const auto& [from, to] : lines) covered += shared(a.at, b.at, from, to);
           if (covered > std::min(0.25 * length(b.at - a.at), 0.25 * texel_))
             walls_.insert(std::minmax(a.id, b.id));
         }
@@ -290,7 +299,12 @@ class Cutter {
   }
   // Length of the part of a-b on which c-d lies.
   double shared(const DVec2& a, const DVec2& b, const DVec2& c, const DVec2& d) const {
-    const double size = length(b - a), eps = 4 * least();
+    const double eps = 4 * least();
+    for (int axis = 0; axis < 2; ++axis)
+      if (std::max(c[axis], d[axis]) < std::min(a[axis], b[axis]) - eps ||
+          std::min(c[axis], d[axis]) > std::max(a[axis], b[axis]) + eps)
+        return 0;
+    const double size = length(b - a);
     if (!(size > 0)) return 0;
     const DVec2 u = (b - a) / size;
     const auto off = [&](const DVec2& q) { return std::abs(u.x * (q.y - a.y) - u.y * (q.x - a.x)); };
@@ -335,8 +349,18 @@ class Cutter {
            b.y * (DVec2(base_.corner_uv[3 * triangle + 2]) - a);
   }
 
-  // Joins polygons of one base chart that are neighbours in its plane.
-  void join() {
+  // Parts triangles and finds which polygons meet. False: nothing stands on any of them.
+  bool divide(size_t& refused) {
+    part_triangles(refused);
+    mark_sides();
+    if (walls_.empty()) return false;
+    part_neighbours();
+    find_meetings();
+    return true;
+  }
+
+  // Sides that polygons of one base chart share in its plane.
+  void find_meetings() {
     for (uint32_t t = 0; t < polygons_of_.size(); ++t)
       for (Polygon& p : polygons_of_[t]) all_.push_back(&p);
     struct Side {
@@ -357,7 +381,6 @@ class Cutter {
     std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
       return std::array{a.from, a.to, a.polygon} < std::array{b.from, b.to, b.polygon};
     });
-    std::vector<Meeting> open, all_meetings;
     apart_.resize(all_.size());
     for (size_t i = 0, end; i < sides.size(); i = end) {
       for (end = i; end < sides.size() && sides[end].from == sides[i].from && sides[end].to == sides[i].to;)
@@ -371,15 +394,20 @@ class Cutter {
             continue;
           const double reach = 1e-4 * length(a.uv_to - a.uv_from);
           if (length(a.uv_from - b.uv_from) > reach || length(a.uv_to - b.uv_to) > reach) continue;
-          all_meetings.push_back({a.polygon, b.polygon, a.length, wall, 0.5 * (a.uv_from + a.uv_to)});
+          meetings_.push_back({a.polygon, b.polygon, a.length, wall, 0.5 * (a.uv_from + a.uv_to)});
           if (wall) {
             apart_[a.polygon].push_back(b.polygon);
             apart_[b.polygon].push_back(a.polygon);
-          } else if (a.length > 8 * least()) {  // not where rounding alone makes two of one point
-            open.push_back({a.polygon, b.polygon, a.length, false, {}});
           }
         }
     }
+  }
+
+  // Joins polygons across sides that no contact lies on, the longest first.
+  void join() {
+    std::vector<Meeting> open;
+    for (const Meeting& m : meetings_)  // not where rounding alone makes two of one point
+      if (!m.wall && m.length > 8 * least()) open.push_back(m);
     std::stable_sort(open.begin(), open.end(),
                      [](const Meeting& a, const Meeting& b) { return a.length > b.length; });
     set_of_.resize(all_.size());
@@ -387,18 +415,18 @@ class Cutter {
     members_.resize(all_.size());
     for (uint32_t i = 0; i < all_.size(); ++i) members_[i] = {i};
     for (const Meeting& m : open) merge(set_of_[m.a], set_of_[m.b]);
-    give_away(all_meetings);
+    give_away();
   }
   // Sets that nobody sees get no texels: their faces shrink to a point beside the neighbour with which they
   // share most. Spots in the open, too small for texels of their own, go with what they lie beside in the
   // open.
-  void give_away(const std::vector<Meeting>& meetings) {
+  void give_away() {
     struct Shared {
       double open = 0, all = 0, longest = 0;
       DVec2 uv{0.0};  // of the middle of the longest side
     };
     std::map<uint32_t, std::map<uint32_t, Shared>> shared;  // by set
-    for (const Meeting& m : meetings)
+    for (const Meeting& m : meetings_)
       for (const auto& [a, b] :
            {std::pair(set_of_[m.a], set_of_[m.b]), std::pair(set_of_[m.b], set_of_[m.a])}) {
         if (a == b) continue;
@@ -531,6 +559,7 @@ class Cutter {
   std::vector<std::vector<Polygon>> polygons_of_;                         // by triangle
   std::set<std::pair<uint32_t, uint32_t>> walls_;  // sides with a contact, by point ids
   std::vector<const Polygon*> all_;
+  std::vector<Meeting> meetings_;
   std::vector<std::vector<uint32_t>> apart_;  // by polygon: those on the other side of a contact
   std::vector<uint32_t> set_of_;
   std::vector<std::vector<uint32_t>> members_;
@@ -545,9 +574,9 @@ MeshCharts cut_charts(const Mesh& mesh, const Mat4x3& to_world, const MeshCharts
   if (contacts.empty()) return {};
   // First to see which charts are divided at all: most contacts run along borders, where nothing is to be
   // cut.
-  Cutter all(mesh, to_world, base, contacts, texel, is_buried);
-  all.run(refused);
-  const std::vector<bool> divided = all.divided();
+  const std::vector<bool> divided =
+      Cutter(mesh, to_world, base, contacts, texel, is_buried).divided(refused);
+  if (std::find(divided.begin(), divided.end(), true) == divided.end()) return {};
   // A chart of few texels shows no more than a blur of what stands on it, cut or not.
   std::vector<double> area(base.chart_count);
   for (size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -563,7 +592,7 @@ MeshCharts cut_charts(const Mesh& mesh, const Mat4x3& to_world, const MeshCharts
       needed.push_back(c);
   if (needed.empty()) return {};
   size_t again = 0;
-  return Cutter(mesh, to_world, base, needed, texel, is_buried).run(again);
+  return Cutter(mesh, to_world, base, needed, texel, is_buried).cut(again);
 }
 
 }  // namespace kiln

@@ -19,8 +19,8 @@ struct Box3 {
     low = glm::min(low, b.low);
     high = glm::max(high, b.high);
   }
-  // Does a ray from `o` with 1 / direction `inv` pass through it before `end`?
-  bool meets(const DVec3& o, const DVec3& inv, double end) const {
+  // Where a ray from `o` with 1 / direction `inv` enters it before `end`; below 0: it does not.
+  double enters(const DVec3& o, const DVec3& inv, double end) const {
     double enter = 0;
     for (int axis = 0; axis < 3; ++axis) {
       const double a = (low[axis] - o[axis]) * inv[axis], b = (high[axis] - o[axis]) * inv[axis];
@@ -28,7 +28,7 @@ struct Box3 {
       enter = std::max(enter, a < b ? a : b);
       end = std::min(end, a < b ? b : a);
     }
-    return !(enter > end);
+    return enter > end ? -1 : enter;
   }
   // Square of the distance from `p`; 0 inside.
   double square_distance(const DVec3& p) const {
@@ -72,17 +72,38 @@ class TriangleTree {
     walk([&](const Box3& b) { return b.square_distance(point) <= square; }, visit);
   }
 
-  // Calls visit(index, distance) for triangles that a ray meets from either side no further than `end`, in no
-  // order of distance; the caller may lower `end` meanwhile, somewhat beyond it is then still visited.
+  // Calls visit(index, distance) for triangles that a ray meets from either side no further than `end`, near
+  // boxes first; the caller may lower `end` meanwhile, somewhat beyond it is then still visited.
   template <class Visit>
   void for_each_hit(const DVec3& origin, const DVec3& direction, const double& end,
                     const Visit& visit) const {
+    if (nodes_.empty()) return;
     const DVec3 inverse = 1.0 / direction;
-    walk([&](const Box3& b) { return b.meets(origin, inverse, 1.01 * end); },
-         [&](uint32_t index) {
-           if (const double distance = distance_to(index, origin, direction); distance > 0)
-             visit(index, distance);
-         });
+    const auto enters = [&](const Box3& b) { return b.enters(origin, inverse, 1.01 * end); };
+    struct Open {
+      uint32_t node;
+      double enter;
+    };
+    Open open[64];
+    uint32_t count = 0;
+    if (const double enter = enters(nodes_[0].box); enter >= 0) open[count++] = {0, enter};
+    while (count) {
+      const Open next = open[--count];
+      if (next.enter > 1.01 * end) continue;
+      const Node& node = nodes_[next.node];
+      if (node.count == 0) {
+        Open near{node.first, enters(nodes_[node.first].box)};
+        Open far{node.first + 1, enters(nodes_[node.first + 1].box)};
+        if (far.enter < near.enter) std::swap(near, far);
+        if (far.enter >= 0) open[count++] = far;
+        if (near.enter >= 0) open[count++] = near;
+        continue;
+      }
+      for (uint32_t i = node.first; i < node.first + node.count; ++i)
+        if (enters(boxes_[i]) >= 0)
+          if (const double distance = distance_to(order_[i], origin, direction); distance > 0)
+            visit(order_[i], distance);
+    }
   }
 
  private:

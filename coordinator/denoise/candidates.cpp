@@ -1,3 +1,4 @@
+#include "common/base/parallel.h"
 #include "coordinator/denoise/candidates.h"
 
 #include <cmath>
@@ -54,7 +55,7 @@ std::vector<float> diffused(const std::vector<float>& in, const Candidates& c, c
 // the brightness of a texel is known: a texel that is black by chance has the noise of those around it.
 void find_prior(const TexelStatistics& s, const SurfaceLinks& links, unsigned threads, Candidates& c) {
   std::vector<float> own(s.sites, 0), light(s.sites, 0), near_own, near_light;
-  for_each_site(s.sites, threads, [&](size_t i) {
+  for_each_index(s.sites, threads, [&](size_t i) {
     if (!c.known[i]) return;
     own[i] = static_cast<float>(sample_variance(s, c, i));
     light[i] = 0.5f * (std::abs(c.value[0][0][i]) + std::abs(c.value[1][0][i]));
@@ -63,7 +64,7 @@ void find_prior(const TexelStatistics& s, const SurfaceLinks& links, unsigned th
   average_linked(light, c.known, links, threads, near_light);
   const std::vector<float> wide_own = diffused(own, c, links, threads);
   const std::vector<float> wide_light = diffused(light, c, links, threads);
-  for_each_site(s.sites, threads, [&](size_t i) {
+  for_each_index(s.sites, threads, [&](size_t i) {
     if (!c.known[i]) return;
     const double samples = s.samples[i], near = samples / (samples + kWideSamples);
     const double f = near * near_light[i] + (1 - near) * wide_light[i];
@@ -89,8 +90,9 @@ Candidates find_candidates(const TexelStatistics& s, const SiteGeometry& sites, 
     for (uint32_t k = 0; k < kLevels; ++k) c.value[r][k].assign(s.sites, 0);
   for (uint32_t k = 0; k < kLevels; ++k) c.variance[k].assign(s.sites, 0);
   for (uint32_t r = 0; r < kReplicates; ++r)
-    for (size_t i = 0; i < s.sites; ++i)
+    for_each_index(s.sites, threads, [&](size_t i) {
       if (c.known[i]) c.value[r][0][i] = static_cast<float>(s.luminance[r][i] / c.scale);
+    });
 
   const Spikes spikes = find_spikes(s, c.known, c.piece, links, threads);
   for (uint32_t r = 0; r < kReplicates; ++r) {

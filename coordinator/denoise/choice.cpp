@@ -4,12 +4,12 @@
 // 2012, section 4; Bitterli 2016, section 5.2 - there (f(A) - B)^2 less the variance of B, which has twice
 // the noise). The variance of f is known. Both are means over the window in units of `prior`, so that a
 // bright texel at its rim does not speak for dim ones.
+#include "common/base/parallel.h"
 #include "coordinator/denoise/choice.h"
 
 #include <cmath>
 #include <cstring>
 
-#include "coordinator/denoise/site_runs.h"
 
 namespace kiln {
 namespace {
@@ -27,7 +27,7 @@ constexpr double kFewAlone = 8;  // samples: of fewer, coincidences of rare brig
 
 // A bias counts as far as it stands out of chance by so many standard errors: in the choice, and in what is
 // stated.
-constexpr double kChoiceErrors = 1.0, kStatedErrors = 0.5;
+constexpr double kChoiceErrors = 1.0, kStatedErrors = 0.0;
 
 // What a level may be expected to be wrong by where nothing is known, relative to the light; but not more
 // than so many standard errors of what is known.
@@ -193,7 +193,7 @@ Choice choose(const Candidates& c, const SiteGeometry& sites, const SurfaceLinks
   out.bias.assign(c.known.size(), {});
   out.shared.assign(c.known.size(), 0);
   std::vector<Terms> terms(c.known.size());
-  for_each_site(c.known.size(), threads, [&](size_t i) {
+  for_each_index(c.known.size(), threads, [&](size_t i) {
     if (c.known[i]) terms[i] = terms_of(c, i);
   });
   for_each_run(c.known.size(), threads, [&](size_t begin, size_t end) {
@@ -240,7 +240,7 @@ Choice choose(const Candidates& c, const SiteGeometry& sites, const SurfaceLinks
   SharedError shared(c);
   for (size_t i = 0; i < c.known.size(); ++i)
     if (c.known[i]) shared.add(c, i, out.factor[i]);
-  for_each_site(c.known.size(), threads, [&](size_t i) {
+  for_each_index(c.known.size(), threads, [&](size_t i) {
     if (c.known[i]) out.shared[i] = static_cast<float>(shared.of(c, i));
   });
   return out;

@@ -1,11 +1,12 @@
+#include "common/base/parallel.h"
 #include "coordinator/denoise/denoise.h"
 
 #include <cmath>
 #include <limits>
 
 #include "common/base/check.h"
+#include "coordinator/denoise/bounds.h"
 #include "coordinator/denoise/choice.h"
-#include "coordinator/denoise/site_runs.h"
 
 namespace kiln {
 namespace {
@@ -117,19 +118,6 @@ void mix_planes(const TexelStatistics& s, const Candidates& c, const Blend& blen
   }
   for (size_t p = 0; p < s.planes; ++p)
     out[p] = static_cast<float>(c.gain[i] * (0.5 * (keep[0] * own[0][p] + keep[1] * own[1][p]) + sum[p]));
-}
-
-// No light is negative, and no direction longer than its light: what regression may give beside borders.
-void hold_bounds(std::span<const DirectionBound> bounds, float* plane, size_t planes) {
-  for (size_t p = 0; p < std::min<size_t>(3, planes); ++p) plane[p] = std::max(plane[p], 0.0f);
-  for (const DirectionBound& b : bounds) {
-    plane[b.light] = std::max(plane[b.light], 0.0f);
-    const DVec3 d(plane[b.direction[0]], plane[b.direction[1]], plane[b.direction[2]]);
-    const double size = length(d), light = plane[b.light];
-    if (!(size > light)) continue;
-    const double factor = light / size * (1 - 0x1p-23);
-    for (int axis = 0; axis < 3; ++axis) plane[b.direction[axis]] = static_cast<float>(d[axis] * factor);
-  }
 }
 
 // What is stated is bounded by what the samples may have met: a texel is not further off than the brightest

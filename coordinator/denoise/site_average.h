@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "coordinator/denoise/site_runs.h"
+#include "common/base/parallel.h"
 #include "coordinator/neighbours/surface_links.h"
 
 namespace kiln {
@@ -12,7 +12,7 @@ namespace kiln {
 inline void average_linked(const std::vector<float>& in, const std::vector<uint8_t>& known,
                            const SurfaceLinks& links, unsigned threads, std::vector<float>& out) {
   out.assign(in.size(), 0);
-  for_each_site(in.size(), threads, [&](size_t i) {
+  for_each_index(in.size(), threads, [&](size_t i) {
     if (!known[i]) return;
     double sum = 2 * double{in[i]}, weight = 2;
     for (const uint32_t j : links.of(static_cast<uint32_t>(i))) {

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 
+#include "common/base/parallel.h"
 #include "common/math/vec.h"
 
 namespace kiln {
@@ -49,14 +50,16 @@ TexelErrors estimate_errors(const TexelStatistics& s, std::span<const uint32_t> 
   out.standard_error.assign(s.sites, std::numeric_limits<float>::infinity());
   std::vector<double> independent(s.sites, 0.0);  // variance of the mean, if samples were
   RunSums ratio, count;
-  for (size_t i = 0; i < s.sites; ++i) {
+  for_each_index(s.sites, 0, [&](size_t i) {
     if (s.known[i]) independent[i] = pooled_variance(s, chart_of_site, i) / (2.0 * s.samples[i]);
+  });
+  for (size_t i = 0; i < s.sites; ++i) {
     const double half = 0.5 * (double{s.luminance[0][i]} - double{s.luminance[1][i]});
     ratio.add(independent[i] > 0 ? half * half / independent[i] : 0.0);
     count.add(independent[i] > 0 ? 1.0 : 0.0);
   }
-  for (size_t i = 0; i < s.sites; ++i) {
-    if (!s.known[i]) continue;
+  for_each_index(s.sites, 0, [&](size_t i) {
+    if (!s.known[i]) return;
     const double freedom = count.around(i, kReplicateNeighbours);
     const double q = freedom > 0 ? ratio.around(i, kReplicateNeighbours) / freedom : 1.0;
     // Student's t of so many degrees of freedom over the normal's, at 95 %: 1 + (z^2 + 1) / (4 freedom) + ...
@@ -65,15 +68,15 @@ TexelErrors estimate_errors(const TexelStatistics& s, std::span<const uint32_t> 
     out.mean[i] = static_cast<float>(mean);
     out.standard_error[i] =
         static_cast<float>(student * std::sqrt(q * independent[i]) + 0x1p-20 * std::abs(mean));
-  }
+  });
   return out;
 }
 
 std::vector<float> neighbourhood_means(const TexelStatistics& s, std::span<const uint32_t> chart_of_site) {
   std::vector<float> out(s.sites, 0.0f);
   const auto mean = [&](size_t j) { return 0.5 * (double{s.luminance[0][j]} + double{s.luminance[1][j]}); };
-  for (size_t i = 0; i < s.sites; ++i) {
-    if (!s.known[i]) continue;
+  for_each_index(s.sites, 0, [&](size_t i) {
+    if (!s.known[i]) return;
     double near = 0;
     size_t neighbours = 0;
     for_each_near(s, chart_of_site, i, [&](size_t j) {
@@ -83,14 +86,14 @@ std::vector<float> neighbourhood_means(const TexelStatistics& s, std::span<const
     const double own = kReplicates * s.samples[i], share = neighbours ? kMeanDoubt / (own + kMeanDoubt) : 0;
     out[i] = static_cast<float>((1 - share) * mean(i) +
                                 share * near / static_cast<double>(std::max<size_t>(1, neighbours)));
-  }
+  });
   return out;
 }
 
 std::vector<float> effective_samples(const TexelStatistics& s, std::span<const uint32_t> chart_of_site) {
   std::vector<float> out(s.sites, 0.0f);
-  for (size_t i = 0; i < s.sites; ++i) {
-    if (!s.known[i]) continue;
+  for_each_index(s.sites, 0, [&](size_t i) {
+    if (!s.known[i]) return;
     double sum = 0, squares = 0;
     const auto add = [&](size_t j) {
       const double mean = 0.5 * (double{s.luminance[0][j]} + double{s.luminance[1][j]});
@@ -100,7 +103,7 @@ std::vector<float> effective_samples(const TexelStatistics& s, std::span<const u
     add(i);
     for_each_near(s, chart_of_site, i, add);
     out[i] = static_cast<float>(squares > 0 ? kReplicates * sum * sum / squares : 0.0);
-  }
+  });
   return out;
 }
 
@@ -132,8 +135,8 @@ std::vector<float> band_errors(const TexelStatistics& s, std::span<const uint32_
                                std::span<const size_t> first_planes) {
   // Of each site: the square that one sample of each replicate would have, if errors were those of samples.
   std::vector<double> square(s.sites, 0.0);
-  for (size_t i = 0; i < s.sites; ++i) {
-    if (!s.known[i]) continue;
+  for_each_index(s.sites, 0, [&](size_t i) {
+    if (!s.known[i]) return;
     for (const size_t p : first_planes) {
       const auto light = [&](uint32_t r) {
         const float* rgb = &s.mean[r][i * s.planes + p];
@@ -142,10 +145,10 @@ std::vector<float> band_errors(const TexelStatistics& s, std::span<const uint32_
       const double half = 0.5 * (light(0) - light(1));
       square[i] += half * half * s.samples[i];
     }
-  }
+  });
   std::vector<float> out(s.sites, 0.0f);
-  for (size_t i = 0; i < s.sites; ++i) {
-    if (!s.known[i]) continue;
+  for_each_index(s.sites, 0, [&](size_t i) {
+    if (!s.known[i]) return;
     double sum = square[i];
     size_t count = 1;
     for_each_near(s, chart_of_site, i, [&](size_t j) {
@@ -153,7 +156,7 @@ std::vector<float> band_errors(const TexelStatistics& s, std::span<const uint32_
       ++count;
     });
     out[i] = static_cast<float>(std::sqrt(sum / (static_cast<double>(count) * s.samples[i])));
-  }
+  });
   return out;
 }
 

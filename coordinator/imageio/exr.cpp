@@ -5,25 +5,39 @@
 #include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfInputFile.h>
 #include <OpenEXR/ImfOutputFile.h>
+#include <OpenEXR/ImfThreading.h>
 
 #include <exception>
 #include <fstream>
 
 #include "common/base/files.h"
 #include "common/base/format.h"
+#include "common/base/parallel.h"
 #include "common/image/exr_header.h"
 
 namespace kiln {
 namespace {
 constexpr uint64_t kMaxChannels = 64;  // at the most texels
+
+// OpenEXR compresses runs of lines side by side.
+void use_all_threads() {
+  static const bool set = [] {
+    Imf::setGlobalThreadCount(static_cast<int>(hardware_threads()));
+    return true;
+  }();
+  static_cast<void>(set);
 }
+
+}  // namespace
 
 Status write_exr(const std::filesystem::path& path, uint32_t width, uint32_t height,
                  std::span<const ExrChannel> channels, ExrType type) {
   return write_atomic(path, [&](const std::filesystem::path& temporary) -> Status {
     try {
+      use_all_threads();
       Imf::Header header(static_cast<int>(width), static_cast<int>(height));
       header.compression() = Imf::ZIP_COMPRESSION;
+      header.zipCompressionLevel() = 1;  // noise: level 4 takes twice as long for 3 % fewer bytes
       Imf::FrameBuffer frame;
       std::vector<std::vector<half>> halves(type == ExrType::kHalf ? channels.size() : 0);
       for (size_t i = 0; i < channels.size(); ++i) {

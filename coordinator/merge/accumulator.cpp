@@ -5,6 +5,7 @@
 
 #include "common/base/check.h"
 #include "common/base/format.h"
+#include "common/base/parallel.h"
 #include "common/basis/basis.h"
 
 namespace kiln {
@@ -90,10 +91,11 @@ TexelStatistics Accumulator::statistics(bool planes) const {
     out.mean[r].assign(count * out.planes, 0.0f);
     out.luminance[r].assign(count, 0.0f);
   }
-  for (uint32_t site = 0; site < count; ++site) {
+  for_each_index(count, 0, [&](size_t index) {
+    const auto site = static_cast<uint32_t>(index);
     out.samples[site] = std::min(samples_[0][site], samples_[1][site]);
     const Estimate e = estimate(site);
-    if (e.inside || out.samples[site] == 0) continue;
+    if (e.inside || out.samples[site] == 0) return;
     out.known[site] = 1;
     // Within the replicates: what the means differ by is not in it, but where there is next to nothing else.
     const double n = samples(site);
@@ -117,21 +119,22 @@ TexelStatistics Accumulator::statistics(bool planes) const {
       freedom += 1;
     }
     out.variance[site] = static_cast<float>(squares / std::max(1.0, freedom));
-  }
+  });
   return out;
 }
 
 IrradianceCache Accumulator::cache(uint32_t replicate) const {
   IrradianceCache cache;
   cache.irradiance.assign(sites(), Vec3(-1.0f));
-  for (uint32_t site = 0; site < sites(); ++site) {
+  for_each_index(sites(), 0, [&](size_t index) {
+    const auto site = static_cast<uint32_t>(index);
     const double* sums = &sums_[replicate][site * planes_];
     // Rays that met back faces carry nothing, to this texel as to paths that are reflected here.
     const double n = samples_[replicate][site];
-    if (!(n > 0) || estimate(site).inside) continue;
+    if (!(n > 0) || estimate(site).inside) return;
     const Vec3 e(DVec3(sums[kMomentER], sums[kMomentEG], sums[kMomentEB]) / n);
     if (is_finite(e)) cache.irradiance[site] = e;
-  }
+  });
   return cache;
 }
 
@@ -154,8 +157,9 @@ Lightmap Accumulator::resolve(const Atlas& atlas) const {
   map.planes.add("samples");
   std::vector<float>& error = map.planes.plane("error");
   std::vector<float>& samples = map.planes.plane("samples");
-  for (uint32_t site = 0; site < sites(); ++site) {
-    if (this->samples(site) == 0) continue;
+  for_each_index(sites(), 0, [&](size_t index) {
+    const auto site = static_cast<uint32_t>(index);
+    if (this->samples(site) == 0) return;
     const uint32_t texel = atlas.sites.texel[site];
     const Estimate e = estimate(site);
     map.validity[texel] = e.inside ? Validity::kInside : e.pushed ? Validity::kPushed : Validity::kMeasured;
@@ -164,7 +168,7 @@ Lightmap Accumulator::resolve(const Atlas& atlas) const {
       map.planes.data[i][texel] = static_cast<float>(sum(site, source[i]) * scale);
     error[texel] = static_cast<float>(e.standard_error);
     samples[texel] = static_cast<float>(this->samples(site));
-  }
+  });
   return map;
 }
 

@@ -69,6 +69,7 @@ void find_site(const Scene& scene, const Atlas& atlas, size_t site, SiteGeometry
   const DVec2 texel(index % atlas.width, index / atlas.width);
   const uint32_t* end = atlas.sites.words.data() + atlas.sites.first_word[site + 1];
   DVec3 position(0.0), normal(0.0);
+  out.texel[site] = {index % atlas.width, index / atlas.width};
   int points = 0, most = 0;
   for (const uint32_t* pair = atlas.sites.words.data() + atlas.sites.first_word[site] + 2; pair < end;
        pair += 4) {
@@ -97,6 +98,7 @@ SiteGeometry site_geometry(const Scene& scene, const Atlas& atlas, unsigned thre
   out.normal.resize(n);
   out.texel_size.resize(n);
   out.placement.resize(n);
+  out.texel.resize(n);
   parallel_for((n + kRun - 1) / kRun,
                [&](size_t run) {
                  for (size_t i = run * kRun; i < std::min(n, (run + 1) * kRun); ++i)

@@ -93,7 +93,20 @@ double missing_samples(std::span<const double> needed, const SampleState& s, uin
 
 double affordable_error(const SampleState& s, ErrorNorm norm, double error, double z, uint32_t most,
                         double samples, double fall) {
-  const auto costs = [&](double e) { return missing_samples(needed_samples(s, norm, e, z, fall), s, most); };
+  // Of a large map every so-manieth texel tells what all cost.
+  constexpr size_t kAsked = 100'000;
+  const size_t step_sites = std::max<size_t>(1, s.samples.size() / kAsked);
+  std::vector<float> mean, deviation;
+  std::vector<uint32_t> taken;
+  for (size_t i = 0; i < s.samples.size(); i += step_sites) {
+    mean.push_back(s.mean[i]);
+    deviation.push_back(s.standard_error[i]);
+    taken.push_back(s.samples[i]);
+  }
+  const SampleState some{mean, deviation, taken};
+  const auto costs = [&](double e) {
+    return static_cast<double>(step_sites) * missing_samples(needed_samples(some, norm, e, z, fall), some, most);
+  };
   double low = std::max(error, 1e-6), high = std::max(low, reached_error(s, norm, z));
   if (costs(low) <= samples) return low;
   for (int step = 0; step < 40; ++step) {

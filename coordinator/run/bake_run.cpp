@@ -14,6 +14,7 @@
 #include "common/math/samplers.h"
 #include "common/scene/prepared.h"
 #include "coordinator/merge/accumulator.h"
+#include "coordinator/neighbours/views.h"
 #include "coordinator/post/stage.h"
 #include "coordinator/report/report_pictures.h"
 #include "coordinator/run/baking.h"
@@ -87,16 +88,16 @@ void state_band_errors(Lightmap& map, const Atlas& atlas, const TexelStatistics&
 // Puts the filtered planes in the place of the measured ones, and what is stated of them. Returns by how much
 // errors became less, by site.
 std::vector<float> take_denoised(Lightmap& map, const Atlas& atlas, const TexelStatistics& statistics,
-                                 const SurfaceGraph& surface, TexelErrors& errors) {
+                                 const SurfaceGraph& surface, uint32_t levels, TexelErrors& errors) {
   map.measured = map.planes;
   const auto drop = static_cast<ptrdiff_t>(map.planes.names.size() - 1);  // samples, which have a file
   map.measured.names.erase(map.measured.names.begin() + drop);
   map.measured.data.erase(map.measured.data.begin() + drop);
-  const Denoised d = denoise(statistics, map.bounds, surface.sites, surface.links, 0);
+  const Denoised d = denoise_joined(statistics, map.bounds, surface.sites, surface.links, levels, 0);
   std::vector<float> lowered(statistics.sites, 1.0f);
-  for (uint32_t site = 0; site < statistics.sites; ++site) {
+  for_each_index(statistics.sites, 0, [&](size_t site) {
     if (d.filled[site]) map.validity[atlas.sites.texel[site]] = Validity::kFilled;
-    if (!statistics.known[site] && !d.filled[site]) continue;
+    if (!statistics.known[site] && !d.filled[site]) return;
     if (d.raw_error[site] > 0 && std::isfinite(d.raw_error[site]))
       lowered[site] = d.standard_error[site] / d.raw_error[site];
     for (size_t p = 0; p < statistics.planes; ++p)
@@ -104,7 +105,7 @@ std::vector<float> take_denoised(Lightmap& map, const Atlas& atlas, const TexelS
     map.measured.plane("error")[atlas.sites.texel[site]] = d.raw_error[site];
     errors.mean[site] = d.luminance[site];
     errors.standard_error[site] = d.standard_error[site];
-  }
+  });
   return lowered;
 }
 
@@ -222,6 +223,13 @@ Expected<BakeReport> run_bake(const BakeRequest& request, const Progress& progre
     surface->sites = site_geometry(pre.imported.scene, pre.atlas, 0);
     surface->links = surface_links(pre.imported.scene, pre.atlas, surface->sites, 0);
     budget.neighbours_took(neighbours.seconds());
+    if (const auto parted =
+            part_by_view(pre.imported.scene, surface->sites, 0, budget.views_seconds(), surface->links))
+      report.post.push_back({"neighbours that see other things", static_cast<double>(*parted), "texels"});
+    else
+      report.notes.push_back({ImportNote::Kind::kIgnored,
+                              "texels are denoised without asking what each sees: the time limit left no "
+                              "time for it; some light may be smeared under furniture"});
   }
   {
     const StageTimer timer(report.stages, "bake");
@@ -238,7 +246,10 @@ Expected<BakeReport> run_bake(const BakeRequest& request, const Progress& progre
     progress({.stage = surface ? "denoise" : "errors"});
     const TexelStatistics statistics = sums.statistics();
     std::vector<float> lowered;
-    if (surface) lowered = take_denoised(map, pre.atlas, statistics, *surface, baked.errors);
+    if (surface) {
+      const uint32_t levels = std::max(denoise_levels(statistics), budget.denoise_levels());
+      lowered = take_denoised(map, pre.atlas, statistics, *surface, levels, baked.errors);
+    }
     state_errors(map, pre.atlas, baked.errors);
     const std::vector<uint32_t> charts = charts_of_sites(pre.atlas);
     state_band_errors(map, pre.atlas, statistics, charts, basis_roster()[job.transport.basis], lowered);

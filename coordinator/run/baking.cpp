@@ -21,6 +21,7 @@ constexpr uint32_t kPilotSamples = 16;  // of a replicate: of a pass whose sampl
 constexpr uint32_t kFilterFrom = 8;     // samples of a replicate from which on passes look at filtered errors
 constexpr double kFilterShare = 0.1;    // of the time that is left: what filtering inside passes may take
 constexpr uint32_t kFirstSamples = 32;
+constexpr size_t kRoughLooks = 2;  // after which caches are made of what is known so far
 constexpr uint32_t kMostRounds = 4;   // of passes that only make the cache better
 constexpr double kRoughCache = 0.1;   // rms relative error of what is better made again: all texels share it
 constexpr double kRoundShare = 0.25;  // of all samples that are foretold: a round takes no more
@@ -31,8 +32,8 @@ constexpr double kSureToRenew = 2;
 constexpr double kStragglers = 0.01;  // share of all samples so far
 constexpr double kLeastPassSeconds = 0.02;
 
-TexelErrors filtered_errors(const TexelStatistics& statistics, const SurfaceGraph& surface) {
-  Denoised d = denoise_luminance(statistics, surface.sites, surface.links, 0);
+TexelErrors filtered_errors(const TexelStatistics& statistics, const SurfaceGraph& surface, uint32_t levels) {
+  Denoised d = denoise_joined_luminance(statistics, surface.sites, surface.links, levels, 0);
   for (size_t i = 0; i < statistics.sites; ++i)
     if (!statistics.known[i]) d.standard_error[i] = std::numeric_limits<float>::infinity();
   return {std::move(d.luminance), std::move(d.standard_error)};
@@ -132,6 +133,7 @@ class Baking {
       if (look + 1 == looks.size() || end != PassEnd::kComplete) record();
       if (end == PassEnd::kTimeUp && look == 0) whole_ = false;
       if (end != PassEnd::kComplete) return end;
+      if (cache_ && look < kRoughLooks) make_rough_caches(look_stride(look + 1));
     }
     const uint32_t most = std::min(kPilotSamples, most_);
     for (uint32_t have = 1;;) {
@@ -302,8 +304,21 @@ class Baking {
 
   SampleState state() const { return {errors_.mean, errors_.standard_error, samples_}; }
 
+  // From the first looks alone: what they have not reached has what is around it. Rough, but a path through
+  // a white scene that ends takes a fiftieth of the time of one that goes on; better ones follow at once.
+  void make_rough_caches(uint32_t stride) {
+    caches_.clear();
+    std::vector<uint8_t> sampled(sums_.sites());
+    for (uint32_t r = 0; r < kReplicates; ++r) {
+      for (uint32_t i = 0; i < sums_.sites(); ++i) sampled[i] = sums_.samples(i, r) > 0;
+      IrradianceCache cache = sums_.cache(r);
+      fill_between(atlas_, charts_, sampled, stride, cache);
+      caches_.push_back(farm_.add_chunk(write_irradiance_cache(cache)));
+    }
+  }
+
   void renew_caches() {
-    if (caches_.empty()) first_cache_error_ = chart_errors(sums_.statistics(false), charts_);
+    if (first_cache_error_.empty()) first_cache_error_ = chart_errors(sums_.statistics(false), charts_);
     caches_.clear();
     sampled_at_renewal_ = sampled_;
     for (uint32_t r = 0; r < kReplicates; ++r)
@@ -386,22 +401,24 @@ class Baking {
 
   // Filtering a large map takes as long as a pass: with little time, or few samples, passes are planned by
   // what texels are wrong by themselves.
-  bool should_filter(const TexelStatistics& statistics) const {
+  bool should_filter(const TexelStatistics& statistics, uint32_t levels) const {
     if (!surface_) return false;
     if (!is_limited()) return true;
     return *std::min_element(statistics.samples.begin(), statistics.samples.end()) >= kFilterFrom &&
-           budget_.denoise_seconds() <= kFilterShare * pace_.limit_left();
+           budget_.denoise_seconds(levels) <= kFilterShare * pace_.limit_left();
   }
 
   // What is known after a pass: the errors, and the point of the curve.
   void record() {
     const TexelStatistics statistics = sums_.statistics(false);
-    const bool filters = should_filter(statistics);
+    const uint32_t levels = surface_ ? std::max(denoise_levels(statistics), budget_.denoise_levels()) : 0;
+    budget_.denoise_will_be(levels);
+    const bool filters = should_filter(statistics, levels);
     TexelErrors errors;
     if (filters) {
       const Stopwatch watch;
-      errors = filtered_errors(statistics, *surface_);
-      budget_.denoise_took(watch.seconds());
+      errors = filtered_errors(statistics, *surface_, levels);
+      budget_.denoise_took(watch.seconds(), levels);
     } else {
       errors = estimate_errors(statistics, charts_);
       if (is_limited()) errors.mean = neighbourhood_means(statistics, charts_);

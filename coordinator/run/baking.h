@@ -6,7 +6,7 @@
 // are replaced by, and the error of the first cache is shared by all texels that see it.
 #pragma once
 
-#include "coordinator/denoise/denoise.h"
+#include "coordinator/denoise/coarse.h"
 #include "coordinator/estimate/texel_errors.h"
 #include "coordinator/merge/accumulator.h"
 #include "coordinator/run/bake_run.h"

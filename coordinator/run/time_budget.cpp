@@ -8,15 +8,17 @@ namespace kiln {
 namespace {
 
 // Seconds of one thread, from cpu_seconds of stages in report.json (tests/bench/real_scenes.py).
-constexpr double kLuminancePerSite = 10e-6;  // one run of the denoiser over luminance
-constexpr double kPlanesShare = 2.5;         // its run over all planes, by that
+constexpr double kDenoisePerSite[] = {10e-6, 4e-6, 2e-6, 1.5e-6};  // over luminance, by levels
+constexpr double kPlanesShare = 2.5;                               // over all planes, by that
+constexpr double kViewsShare = 0.05;    // of the limit
+constexpr double kDenoiseShare = 0.15;  // of the limit, at most: with less time it is coarser
 constexpr double kResolvePerSite = 1.5e-6;   // means, errors, fill and dilate
 constexpr double kSeamsPerSite = 4e-6;
 constexpr double kFillSearches = 0.5;       // charts without a value take their seams'
 constexpr double kSeamsSearches = 3.2;      // by the seconds of one search for neighbours across seams
 constexpr double kTexturesSearches = 2;     // seams of textures are matched after encoding
-constexpr double kMastersPerTexel = 5e-6;   // of one thread, as all writing is
-constexpr double kTexturesPerTexel = 8e-6;  // of one encoding
+constexpr double kMastersPerTexel = 3e-6;
+constexpr double kTexturesPerTexel = 4.5e-6;  // of one encoding
 constexpr double kPictures = 1.2;           // the search for a camera, all but pixels
 constexpr double kPicturesPerPixel = 4.5e-6;
 constexpr double kPage = 0.3;          // report.html, scene.glb
@@ -46,7 +48,20 @@ TimeBudget::TimeBudget(const BakeRequest& request, const Preflight& pre, const S
       texels_(static_cast<double>(pre.atlas.texel_count())),
       threads_(hardware_threads()) {
   if (request.settings.time_limit > 0) slowness_ = std::clamp(probe_seconds() / kProbeSeconds, 0.7, 4.0);
-  denoise_ = slowness_ * kLuminancePerSite * sites_ / threads_;
+  const double most = kDenoiseShare * request.settings.time_limit;
+  constexpr uint32_t kCoarsest = std::size(kDenoisePerSite) - 1;
+  if (request.settings.time_limit > 0)
+    while (levels_ < kCoarsest && kPlanesShare * denoise_seconds(levels_) > most) ++levels_;
+  last_levels_ = levels_;
+}
+
+double TimeBudget::views_seconds() const {
+  const double limit = request_.settings.time_limit;
+  return limit > 0 ? kViewsShare * limit : std::numeric_limits<double>::infinity();
+}
+
+double TimeBudget::denoise_seconds(uint32_t levels) const {
+  return slowness_ * kDenoisePerSite[std::min<size_t>(levels, std::size(kDenoisePerSite) - 1)] * sites_ / threads_;
 }
 
 void TimeBudget::neighbours_took(double seconds) {
@@ -55,10 +70,9 @@ void TimeBudget::neighbours_took(double seconds) {
   seams_ = seams_seconds() + textures_seconds(true) - textures_seconds(false) <= kSeamsShare * seconds_left();
 }
 
-void TimeBudget::denoise_took(double seconds) {
-  const double expected = kLuminancePerSite * sites_ / threads_;
+void TimeBudget::denoise_took(double seconds, uint32_t levels) {
+  const double expected = denoise_seconds(levels) / slowness_;
   if (expected > 0.1) slowness_ = std::clamp(seconds / expected, slowness_, 4.0);
-  denoise_ = seconds;
 }
 
 double TimeBudget::seams_seconds() const {
@@ -74,7 +88,7 @@ double TimeBudget::textures_seconds(bool seams) const {
 }
 
 double TimeBudget::masters_seconds() const {
-  return slowness_ * (kMastersPerTexel * texels_ + kPage);
+  return slowness_ * (kMastersPerTexel * texels_ / threads_ + kPage);
 }
 
 double TimeBudget::pictures_seconds(double scale) const {
@@ -85,7 +99,7 @@ double TimeBudget::pictures_seconds(double scale) const {
 }
 
 double TimeBudget::seconds_after() const {
-  const double denoise = request_.settings.denoise ? kPlanesShare * denoise_ : 0;
+  const double denoise = request_.settings.denoise ? kPlanesShare * denoise_seconds(last_levels_) : 0;
   const double limit = request_.settings.time_limit;
   const double picture_share = limit > 0 ? kPictureShare * limit : std::numeric_limits<double>::infinity();
   return denoise + slowness_ * kResolvePerSite * sites_ / threads_ + kFillSearches * neighbours_ +

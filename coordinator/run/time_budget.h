@@ -2,6 +2,7 @@
 // takes is known from what this bake has measured, else from its size and the speed of this machine.
 #pragma once
 
+#include <algorithm>
 #include <limits>
 
 #include "common/base/clock.h"
@@ -18,9 +19,15 @@ class TimeBudget {
   double seconds_after() const;       // of all stages after the passes
   double seconds_left() const;        // of the whole bake; infinite without a limit
 
-  // Of one run of the denoiser over luminance alone, as passes do it.
-  double denoise_seconds() const { return denoise_; }
-  void denoise_took(double seconds);
+  // The most that may be spent on what texels see (part_by_view); infinite without a limit.
+  double views_seconds() const;
+  // How coarse the denoiser has to be to end in time (denoise_joined).
+  uint32_t denoise_levels() const { return levels_; }
+  // Of one run of the denoiser over luminance alone, as passes do it, at these levels.
+  double denoise_seconds(uint32_t levels) const;
+  void denoise_took(double seconds, uint32_t levels);
+  // At the present samples it will run at these levels.
+  void denoise_will_be(uint32_t levels) { last_levels_ = std::max(levels, levels_); }
   // The surface graph was made in so many seconds; joining seams begins with the same search.
   void neighbours_took(double seconds);
 
@@ -41,7 +48,7 @@ class TimeBudget {
   double sites_ = 0, texels_ = 0, threads_ = 1, neighbours_ = 0;
   bool seams_ = true;    // there will be time for them
   double slowness_ = 1;  // of this machine now, against the idle one that the constants were measured on
-  double denoise_ = 0;
+  uint32_t levels_ = 0, last_levels_ = 0;  // of the denoiser: at least, and at the end
 };
 
 }  // namespace kiln

@@ -2,16 +2,40 @@
 
 #include <numeric>
 
+#include "common/base/parallel.h"
+
 namespace kiln {
 
 EdgeTree::EdgeTree(std::span<const BorderEdge> edges) : edges_(edges), order_(edges.size()) {
   std::iota(order_.begin(), order_.end(), 0u);
-  if (!edges.empty()) build(0, static_cast<uint32_t>(edges.size()));
+  if (edges.empty()) return;
+  const auto count = static_cast<uint32_t>(edges.size());
+  nodes_.resize(nodes_of(count));
+  // Where a part's nodes are is known from its count: parts are built side by side.
+  std::vector<Part> parts{{0, 0, count}};
+  for (int level = 0; level < 4; ++level) {
+    std::vector<Part> next;
+    for (const Part& part : parts)
+      if (Part halves[2]; split(part, halves)) next.insert(next.end(), halves, halves + 2);
+    parts = std::move(next);
+  }
+  parallel_for(parts.size(), [&](size_t i) { build(parts[i]); });
 }
 
-void EdgeTree::build(uint32_t first, uint32_t count) {
-  const auto at = static_cast<uint32_t>(nodes_.size());
-  nodes_.emplace_back();
+uint32_t EdgeTree::nodes_of(uint32_t count) {
+  return count <= kLeaf ? 1 : 1 + nodes_of(count / 2) + nodes_of(count - count / 2);
+}
+
+void EdgeTree::build(const Part& part) {
+  Part halves[2];
+  if (!split(part, halves)) return;
+  build(halves[0]);
+  build(halves[1]);
+}
+
+// Writes the part's node. False: it is a leaf.
+bool EdgeTree::split(const Part& part, Part (&halves)[2]) {
+  const auto [at, first, count] = part;
   DVec3 low(std::numeric_limits<double>::infinity()), high = -low, middle_low = low, middle_high = high;
   for (uint32_t i = first; i < first + count; ++i) {
     const BorderEdge& e = edges_[order_[i]];
@@ -22,7 +46,7 @@ void EdgeTree::build(uint32_t first, uint32_t count) {
   }
   if (count <= kLeaf) {
     nodes_[at] = {low, high, first, count};
-    return;
+    return false;
   }
   const DVec3 extent = middle_high - middle_low;
   const int axis = extent.x >= extent.y && extent.x >= extent.z ? 0 : extent.y >= extent.z ? 1 : 2;
@@ -36,26 +60,11 @@ void EdgeTree::build(uint32_t first, uint32_t count) {
   // What is in each half is fixed; in which order is the library's choice.
   if (half <= kLeaf) std::sort(begin, begin + half);
   if (count - half <= kLeaf) std::sort(begin + half, begin + count);
-  build(first, half);
-  const auto right = static_cast<uint32_t>(nodes_.size());
-  build(first + half, count - half);
+  const uint32_t right = at + 1 + nodes_of(half);
   nodes_[at] = {low, high, right, 0};
-}
-
-bool meets_box(const DVec3& p0, const DVec3& p1, const DVec3& low, const DVec3& high, double distance) {
-  double enter = 0, leave = 1;
-  for (int axis = 0; axis < 3; ++axis) {
-    const double d = p1[axis] - p0[axis];
-    const double a = low[axis] - distance - p0[axis], b = high[axis] + distance - p0[axis];
-    if (d == 0) {
-      if (a > 0 || b < 0) return false;
-      continue;
-    }
-    const double t0 = a / d, t1 = b / d;
-    enter = std::max(enter, std::min(t0, t1));
-    leave = std::min(leave, std::max(t0, t1));
-  }
-  return enter <= leave;
+  halves[0] = {at + 1, first, half};
+  halves[1] = {right, first + half, count - half};
+  return true;
 }
 
 }  // namespace kiln

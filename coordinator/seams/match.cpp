@@ -153,10 +153,7 @@ std::vector<SeamPoint> seam_points(std::span<const BorderEdge> edges, std::vecto
   // Less what rounding of unit normals does (a twelfth of a degree).
   const double least_cosine =
       double{sincos_turns(static_cast<float>(settings.angle_degrees / 360)).cos} - 1e-6;
-  std::vector<SeamPoint> points;
-  double carried = 0;  // texels of stretches too short for a point of their own
-  std::erase_if(stretches, [&](const SeamStretch& s) {
-    bool kept = false;
+  const auto points_on = [&](const SeamStretch& s, std::vector<SeamPoint>& points) {
     const BorderEdge* e[2] = {&edges[s.side[0].edge], &edges[s.side[1].edge]};
     double texels = 0;
     for (int k = 0; k < 2; ++k)
@@ -179,8 +176,32 @@ std::vector<SeamPoint> seam_points(std::span<const BorderEdge> edges, std::vecto
       const double at = s.side[0].from + (s.side[0].to - s.side[0].from) * ((i + 0.5) / count);
       const DVec3 place = e[0]->p[0] + (e[0]->p[1] - e[0]->p[0]) * at;
       if (standing.holds(place, normal[0], tolerance_of(*e[0], settings))) continue;
-      kept = true;
       p.texels = texels / count;
+      points.push_back(p);
+    }
+  };
+  constexpr size_t kChunk = 1024;
+  struct Found {
+    std::vector<SeamPoint> points;
+    std::vector<uint32_t> end;  // of each stretch, in `points`
+  };
+  std::vector<Found> found((stretches.size() + kChunk - 1) / kChunk);
+  parallel_for(found.size(), [&](size_t chunk) {
+    for (size_t i = chunk * kChunk; i < std::min(stretches.size(), (chunk + 1) * kChunk); ++i) {
+      points_on(stretches[i], found[chunk].points);
+      found[chunk].end.push_back(static_cast<uint32_t>(found[chunk].points.size()));
+    }
+  });
+  std::vector<SeamPoint> points;
+  double carried = 0;  // texels of stretches too short for a point of their own
+  size_t kept = 0;
+  for (size_t i = 0; i < stretches.size(); ++i) {
+    const Found& chunk = found[i / kChunk];
+    const uint32_t begin = i % kChunk ? chunk.end[i % kChunk - 1] : 0, end = chunk.end[i % kChunk];
+    if (begin == end) continue;
+    stretches[kept++] = stretches[i];
+    for (uint32_t k = begin; k < end; ++k) {
+      SeamPoint p = chunk.points[k];
       if (p.texels < kLeastPoint) {
         carried += p.texels;
         if (carried < kLeastPoint) continue;
@@ -189,8 +210,8 @@ std::vector<SeamPoint> seam_points(std::span<const BorderEdge> edges, std::vecto
       }
       points.push_back(p);
     }
-    return !kept;
-  });
+  }
+  stretches.resize(kept);
   return points;
 }
 

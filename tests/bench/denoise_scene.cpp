@@ -3,6 +3,8 @@
 // NAME=VALUE: settings by their names of the job file (texels_per_metre=8 environment=1,1,1 ...), and
 //   sites=N   so many texels that lie together (30000), `at`=0..1 where in the order of the atlas (0.5)
 //   reference=N  samples a replicate of the reference (256)
+//   views=0|1    links between texels that see other things are parted (1; coordinator/neighbours/views.h)
+//   levels=N     texels are joined so many times two by two (-1: as a bake does; coordinator/denoise/coarse.h)
 // The samples are kept in FOLDER, so that a second run only filters. Prints relMSE raw and denoised, their
 // ratio, SSIM, coverage of 95 % and true / stated error, and writes pictures of the atlas around the texels.
 #include <chrono>
@@ -13,10 +15,11 @@
 #include "common/base/files.h"
 #include "common/base/format.h"
 #include "common/base/parallel.h"
-#include "coordinator/denoise/denoise.h"
+#include "coordinator/denoise/coarse.h"
 #include "coordinator/estimate/texel_errors.h"
 #include "coordinator/imageio/imageio.h"
 #include "coordinator/merge/accumulator.h"
+#include "coordinator/neighbours/views.h"
 #include "coordinator/run/bake_run.h"
 #include "worker/bake/baker.h"
 
@@ -204,6 +207,8 @@ int run(int argc, char** argv) {
   size_t sites = 30000;
   double at = 0.5;
   uint32_t reference_samples = 256;
+  int levels = -1;
+  bool views = true;
   for (int i = 3; i < argc; ++i) {
     const std::string entry = argv[i];
     const size_t equals = entry.find('=');
@@ -214,6 +219,10 @@ int run(int argc, char** argv) {
       at = std::stod(value);
     else if (name == "reference")
       reference_samples = static_cast<uint32_t>(std::stoul(value));
+    else if (name == "views")
+      views = value == "1";
+    else if (name == "levels")
+      levels = std::stoi(value);
     else if (const Status s = set_option(lab.settings, name, value, "command line"); !s)
       fail_with(s.error());
   }
@@ -226,6 +235,12 @@ int run(int argc, char** argv) {
   lab.part.first = static_cast<size_t>(at * static_cast<double>(all - lab.part.count));
   lab.sites = site_geometry(lab.pre.imported.scene, lab.pre.atlas, 0);
   lab.links = surface_links(lab.pre.imported.scene, lab.pre.atlas, lab.sites, 0);
+  if (views) {
+    const auto start = std::chrono::steady_clock::now();
+    const size_t parted = *part_by_view(lab.pre.imported.scene, lab.sites, 0, 1e9, lab.links);
+    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+    std::printf("%zu of %zu links parted by view in %.2f s\n", parted, lab.links.link.size() / 2 + parted, seconds.count());
+  }
   const DirectionBound bounds[3] = {{3, {6, 9, 12}}, {4, {7, 10, 13}}, {5, {8, 11, 14}}};
   const TexelStatistics reference = statistics_of(lab, 4096, reference_samples);
   const std::vector<uint32_t> charts = charts_of_sites(lab.pre.atlas);
@@ -240,7 +255,8 @@ int run(int argc, char** argv) {
     const TexelStatistics s = statistics_of(lab, 0, samples);
     const TexelErrors errors = estimate_errors(s, charts);
     const auto start = std::chrono::steady_clock::now();
-    const Denoised d = denoise(s, bounds, lab.sites, lab.links, 1);
+    const Denoised d = denoise_joined(
+        s, bounds, lab.sites, lab.links, levels < 0 ? denoise_levels(s) : static_cast<uint32_t>(levels), 1);
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
     const Measures m = measure(lab, s, d, errors, reference);
     std::printf(

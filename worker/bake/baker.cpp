@@ -1,6 +1,7 @@
 #include "worker/bake/baker.h"
 
 #include <algorithm>
+#include <atomic>
 #include <mutex>
 #include <optional>
 
@@ -18,7 +19,8 @@ namespace {
 
 class PathBaker final : public Baker {
  public:
-  PathBaker(Atlas atlas, const TransportSettings& settings) : atlas_(std::move(atlas)), settings_(settings) {}
+  PathBaker(Atlas atlas, const TransportSettings& settings)
+      : atlas_(std::move(atlas)), settings_(settings), hopeless_(atlas_.sites.size()) {}
 
   Status build(Scene scene, unsigned threads) {
     recentre(scene);
@@ -86,7 +88,7 @@ class PathBaker final : public Baker {
     texels.reserve(end - begin);
     for (size_t i = begin; i < end; ++i)
       texels.push_back({atlas_.sites.texel[unit.sites[i]], SitePicker(atlas_, unit.sites[i]),
-                        SitePlaces(*surfaces_, *tracer_)});
+                        SitePlaces(*surfaces_, *tracer_, hopeless_[unit.sites[i]])});
     for (Film& film : run.films) film.clear();
     const uint32_t step = kBatch / static_cast<uint32_t>(texels.size());
     for (uint32_t done = 0; done < unit.sample_count; done += step)
@@ -154,6 +156,7 @@ class PathBaker final : public Baker {
 
   Atlas atlas_;
   TransportSettings settings_;
+  mutable std::vector<std::atomic<bool>> hopeless_;  // by site: no place outside (SitePlaces)
   std::vector<std::string> warnings_;
   std::unique_ptr<Surfaces> surfaces_;
   std::unique_ptr<Tracer> tracer_;

@@ -16,17 +16,22 @@ const Pushed& SitePlaces::pushed(SitePicker& picker, uint32_t index, uint64_t& r
 }
 
 std::optional<SitePlaces::Place> SitePlaces::instead_of(SitePicker& picker, uint32_t index, uint64_t& rays) {
-  if (hopeless_ || pushed(picker, index, rays).kind <= Pushed::kOutside) return std::nullopt;
-  for (const Pushed::Kind wanted : {Pushed::kOpen, Pushed::kMoved, Pushed::kOutside})
-    for (uint32_t step = 0; step < picker.count(); ++step) {
-      const uint32_t other = (index + step) % picker.count();
-      const Pushed& to = pushed(picker, other, rays);
-      if (to.kind != wanted) continue;
-      const SitePick site = picker.at(other);
-      Place place{surfaces_.at(site.instance, site.triangle, site.b1, site.b2), wanted == Pushed::kMoved};
-      if (place.moved) place.point.position = to.place;
-      return place;
+  const Pushed::Kind own = pushed(picker, index, rays).kind;
+  if (own <= Pushed::kOutside) return std::nullopt;
+  const auto place = [&](uint32_t point, bool moved) {
+    const SitePick site = picker.at(point);
+    Place out{surfaces_.at(site.instance, site.triangle, site.b1, site.b2), moved};
+    if (moved) out.point.position = pushed(picker, point, rays).place;
+    return out;
+  };
+  const uint32_t asked = std::min(picker.count(), kAsked), first = index * asked / picker.count();
+  for (const Pushed::Kind wanted : {Pushed::kOpen, Pushed::kMoved, Pushed::kOutside}) {
+    if (own == wanted) return place(index, wanted == Pushed::kMoved);
+    for (uint32_t step = 0; step < asked && !hopeless_; ++step) {
+      const uint32_t other = (first + step) % asked * picker.count() / asked;
+      if (pushed(picker, other, rays).kind == wanted) return place(other, wanted == Pushed::kMoved);
     }
+  }
   hopeless_ = true;
   return std::nullopt;
 }

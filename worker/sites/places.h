@@ -1,6 +1,7 @@
 // Of one texel: where samples are taken instead of from sites inside geometry.
 #pragma once
 
+#include <atomic>
 #include <optional>
 #include <vector>
 
@@ -11,17 +12,20 @@ namespace kiln {
 
 class SitePlaces {
  public:
-  // Both outlive this.
-  SitePlaces(const Surfaces& surfaces, const Tracer& tracer) : surfaces_(surfaces), tracer_(tracer) {}
+  // All outlive this. `hopeless`: what an earlier unit has found of this texel, and what this one finds: it is
+  // the same for all.
+  SitePlaces(const Surfaces& surfaces, const Tracer& tracer, std::atomic<bool>& hopeless)
+      : surfaces_(surfaces), tracer_(tracer), hopeless_(hopeless) {}
 
   struct Place {
     SurfacePoint point;
     bool moved;  // beside the texel's surface
   };
-  // Where to take a sample again that met a back face from point `index` of the texel's `picker`: the next
-  // point of the texel that is outside or, where all are inside, a place beside the first that has one.
-  // Nothing if the point is outside itself, or if no point of the texel is of use. A function of scene and
-  // texel; what was found is kept.
+  // Where to take a sample again that met a back face from point `index` of the texel's `picker`: the next of
+  // its points that are asked (at most kAsked, evenly over the texel) which is outside or, where all are
+  // inside, a place beside the first that has one. Nothing if the point is outside itself, or if no point is of
+  // use: each takes dozens of rays, and a texel inside a wall would ask all of them. A function of scene, texel
+  // and point; what was found is kept.
   std::optional<Place> instead_of(SitePicker& picker, uint32_t index, uint64_t& rays);
 
  private:
@@ -30,7 +34,8 @@ class SitePlaces {
   const Surfaces& surfaces_;
   const Tracer& tracer_;
   std::vector<std::optional<Pushed>> found_;  // by point
-  bool hopeless_ = false;                     // every point is buried
+  std::atomic<bool>& hopeless_;               // every point that is asked is buried
+  static constexpr uint32_t kAsked = 8;
 };
 
 }  // namespace kiln
