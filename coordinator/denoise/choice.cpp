@@ -27,7 +27,7 @@ constexpr double kFewAlone = 8;  // samples: of fewer, coincidences of rare brig
 
 // A bias counts as far as it stands out of chance by so many standard errors: in the choice, and in what is
 // stated.
-constexpr double kChoiceErrors = 1.0, kStatedErrors = 0.0;
+constexpr double kChoiceErrors = 1.0, kStatedErrors = 0.25;
 
 // What a level may be expected to be wrong by where nothing is known, relative to the light; but not more
 // than so many standard errors of what is known.

@@ -7,7 +7,7 @@
 
 namespace kiln {
 
-// Takes away links between sites of which most see something else: one is inside a cupboard, under a tread or
+// Takes away links between sites that see something else in most directions: one is inside a cupboard, under a tread or
 // behind a panel, the other is not, with no line of contact between them. A fixed set of directions is asked
 // for the first surface from each site; no random numbers, so that the edge is as sharp as the geometry.
 // Links that go on are as they were. Returns how many were taken away; nothing, and all links stay, where it
