@@ -226,6 +226,11 @@ class Cutter {
     }
   }
 
+  // Barycentrics are exact on the sides of the triangle.
+  static bool is_on_side(int side, const DVec2& b) {
+    return side == 0 ? b.y == 0 : side == 1 ? b.x + b.y == 1 : b.x == 0;
+  }
+
   // Points that lie on a side of a polygon between its ends become points of it.
   void insert_points(Polygon& p, const std::vector<Point>& candidates) const {
     const double eps = 2 * least();
@@ -249,6 +254,9 @@ class Cutter {
       std::vector<std::pair<double, const Point*>> between;
       for (const Point* c : near) {
         if (c->id == a.id || c->id == b.id) continue;
+        // The triangle's own sides stay straight, as the next triangle has them: what is merely near one is
+        // not on it.
+        if (p.side[k] >= 0 && !is_on_side(p.side[k], c->bary)) continue;
         const DVec2 q = c->at - a.at;
         const double t = dot(q, d) / size;
         if (t > 0 && t < size && std::abs(d.x * q.y - d.y * q.x) <= eps * size) between.push_back({t, c});

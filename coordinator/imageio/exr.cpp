@@ -31,12 +31,13 @@ void use_all_threads() {
 }  // namespace
 
 Status write_exr(const std::filesystem::path& path, uint32_t width, uint32_t height,
-                 std::span<const ExrChannel> channels, ExrType type) {
+                 std::span<const ExrChannel> channels, ExrType type, ExrCompression compression) {
   return write_atomic(path, [&](const std::filesystem::path& temporary) -> Status {
     try {
       use_all_threads();
       Imf::Header header(static_cast<int>(width), static_cast<int>(height));
-      header.compression() = Imf::ZIP_COMPRESSION;
+      header.compression() =
+          compression == ExrCompression::kZip ? Imf::ZIP_COMPRESSION : Imf::NO_COMPRESSION;
       header.zipCompressionLevel() = 1;  // noise: level 4 takes twice as long for 3 % fewer bytes
       Imf::FrameBuffer frame;
       std::vector<std::vector<half>> halves(type == ExrType::kHalf ? channels.size() : 0);

@@ -1,4 +1,4 @@
-// OpenEXR files: single part, scan lines, ZIP; masters are 32-bit float.
+// OpenEXR files: single part, scan lines, ZIP or plain; masters are 32-bit float.
 #pragma once
 
 #include <filesystem>
@@ -17,10 +17,12 @@ struct ExrChannel {
 };
 
 enum class ExrType { kFloat, kHalf };  // a value beyond 65504 becomes infinite in a half
+enum class ExrCompression { kZip, kNone };
 
 // Writes by rename.
 Status write_exr(const std::filesystem::path& path, uint32_t width, uint32_t height,
-                 std::span<const ExrChannel> channels, ExrType type = ExrType::kFloat);
+                 std::span<const ExrChannel> channels, ExrType type = ExrType::kFloat,
+                 ExrCompression compression = ExrCompression::kZip);
 
 // Reads all channels of a scan-line file as float planes. At most max_texels.
 Expected<Planes> read_exr(const std::filesystem::path& path, uint64_t max_texels = uint64_t{1} << 28);

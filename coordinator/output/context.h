@@ -26,6 +26,7 @@ struct OutputContext {
   const Projection* projection = nullptr;                   // of `display`
   const TextureList* textures = nullptr;                    // published beside; null: none
   const std::vector<std::string>* texture_files = nullptr;  // their files, and others of the same stage
+  bool compress = true;                                     // masters: smaller, and longer to write
 };
 
 // "irradiance.exr", or "irradiance.2.exr" for page 2 of several.

@@ -156,6 +156,12 @@ Status publish(const BakeRequest& request, const Preflight& pre, const Lightmap&
     const StageTimer timer(report.stages, "textures");
     BakeSettings settings = request.settings;
     settings.seams = seams;
+    if (budget.is_quick()) {
+      settings.encode_effort = "fast";
+      report.notes.push_back({ImportNote::Kind::kIgnored,
+                              "textures are encoded by --encode-effort fast and masters are written without "
+                              "compression: the time limit left no more time"});
+    }
     KILN_TRY(textures, make_textures({pre.imported.scene, pre.atlas, map, settings, request.output}));
     report.textures = textures.figures;
     report.unmet = beyond_bound(textures, request.settings);
@@ -164,7 +170,8 @@ Status publish(const BakeRequest& request, const Preflight& pre, const Lightmap&
     const StageTimer timer(report.stages, "encode");
     KILN_TRY(report.outputs, write_outputs({request.settings, pre.imported.scene, pre.atlas,
                                             pre.imported.document, map, request.output, &pre.imported.display,
-                                            &pre.projection, &textures.list, &textures.files}));
+                                            &pre.projection, &textures.list, &textures.files,
+                                            !budget.is_quick()}));
   }
   if (request.pictures) {
     const StageTimer timer(report.stages, "preview");

@@ -8,17 +8,18 @@ namespace kiln {
 namespace {
 
 // Seconds of one thread, from cpu_seconds of stages in report.json (tests/bench/real_scenes.py).
-constexpr double kDenoisePerSite[] = {10e-6, 4e-6, 2e-6, 1.5e-6};  // over luminance, by levels
+constexpr double kDenoisePerSite[] = {10e-6, 4e-6, 1.2e-6, 1e-6};  // over luminance, by levels
 constexpr double kPlanesShare = 2.5;                               // over all planes, by that
 constexpr double kViewsShare = 0.05;    // of the limit
 constexpr double kDenoiseShare = 0.15;  // of the limit, at most: with less time it is coarser
-constexpr double kResolvePerSite = 1.5e-6;   // means, errors, fill and dilate
+constexpr double kResolvePerSite = 1e-6;     // means, errors, fill and dilate
 constexpr double kSeamsPerSite = 4e-6;
 constexpr double kFillSearches = 0.5;       // charts without a value take their seams'
 constexpr double kSeamsSearches = 3.2;      // by the seconds of one search for neighbours across seams
 constexpr double kTexturesSearches = 2;     // seams of textures are matched after encoding
-constexpr double kMastersPerTexel = 3e-6;
-constexpr double kTexturesPerTexel = 4.5e-6;  // of one encoding
+constexpr double kMastersPerTexel = 3e-6, kQuickMastersPerTexel = 1e-6;
+constexpr double kTexturesPerTexel = 4.5e-6, kQuickTexturesPerTexel = 3e-6;  // of one encoding
+constexpr double kFilesShare = 0.25;  // of the limit, at most: with less time files are written the quick way
 constexpr double kPictures = 1.2;           // the search for a camera, all but pixels
 constexpr double kPicturesPerPixel = 4.5e-6;
 constexpr double kPage = 0.3;          // report.html, scene.glb
@@ -53,6 +54,8 @@ TimeBudget::TimeBudget(const BakeRequest& request, const Preflight& pre, const S
   if (request.settings.time_limit > 0)
     while (levels_ < kCoarsest && kPlanesShare * denoise_seconds(levels_) > most) ++levels_;
   last_levels_ = levels_;
+  quick_ = request.settings.time_limit > 0 &&
+           textures_seconds(false) + masters_seconds() > kFilesShare * request.settings.time_limit;
 }
 
 double TimeBudget::views_seconds() const {
@@ -83,12 +86,13 @@ double TimeBudget::seams_seconds() const {
 double TimeBudget::textures_seconds(bool seams) const {
   double seconds = seams && request_.settings.seams ? kTexturesSearches * neighbours_ : 0;
   for (const std::string& encoding : request_.settings.encodings)
-    if (encoding != "none") seconds += slowness_ * kTexturesPerTexel * texels_ / threads_;
+    if (encoding != "none")
+      seconds += slowness_ * (quick_ ? kQuickTexturesPerTexel : kTexturesPerTexel) * texels_ / threads_;
   return seconds;
 }
 
 double TimeBudget::masters_seconds() const {
-  return slowness_ * (kMastersPerTexel * texels_ / threads_ + kPage);
+  return slowness_ * ((quick_ ? kQuickMastersPerTexel : kMastersPerTexel) * texels_ / threads_ + kPage);
 }
 
 double TimeBudget::pictures_seconds(double scale) const {

@@ -21,6 +21,8 @@ class TimeBudget {
 
   // The most that may be spent on what texels see (part_by_view); infinite without a limit.
   double views_seconds() const;
+  // Are files written the quick way: textures by effort fast, masters without compression?
+  bool is_quick() const { return quick_; }
   // How coarse the denoiser has to be to end in time (denoise_joined).
   uint32_t denoise_levels() const { return levels_; }
   // Of one run of the denoiser over luminance alone, as passes do it, at these levels.
@@ -46,6 +48,7 @@ class TimeBudget {
   const BakeRequest& request_;
   const Stopwatch& watch_;
   double sites_ = 0, texels_ = 0, threads_ = 1, neighbours_ = 0;
+  bool quick_ = false;
   bool seams_ = true;    // there will be time for them
   double slowness_ = 1;  // of this machine now, against the idle one that the constants were measured on
   uint32_t levels_ = 0, last_levels_ = 0;  // of the denoiser: at least, and at the end

@@ -104,7 +104,8 @@ class Maker {
     for (uint32_t page = 0; page < level.pages; ++page) {
       const std::string name = level.pages == 1 ? stem + ".exr" : text("{}.{}.exr", stem, page);
       const ExrChannel channel{"Y", picture.data() + page * level.page_texels()};
-      KILN_TRY_STATUS(write_exr(r_.folder / name, level.planes.width, level.page_height, {&channel, 1}));
+      KILN_TRY_STATUS(write_exr(r_.folder / name, level.planes.width, level.page_height, {&channel, 1},
+                                ExrType::kHalf));
       result.files.push_back(name);
     }
     return {};

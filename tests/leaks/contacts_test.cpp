@@ -113,6 +113,18 @@ TEST(Contacts, TheSameForAnyThreadsAndFarFromTheOrigin) {
   EXPECT_EQ(f.charts(), here);
 }
 
+// A wall that ends a hair before the floor's border: the border stays straight, or a crack as wide as the hair
+// opens to what lies beside it, and shows as a dark line.
+TEST(Contacts, BordersStayStraight) {
+  for (const float hair : {1e-5f, 2e-5f, 4e-5f}) {
+    Floor f;
+    f.maker.box({4, -1, 2}, {4.1f, 1, 8 - hair}, false, f.white);
+    const Atlas atlas = f.build();
+    ASSERT_FALSE(atlas.of_instance(0).parts.empty());
+    EXPECT_NEAR(area_of(atlas.of_instance(0)), 64, 1e-9) << hair;
+  }
+}
+
 TEST(Contacts, AForestOfWallsIsRefusedWithItsName) {
   Floor f;
   for (int i = 0; i < 24; ++i) {
