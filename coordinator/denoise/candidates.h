@@ -2,7 +2,7 @@
 #pragma once
 
 #include "coordinator/denoise/kernel.h"
-#include "coordinator/denoise/pieces.h"
+#include "coordinator/neighbours/pieces.h"
 #include "coordinator/denoise/spikes.h"
 #include "coordinator/lightmap/texel_statistics.h"
 

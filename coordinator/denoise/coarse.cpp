@@ -9,7 +9,7 @@
 
 #include "common/math/frame.h"
 #include "coordinator/denoise/bounds.h"
-#include "coordinator/denoise/pieces.h"
+#include "coordinator/neighbours/pieces.h"
 #include "coordinator/neighbours/surface_window.h"
 
 namespace kiln {

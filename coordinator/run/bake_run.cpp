@@ -230,13 +230,15 @@ Expected<BakeReport> run_bake(const BakeRequest& request, const Progress& progre
     surface->sites = site_geometry(pre.imported.scene, pre.atlas, 0);
     surface->links = surface_links(pre.imported.scene, pre.atlas, surface->sites, 0);
     budget.neighbours_took(neighbours.seconds());
-    if (const auto parted =
-            part_by_view(pre.imported.scene, surface->sites, 0, budget.views_seconds(), surface->links))
-      report.post.push_back({"neighbours that see other things", static_cast<double>(*parted), "texels"});
-    else
+    if (const auto seen =
+            link_by_view(pre.imported.scene, surface->sites, 0, budget.views_seconds(), surface->links)) {
+      report.post.push_back({"neighbours that see other things", static_cast<double>(seen->parted), "pairs"});
+      report.post.push_back({"small pieces that see the same", static_cast<double>(seen->added), "pairs"});
+    } else {
       report.notes.push_back({ImportNote::Kind::kIgnored,
                               "texels are denoised without asking what each sees: the time limit left no "
                               "time for it; some light may be smeared under furniture"});
+    }
   }
   {
     const StageTimer timer(report.stages, "bake");

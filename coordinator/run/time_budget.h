@@ -19,7 +19,7 @@ class TimeBudget {
   double seconds_after() const;       // of all stages after the passes
   double seconds_left() const;        // of the whole bake; infinite without a limit
 
-  // The most that may be spent on what texels see (part_by_view); infinite without a limit.
+  // The most that may be spent on what texels see (link_by_view); infinite without a limit.
   double views_seconds() const;
   // Are files written the quick way: textures by effort fast, masters without compression?
   bool is_quick() const { return quick_; }

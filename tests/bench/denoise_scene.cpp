@@ -4,6 +4,7 @@
 //   sites=N   so many texels that lie together (30000), `at`=0..1 where in the order of the atlas (0.5)
 //   reference=N  samples a replicate of the reference (256)
 //   views=0|1    links between texels that see other things are parted (1; coordinator/neighbours/views.h)
+//   worst=N      names so many texels with the largest relative errors (0)
 //   levels=N     texels are joined so many times two by two (-1: as a bake does; coordinator/denoise/coarse.h)
 // The samples are kept in FOLDER, so that a second run only filters. Prints relMSE raw and denoised, their
 // ratio, SSIM, coverage of 95 % and true / stated error, and writes pictures of the atlas around the texels.
@@ -19,6 +20,7 @@
 #include "coordinator/estimate/texel_errors.h"
 #include "coordinator/imageio/imageio.h"
 #include "coordinator/merge/accumulator.h"
+#include "coordinator/neighbours/pieces.h"
 #include "coordinator/neighbours/views.h"
 #include "coordinator/run/bake_run.h"
 #include "worker/bake/baker.h"
@@ -154,6 +156,36 @@ Measures measure(const Lab& lab, const TexelStatistics& s, const Denoised& d, co
   return m;
 }
 
+// The texels that decide the squared error, with what is around them.
+void print_worst(const Lab& lab, const TexelStatistics& s, const Denoised& d, const TexelStatistics& reference,
+                 size_t count) {
+  const std::vector<uint8_t> all(s.sites, 1);
+  const std::vector<uint32_t> piece = surface_pieces(all, lab.links);
+  std::vector<uint32_t> size(s.sites);
+  for (const uint32_t p : piece) ++size[p];
+  double mean = 0, total = 0;
+  for (size_t i = lab.part.first; i < lab.part.first + lab.part.count; ++i)
+    mean += mean_of(reference, i) / static_cast<double>(lab.part.count);
+  std::vector<std::pair<double, size_t>> order;
+  for (size_t i = lab.part.first; i < lab.part.first + lab.part.count; ++i) {
+    if (!reference.known[i]) continue;
+    const double t = mean_of(reference, i), e = d.luminance[i] - t;
+    order.push_back({e * e / (t * t + 1e-4 * mean * mean), i});
+    total += order.back().first;
+  }
+  std::sort(order.rbegin(), order.rend());
+  for (size_t k = 0; k < std::min(count, order.size()); ++k) {
+    const size_t i = order[k].second;
+    std::printf("  %4.1f %%  site %zu piece %u  true %.2g  raw %.2g %.2g  filtered %.2g +- %.2g  around (true)",
+                100 * order[k].first / total, i, size[piece[i]], mean_of(reference, i) / mean,
+                s.luminance[0][i] / mean, s.luminance[1][i] / mean, d.luminance[i] / mean,
+                d.standard_error[i] / mean);
+    for (const uint32_t j : lab.links.of(static_cast<uint32_t>(i)))
+      std::printf(" %.2g", mean_of(reference, j) / mean);
+    std::printf("\n");
+  }
+}
+
 // The window of the atlas, 768 texels wide, that holds the most of the part.
 struct Window {
   size_t x = 0, y = 0, width = 0, height = 0;
@@ -208,6 +240,7 @@ int run(int argc, char** argv) {
   double at = 0.5;
   uint32_t reference_samples = 256;
   int levels = -1;
+  size_t worst = 0;
   bool views = true;
   for (int i = 3; i < argc; ++i) {
     const std::string entry = argv[i];
@@ -221,6 +254,8 @@ int run(int argc, char** argv) {
       reference_samples = static_cast<uint32_t>(std::stoul(value));
     else if (name == "views")
       views = value == "1";
+    else if (name == "worst")
+      worst = std::stoul(value);
     else if (name == "levels")
       levels = std::stoi(value);
     else if (const Status s = set_option(lab.settings, name, value, "command line"); !s)
@@ -237,9 +272,11 @@ int run(int argc, char** argv) {
   lab.links = surface_links(lab.pre.imported.scene, lab.pre.atlas, lab.sites, 0);
   if (views) {
     const auto start = std::chrono::steady_clock::now();
-    const size_t parted = *part_by_view(lab.pre.imported.scene, lab.sites, 0, 1e9, lab.links);
+    const size_t all = lab.links.link.size() / 2;
+    const ViewLinks seen = *link_by_view(lab.pre.imported.scene, lab.sites, 0, 1e9, lab.links);
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
-    std::printf("%zu of %zu links parted by view in %.2f s\n", parted, lab.links.link.size() / 2 + parted, seconds.count());
+    std::printf("%zu of %zu links parted by view, %zu added in %.2f s\n", seen.parted, all, seen.added,
+                seconds.count());
   }
   const DirectionBound bounds[3] = {{3, {6, 9, 12}}, {4, {7, 10, 13}}, {5, {8, 11, 14}}};
   const TexelStatistics reference = statistics_of(lab, 4096, reference_samples);
@@ -265,6 +302,7 @@ int run(int argc, char** argv) {
         2 * samples, m.raw, m.denoised, m.denoised / m.raw, 100 * m.raw_covered, 100 * m.covered, m.raw_ratio,
         m.ratio, 100 * m.stated_median, 100 * m.stated_p95, 100 * m.sum / m.light,
         1e6 * seconds.count() / static_cast<double>(lab.part.count));
+    if (worst > 0) print_worst(lab, s, d, reference, worst);
     write_window(lab, window, text("raw_{}.png", 2 * samples), unit, [&](size_t i) { return mean_of(s, i); });
     write_window(lab, window, text("denoised_{}.png", 2 * samples), unit,
                  [&](size_t i) { return double{d.luminance[i]}; });

@@ -128,7 +128,7 @@ TEST(Views, PartWhatIsInsideThingsFromWhatIsBeside) {
   maker.box({1.06f, 0.04f, 1.06f}, {2.94f, 1, 2.94f}, false, grey);
   MadeSurface floor(maker.take(), 8);
   const SurfaceLinks before = floor.links;
-  ASSERT_TRUE(part_by_view(floor.scene, floor.sites, 2, 1e9, floor.links));
+  ASSERT_TRUE(link_by_view(floor.scene, floor.sites, 2, 1e9, floor.links));
   const auto inside = [&](size_t i) {  // metres from the crate's outline; of other surfaces than the floor: 0
     const Vec3& p = floor.sites.position[i];
     return p.y > 0.01f ? 0.0f : std::min({p.x - 1.06f, 2.94f - p.x, p.z - 1.06f, 2.94f - p.z});
@@ -154,10 +154,10 @@ TEST(Views, PartWhatIsInsideThingsFromWhatIsBeside) {
 TEST(Views, AreTheSameForAnyNumberOfThreadsAndKeepAllLinksOutOfTime) {
   MadeSurface one(wall_of_eight().scene, 8), three = one;
   const std::vector<uint32_t> links = one.links.link;
-  EXPECT_FALSE(part_by_view(one.scene, one.sites, 1, 0, one.links));
+  EXPECT_FALSE(link_by_view(one.scene, one.sites, 1, 0, one.links));
   EXPECT_EQ(one.links.link, links);
-  part_by_view(one.scene, one.sites, 1, 1e9, one.links);
-  part_by_view(three.scene, three.sites, 3, 1e9, three.links);
+  link_by_view(one.scene, one.sites, 1, 1e9, one.links);
+  link_by_view(three.scene, three.sites, 3, 1e9, three.links);
   EXPECT_EQ(one.links.link, three.links.link);
   EXPECT_EQ(one.links.first, three.links.first);
 }

@@ -1,6 +1,6 @@
 #include "coordinator/denoise/spikes.h"
 
-#include "coordinator/denoise/pieces.h"
+#include "coordinator/neighbours/pieces.h"
 
 namespace kiln {
 namespace {

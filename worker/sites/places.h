@@ -35,7 +35,7 @@ class SitePlaces {
   const Tracer& tracer_;
   std::vector<std::optional<Pushed>> found_;  // by point
   std::atomic<bool>& hopeless_;               // every point that is asked is buried
-  static constexpr uint32_t kAsked = 8;
+  static constexpr uint32_t kAsked = 16;
 };
 
 }  // namespace kiln
