@@ -84,12 +84,12 @@ TEST(SeamSolve, NoiseAgreesAfterwardsInEveryPlaneAndFarTexelsStay) {
 TEST(SeamSolve, JoiningNoiseKeepsTheLight) {
   Wall w;
   Lightmap map = field_map(w.scene, w.atlas, [](const DVec3& p, const Vec3&) {
-    return 1 - 0.3 * std::log(0.5 - 0.499 * noise(p));  // exponential, above what is sure
+    return 1 - 0.1 * std::log(0.5 - 0.499 * noise(p));  // exponential, above what is sure
   });
   for (size_t t = 0; t < map.validity.size(); ++t)
-    map.planes.plane("error")[t] = 0.3f * map.planes.data[0][t] * map.planes.data[0][t];
+    map.planes.plane("error")[t] = 0.1f * map.planes.data[0][t];
   const SeamReport r = join_seams(map, w.scene, w.atlas, {});
-  EXPECT_GT(r.change_in_errors, 0.05);
+  EXPECT_GT(r.change_in_errors, 0.01);
   // Corrections add up to nothing; floats and values held at zero are left.
   EXPECT_LT(std::abs(r.bias), 1e-4);
 }
