@@ -7,7 +7,8 @@
 namespace kiln {
 namespace {
 
-// The light of a point is its texels' mean of this power, inverse: 0.5 for a texel in eight that is black, of 16.
+// The light of a point is its texels' mean of this power, inverse: 0.5 for a texel in eight that is black,
+// of 16.
 constexpr double kDarkCounts = 4;
 // What noise alone makes of Surroundings::change, at most, in its variance.
 constexpr double kNoiseOfChange = 6;
@@ -55,8 +56,8 @@ struct Difference {
   double agreed = 0;                           // what all points that read the same texels have of the step
 };
 
-// Root of the variance of a step of texels with independent noise of one size. Where a chart meets itself within a
-// texel both sides read much the same, and noise there makes no step.
+// Root of the variance of a step of texels with independent noise of one size. Where a chart meets itself
+// within a texel both sides read much the same, and noise there makes no step.
 double noise_of_step(const SeamEquation& e) {
   double square = 0;
   const auto common = [&](int s, uint32_t k) {  // what the other side reads of the same texel
@@ -99,7 +100,8 @@ class Doubts {
         s.light += double{lookup.weight[k]} * one.light;
         s.slope += double{lookup.weight[k]} * one.slope;
         s.change += double{lookup.weight[k]} * one.change;
-        for (size_t g = 0; g < stated_.size(); ++g) s.variance[g] += double{lookup.weight[k]} * one.variance[g];
+        for (size_t g = 0; g < stated_.size(); ++g)
+          s.variance[g] += double{lookup.weight[k]} * one.variance[g];
       }
       return s;
     };
@@ -168,7 +170,8 @@ class Doubts {
     return d;
   }
 
-  // The least step, if it has one sign, of all points that read a texel; of the texels that a point reads the least.
+  // The least step, if it has one sign, of all points that read a texel; of the texels that a point reads the
+  // least.
   static void agree(std::span<const SeamEquation> equations, const std::vector<uint32_t>& texels,
                     std::vector<Difference>& differences) {
     constexpr float kLeastPart = 1.0f / 16;  // who reads less of a texel says nothing of it
@@ -226,8 +229,8 @@ class Doubts {
     }
   }
 
-  // The part of the stated variance that the two sides do not share, by the lower quartile of all steps: half of
-  // them tell nothing where light has many steps of its own.
+  // The part of the stated variance that the two sides do not share, by the lower quartile of all steps: half
+  // of them tell nothing where light has many steps of its own.
   double noise_kept(std::span<const Difference> differences, size_t g) const {
     constexpr double kQuartile = 0.1015;  // of the square of a normal number
     std::vector<double> squares;
@@ -243,17 +246,19 @@ class Doubts {
   SeamDoubt doubt(const Difference& d, const std::array<double, 3>& kept) const {
     SeamDoubt out;
     for (size_t g = 0; g < stated_.size(); ++g) {
-      const double light = d.light * d.light, cut_off = std::min({2 * d.agreed, 2 * d.slope, settings_.cut_off * d.light});
-      const double noise = std::pow(std::sqrt(light * (kept[g] * d.variance[g] + settings_.model * settings_.model)) +
-                                        cut_off / settings_.close,
-                                    2);
+      const double light = d.light * d.light,
+                   cut_off = std::min({2 * d.agreed, 2 * d.slope, settings_.cut_off * d.light});
+      const double noise =
+          std::pow(std::sqrt(light * (kept[g] * d.variance[g] + settings_.model * settings_.model)) +
+                       cut_off / settings_.close,
+                   2);
       if (g == 0) out.noise = noise;
       out.excess = std::max(out.excess, std::sqrt(d.square[g] / noise));
     }
-    const double light = settings_.change * settings_.change * (d.change - kNoiseOfChange * std::max(out.noise, d.variance[0] * d.light * d.light));
+    const double light = settings_.change * settings_.change *
+                         (d.change - kNoiseOfChange * std::max(out.noise, d.variance[0] * d.light * d.light));
     out.even = light > out.noise ? out.noise / light : 1;
-    out.closed = out.even *
-                 (out.excess > settings_.close ? settings_.close / out.excess : 1);
+    out.closed = out.even * (out.excess > settings_.close ? settings_.close / out.excess : 1);
     out.weight = std::clamp((settings_.part - out.excess) / (settings_.part - settings_.close), 0.0, 1.0);
     return out;
   }

@@ -5,8 +5,8 @@
 
 namespace kiln {
 
-// All of it treats both sides of a point alike, so that joining noise keeps the light: no threshold knows which
-// side is the brighter.
+// All of it treats both sides of a point alike, so that joining noise keeps the light: no threshold knows
+// which side is the brighter.
 struct DoubtSettings {
   double model = 0.01;  // of the light: what two sides differ by beyond noise
   // Of the light: steps of which so much is the same at all points that read a texel are closed, whatever the

@@ -54,9 +54,8 @@ uint64_t apply(const std::vector<float>& before, const std::vector<uint32_t>& te
   return held;
 }
 
-void solve_planes(Lightmap& map, std::span<const SeamEquation> equations,
-                  std::span<const SeamDoubt> doubts, const SeamUnknowns& unknowns, const SeamBackup& before,
-                  SeamReport& report) {
+void solve_planes(Lightmap& map, std::span<const SeamEquation> equations, std::span<const SeamDoubt> doubts,
+                  const SeamUnknowns& unknowns, const SeamBackup& before, SeamReport& report) {
   const size_t planes = before.planes.size();
   std::vector<std::vector<double>> targets(planes);
   for (size_t k = 0; k < planes; ++k) {

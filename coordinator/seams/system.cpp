@@ -75,7 +75,8 @@ std::vector<double> noise_of_texels(std::span<const SeamDoubt> doubts, const Sea
   for (size_t r = 0; r < doubts.size(); ++r) {
     const LeastSquares::Row& row = u.problem.rows[r];
     for (uint32_t k = 0; k < row.count; ++k) {
-      inverse[row.unknown[k]] += std::abs(double{row.factor[k]}) / (doubts[r].noise * doubts[r].even * doubts[r].even);
+      inverse[row.unknown[k]] +=
+          std::abs(double{row.factor[k]}) / (doubts[r].noise * doubts[r].even * doubts[r].even);
       weight[row.unknown[k]] += std::abs(double{row.factor[k]});
     }
   }
@@ -108,8 +109,8 @@ SeamUnknowns seam_unknowns(const Atlas& atlas, const Lightmap& map, std::span<co
   return u;
 }
 
-void leave_out(const Lightmap& map, std::span<const SeamEquation> equations, std::span<const SeamDoubt> doubts,
-               const SeamWeights& weights, SeamUnknowns& unknowns) {
+void leave_out(const Lightmap& map, std::span<const SeamEquation> equations,
+               std::span<const SeamDoubt> doubts, const SeamWeights& weights, SeamUnknowns& unknowns) {
   std::vector<std::vector<double>> target(1, std::vector<double>(equations.size(), 0.0));
   for (size_t r = 0; r < equations.size(); ++r) {
     DVec3 step;
