@@ -23,7 +23,8 @@ Figures join_seams(Lightmap& map, const PostContext& context) {
            {"mean change of E by seams", r.change_in_errors, "stated errors"},
            {"root mean square change of E by seams", r.rms_change_in_errors, "stated errors"},
            {"change of the sum of E by seams", 100 * r.bias, "%"},
-           {"texels that seams moved as far as both sides allow", static_cast<double>(r.at_limit), "texels"},
+           {"99th percentile of steps after where both sides agreed but for noise", 100 * r.agreed.p99, "%"},
+           {"length of seams where they did not", 100 * r.apart, "%"},
            {"values held at zero", static_cast<double>(r.held_at_zero), ""},
            {"directions held at the length of their light", static_cast<double>(r.shortened), ""},
            {"residual of the seam solve", r.residual, ""}})

@@ -1,6 +1,5 @@
 #include "coordinator/seams/join.h"
 
-#include "coordinator/seams/limits.h"
 #include "coordinator/seams/stated.h"
 
 namespace kiln {
@@ -55,39 +54,19 @@ uint64_t apply(const std::vector<float>& before, const std::vector<uint32_t>& te
   return held;
 }
 
-// Texels with a channel of E at a limit that is none of its own making (0).
-uint64_t count_at_limit(const Solution& solution, const SolveLimits& limits) {
-  uint64_t count = 0;
-  for (size_t i = 0; i < solution.corrections[0].size(); ++i) {
-    bool at = false;
-    for (size_t p = 0; p < 3; ++p) {
-      const double c = solution.corrections[p][i];
-      at |= c != 0 && (c <= limits.low[p][i] || c >= limits.high[p][i]);
-    }
-    count += at;
-  }
-  return count;
-}
-
-void solve_planes(Lightmap& map, const Atlas& atlas, std::span<const SeamEquation> equations,
-                  const SeamUnknowns& unknowns, const SeamBackup& before, const SeamWeights& weights,
-                  SeamReport& report) {
+void solve_planes(Lightmap& map, std::span<const SeamEquation> equations, std::span<const SeamDoubt> doubts,
+                  const SeamUnknowns& unknowns, const SeamBackup& before, SeamReport& report) {
   const size_t planes = before.planes.size();
   std::vector<std::vector<double>> targets(planes);
-  SolveLimits limits;
-  limits.rounds = weights.rounds;
   for (size_t k = 0; k < planes; ++k) {
     const std::vector<float>& plane = map.planes.data[before.planes[k]];
-    for (const SeamEquation& e : equations) targets[k].push_back(seam_step(e, plane));
-    MoveLimits moves = move_limits(atlas, map, before.planes[k], unknowns, weights);
-    limits.low.push_back(std::move(moves.low));
-    limits.high.push_back(std::move(moves.high));
+    for (size_t r = 0; r < equations.size(); ++r)
+      targets[k].push_back(doubts[r].closed * seam_step(equations[r], plane));
   }
-  const Solution solution = solve(unknowns.problem, targets, limits);
+  const Solution solution = solve(unknowns.problem, targets);
   for (size_t k = 0; k < planes; ++k)
     report.held_at_zero +=
         apply(before.values[k], unknowns.texels, solution.corrections[k], map.planes.data[before.planes[k]]);
-  report.at_limit = count_at_limit(solution, limits);
   report.residual = solution.residual;
 }
 
@@ -107,6 +86,21 @@ uint64_t shorten_directions(Lightmap& map, std::span<const uint32_t> texels) {
       ++shortened;
     }
   return shortened;
+}
+
+void measure_agreed(const Lightmap& map, std::span<const SeamEquation> equations,
+                    std::span<const SeamDoubt> doubts, const SeamWeights& weights, SeamReport& report) {
+  std::vector<SeamEquation> agreed;
+  double length = 0;
+  for (size_t r = 0; r < equations.size(); ++r) {
+    length += double{equations[r].texels};
+    if (doubts[r].excess <= weights.doubt.close)
+      agreed.push_back(equations[r]);
+    else
+      report.apart += double{equations[r].texels};
+  }
+  report.apart /= length;
+  report.agreed = measure_steps(map, agreed);
 }
 
 struct Seams {
@@ -139,14 +133,17 @@ SeamReport join_seams(Lightmap& map, const Scene& scene, const Atlas& atlas, con
   report.equations = seams.equations.size();
   if (seams.equations.empty()) return report;
 
-  const SeamUnknowns unknowns = seam_unknowns(atlas, map, seams.equations, weights);
+  const std::vector<SeamDoubt> doubts = seam_doubts(atlas, map, seams.equations, weights.doubt);
+  SeamUnknowns unknowns = seam_unknowns(atlas, map, seams.equations, doubts, weights);
   report.texels = unknowns.texels.size();
   const ChangeMeter change(map, unknowns.texels);
   const SeamBackup before = back_up(map, unknowns.texels);
   report.before = measure_steps(map, seams.equations);
-  solve_planes(map, atlas, seams.equations, unknowns, before, weights, report);
+  leave_out(map, seams.equations, doubts, weights, unknowns);
+  solve_planes(map, seams.equations, doubts, unknowns, before, report);
   report.shortened = shorten_directions(map, unknowns.texels);
   report.after = measure_steps(map, seams.equations);
+  measure_agreed(map, seams.equations, doubts, weights, report);
   change.finish(report);
   state_moves(map, unknowns.texels, before);
   return report;

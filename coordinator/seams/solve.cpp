@@ -40,12 +40,13 @@ std::vector<Part> parts_of(const LeastSquares& p) {
   return parts;
 }
 
+// Its lower triangle.
 Matrix normal_matrix(const LeastSquares& p, const Part& part, const std::vector<uint32_t>& place) {
   using Entry = Eigen::Triplet<double>;
   std::vector<Entry> entries;
-  entries.reserve(part.unknowns.size() + 4 * part.links.size() + 16 * part.rows.size());
+  entries.reserve(part.unknowns.size() + 3 * part.links.size() + 36 * part.rows.size());
   const auto add = [&](uint32_t i, uint32_t j, double v) {
-    entries.emplace_back(static_cast<int>(place[i]), static_cast<int>(place[j]), v);
+    if (place[i] >= place[j]) entries.emplace_back(static_cast<int>(place[i]), static_cast<int>(place[j]), v);
   };
   for (const uint32_t i : part.unknowns) add(i, i, p.diagonal[i]);
   for (const uint32_t l : part.links) {
@@ -55,7 +56,7 @@ Matrix normal_matrix(const LeastSquares& p, const Part& part, const std::vector<
   }
   for (const uint32_t r : part.rows) {
     const LeastSquares::Row& row = p.rows[r];
-    for (uint32_t i = 0; i < row.count; ++i)
+    for (uint32_t i = 0; row.weight > 0 && i < row.count; ++i)
       for (uint32_t j = 0; j < row.count; ++j)
         add(row.unknown[i], row.unknown[j], row.weight * double{row.factor[i]} * double{row.factor[j]});
   }
@@ -98,14 +99,14 @@ class Inverse {
     return gradients_.solveWithGuess(b, guess);
   }
   double residual(const Eigen::VectorXd& c, const Eigen::VectorXd& b) const {
-    return (a_ * c - b).norm() / b.norm();
+    return (a_.selfadjointView<Eigen::Lower>() * c - b).norm() / b.norm();
   }
 
  private:
   Matrix a_;
   bool factored_ = false;
   Eigen::SimplicialLDLT<Matrix> factor_;
-  Eigen::ConjugateGradient<Matrix, Eigen::Lower | Eigen::Upper> gradients_;
+  Eigen::ConjugateGradient<Matrix, Eigen::Lower> gradients_;
 };
 
 // A part with its matrices and what they solved.

@@ -1,7 +1,5 @@
 #include "coordinator/seams/system.h"
 
-#include "coordinator/seams/steps.h"
-
 namespace kiln {
 namespace {
 
@@ -52,104 +50,87 @@ std::vector<uint32_t> texels_near(const Atlas& atlas, const Lightmap& map,
   return all;
 }
 
-// Mean of the stated variance over the texels of a chart around one, relative to the square of their mean.
-double relative_variance_around(const Atlas& atlas, const Lightmap& map, const std::vector<float>& error,
-                                uint32_t texel, double dark) {
-  constexpr int kReach = 2;
-  const int width = static_cast<int>(atlas.width), height = static_cast<int>(atlas.height);
-  const int x = static_cast<int>(texel % atlas.width), row = static_cast<int>(texel / atlas.width);
-  const int page = row / height, y = row % height;
-  double squares = 0, light = 0, count = 0;
-  for (int ny = std::max(0, y - kReach); ny <= std::min(height - 1, y + kReach); ++ny)
-    for (int nx = std::max(0, x - kReach); nx <= std::min(width - 1, x + kReach); ++nx) {
-      const auto n = (static_cast<size_t>(page) * atlas.height + static_cast<size_t>(ny)) * atlas.width +
-                     static_cast<size_t>(nx);
-      if (!connected(atlas, map, texel, static_cast<uint32_t>(n)) || !std::isfinite(error[n])) continue;
-      squares += double{error[n]} * double{error[n]};
-      light += light_of(map, n);
-      ++count;
-    }
-  const double mean = std::max(dark, light / std::max(1.0, count));
-  return count > 0 ? squares / (count * mean * mean) : 0;
-}
-
-double luminance_mean(const SeamEquation& e, const Lightmap& map) {
-  const auto& d = map.planes.data;
-  return luminance(DVec3(seam_mean(e, d[0]), seam_mean(e, d[1]), seam_mean(e, d[2])));
-}
-
-void add_rows(std::span<const SeamEquation> equations, SeamUnknowns& u) {
+void add_rows(std::span<const SeamEquation> equations, std::span<const SeamDoubt> doubts,
+              const SeamWeights& weights, SeamUnknowns& u) {
   const auto index = [&](uint32_t texel) {
     const auto at = std::lower_bound(u.texels.begin(), u.texels.end(), texel);
     return static_cast<uint32_t>(at - u.texels.begin());
   };
   u.problem.rows.reserve(equations.size());
-  for (const SeamEquation& e : equations) {
+  for (size_t r = 0; r < equations.size(); ++r) {
+    const SeamEquation& e = equations[r];
     LeastSquares::Row& row = u.problem.rows.emplace_back();
     for (int s = 0; s < 2; ++s)
       for (uint32_t k = 0; k < e.side[s].count; ++k) {
         row.unknown[row.count] = index(e.side[s].texel[k]);
         row.factor[row.count++] = s == 0 ? e.side[s].weight[k] : -e.side[s].weight[k];
       }
+    row.weight = weights.seam * double{e.texels} * doubts[r].weight;
   }
 }
 
-void measure_surroundings(const Atlas& atlas, const Lightmap& map, std::span<const SeamEquation> equations,
-                          double dark, SeamUnknowns& u) {
-  const std::vector<float>& error = map.planes.plane("error");
-  std::vector<double> weight(u.texels.size(), 0.0), inverse(u.texels.size(), 0.0);
-  for (size_t r = 0; r < equations.size(); ++r) {
-    const double mean = std::max(dark, luminance_mean(equations[r], map));
+// The mean of the inverse: of the darkest point that reads a texel.
+std::vector<double> noise_of_texels(std::span<const SeamDoubt> doubts, const SeamUnknowns& u) {
+  std::vector<double> inverse(u.texels.size(), 0.0), weight(u.texels.size(), 0.0);
+  for (size_t r = 0; r < doubts.size(); ++r) {
     const LeastSquares::Row& row = u.problem.rows[r];
     for (uint32_t k = 0; k < row.count; ++k) {
-      inverse[row.unknown[k]] += std::abs(double{row.factor[k]}) / mean;
+      inverse[row.unknown[k]] +=
+          std::abs(double{row.factor[k]}) / (doubts[r].noise * doubts[r].even * doubts[r].even);
       weight[row.unknown[k]] += std::abs(double{row.factor[k]});
     }
   }
-  for (size_t i = 0; i < u.texels.size(); ++i) {
-    u.light.push_back(weight[i] > 0 ? weight[i] / inverse[i] : std::max(dark, light_of(map, u.texels[i])));
-    u.variance.push_back(relative_variance_around(atlas, map, error, u.texels[i], dark));
-    u.own.push_back(light_of(map, u.texels[i]));
-    u.error.push_back(std::isfinite(error[u.texels[i]]) ? std::max(0.0, double{error[u.texels[i]]}) : 0.0);
-    u.variance.push_back(relative_variance_around(atlas, map, error, u.texels[i], dark));
-  }
+  for (size_t i = 0; i < weight.size(); ++i) weight[i] = weight[i] > 0 ? weight[i] / inverse[i] : 0;
+  return weight;
 }
 
 }  // namespace
 
 SeamUnknowns seam_unknowns(const Atlas& atlas, const Lightmap& map, std::span<const SeamEquation> equations,
-                           const SeamWeights& weights) {
+                           std::span<const SeamDoubt> doubts, const SeamWeights& weights) {
   SeamUnknowns u;
   u.texels = texels_near(atlas, map, equations, weights.reach);
-  add_rows(equations, u);
-  const double dark = std::max(kDarkStep * mean_light(map), 1e-30);  // its square is a number
-  measure_surroundings(atlas, map, equations, dark, u);
-  std::vector<double> scale(u.texels.size());  // s_i^2
-  for (size_t i = 0; i < scale.size(); ++i)
-    scale[i] = (u.variance[i] + weights.model * weights.model) * u.light[i] * u.light[i];
+  add_rows(equations, doubts, weights, u);
+  u.noise = noise_of_texels(doubts, u);
   LeastSquares& p = u.problem;
   p.diagonal.resize(u.texels.size());
   for (uint32_t i = 0; i < u.texels.size(); ++i) {
-    p.diagonal[i] =
-        weights.value * (map.validity[u.texels[i]] == Validity::kFilled ? kTrustFilled : 1.0) / scale[i];
+    p.diagonal[i] = weights.value * (map.validity[u.texels[i]] == Validity::kFilled ? kTrustFilled : 1.0);
     for_each_side(atlas, u.texels[i], [&](uint32_t n) {
       if (!connected(atlas, map, u.texels[i], n)) return;
       const auto at = std::lower_bound(u.texels.begin(), u.texels.end(), n);
       const auto j = static_cast<uint32_t>(at - u.texels.begin());
       if (at == u.texels.end() || *at != n)
-        p.diagonal[i] += weights.slope / scale[i];
+        p.diagonal[i] += weights.slope;
       else if (i < j)
-        p.links.push_back({i, j, 2 * weights.slope / (scale[i] + scale[j])});
+        p.links.push_back({i, j, weights.slope});
     });
   }
-  for (size_t r = 0; r < equations.size(); ++r) {
-    LeastSquares::Row& row = p.rows[r];
-    double variance = 0;
-    for (uint32_t k = 0; k < row.count; ++k)
-      variance += 0.5 * std::abs(double{row.factor[k]}) * scale[row.unknown[k]];
-    row.weight = weights.seam * double{equations[r].texels} / variance;
-  }
   return u;
+}
+
+void leave_out(const Lightmap& map, std::span<const SeamEquation> equations,
+               std::span<const SeamDoubt> doubts, const SeamWeights& weights, SeamUnknowns& unknowns) {
+  std::vector<std::vector<double>> target(1, std::vector<double>(equations.size(), 0.0));
+  for (size_t r = 0; r < equations.size(); ++r) {
+    DVec3 step;
+    for (int c = 0; c < 3; ++c) step[c] = seam_step(equations[r], map.planes.data[static_cast<size_t>(c)]);
+    target[0][r] = doubts[r].closed * luminance(step);
+  }
+  for (uint32_t round = 0; round < weights.rounds; ++round) {
+    const std::vector<double> c = solve(unknowns.problem, target).corrections[0];
+    bool any = false;
+    for (LeastSquares::Row& row : unknowns.problem.rows) {
+      double most = 0;  // squared; texels that are hardly read count less
+      for (uint32_t k = 0; row.weight > 0 && k < row.count; ++k)
+        most = std::max(most, std::abs(double{row.factor[k]}) * c[row.unknown[k]] * c[row.unknown[k]] /
+                                  unknowns.noise[row.unknown[k]]);
+      if (most <= weights.most * weights.most) continue;
+      row.weight *= std::max(0.0, 2 - std::sqrt(most) / weights.most);
+      any = true;
+    }
+    if (!any) return;
+  }
 }
 
 }  // namespace kiln

@@ -92,27 +92,51 @@ std::vector<uint8_t> near_seams(const Atlas& atlas, std::span<const SeamEquation
   return near;
 }
 
-// The texels that joining moved furthest from the reference, relative to it.
+// The texels whose relMSE grew most by joining, and the seam points that say most of them.
 void print_worst(const Lightmap& before, const Lightmap& after, const std::vector<uint8_t>& near,
-                 const ErrorMap (&half)[2]) {
+                 const ErrorMap (&half)[2], std::span<const SeamEquation> equations,
+                 std::span<const SeamDoubt> doubts) {
   struct Harm {
     double size;
     size_t texel;
   };
   std::vector<Harm> all;
+  double mean = 0, count = 0;
+  const auto truth = [&](size_t t) { return 0.5 * (half[0].light[t] + half[1].light[t]); };
+  const auto counts = [&](size_t t) { return near[t] && half[0].measured[t] && half[1].measured[t]; };
+  for (size_t t = 0; t < near.size(); ++t)
+    if (counts(t)) mean += truth(t), ++count;
+  const double floor = std::pow(kDarkStep * mean / std::max(1.0, count), 2);
+  double grown = 0, shrunk = 0;
   for (size_t t = 0; t < near.size(); ++t) {
-    if (!near[t] || !half[0].measured[t] || !half[1].measured[t]) continue;
-    const double r = 0.5 * (half[0].light[t] + half[1].light[t]);
-    const double was = light_of(before, t) - r, is = light_of(after, t) - r;
-    if (r > 0) all.push_back({(is * is - was * was) / (r * r), t});
+    if (!counts(t)) continue;
+    const double r = truth(t), was = light_of(before, t) - r, is = light_of(after, t) - r;
+    all.push_back({(is * is - was * was) / (r * r + floor), t});
+    (all.back().size > 0 ? grown : shrunk) += all.back().size / count;
   }
+  std::printf("grown by %.4g, shrunk by %.4g; dark %.3g\n", grown, -shrunk, std::sqrt(floor));
   std::stable_sort(all.begin(), all.end(), [](const Harm& a, const Harm& b) { return a.size > b.size; });
-  for (size_t i = 0; i < std::min<size_t>(8, all.size()); ++i) {
+  for (size_t i = 0; i < std::min<size_t>(4, all.size()); ++i) {
     const size_t t = all[i].texel;
-    std::printf("worse: texel (%zu, %zu): %.4g became %.4g, true %.4g; stated %.2g, then %.2g\n",
-                t % before.planes.width, t / before.planes.width, light_of(before, t), light_of(after, t),
-                0.5 * (half[0].light[t] + half[1].light[t]), double{before.planes.plane("error")[t]},
+    std::printf("worse by %.3g: texel (%zu, %zu): %.4g became %.4g, true %.4g; stated %.2g, then %.2g\n",
+                all[i].size / count, t % before.planes.width, t / before.planes.width, light_of(before, t),
+                light_of(after, t), truth(t), double{before.planes.plane("error")[t]},
                 double{after.planes.plane("error")[t]});
+    int shown = 0;
+    for (size_t r = 0; r < equations.size() && shown < 2; ++r)
+      for (int s = 0; s < 2; ++s)
+        for (uint32_t k = 0; k < equations[r].side[s].count; ++k) {
+          if (equations[r].side[s].texel[k] != t || equations[r].side[s].weight[k] < 0.2f) continue;
+          ++shown;
+          std::printf("   excess %.2f noise %.3g:", doubts[r].excess, std::sqrt(doubts[r].noise));
+          for (const Lookup& side : equations[r].side) {
+            for (uint32_t j = 0; j < side.count; ++j)
+              std::printf(" %.2f x %u: %.4g (true %.4g, stated %.2g)", double{side.weight[j]}, side.texel[j],
+                          light_of(before, side.texel[j]), truth(side.texel[j]),
+                          double{before.planes.plane("error")[side.texel[j]]});
+            std::printf(&side == &equations[r].side[0] ? " |" : "\n");
+          }
+        }
   }
 }
 
@@ -147,26 +171,25 @@ Status run(const Options& o) {
       "| seams | texels | 99th percentile of steps, %% | rms, %% | largest, %% | relMSE | bias, %% | true / "
       "stated | covered, %% |\n|---|---|---|---|---|---|---|---|---|\n");
   KILN_TRY_STATUS(print_row(map, measure_steps(map, equations), near, half, "off"));
+  KILN_TRY(Lightmap reference, read_map(o.half[0], pre.atlas));
+  KILN_TRY(const Lightmap second, read_map(o.half[1], pre.atlas));
+  for (size_t p = 0; p < 3; ++p)
+    for (size_t t = 0; t < reference.validity.size(); ++t)
+      reference.planes.data[p][t] = 0.5f * (reference.planes.data[p][t] + second.planes.data[p][t]);
+  KILN_TRY_STATUS(print_row(reference, measure_steps(reference, equations), near, half, "reference"));
   std::vector<SeamWeights> all = {{}};
   if (o.sweep)
-    for (const SeamWeights& w : std::vector<SeamWeights>{
-             {.seam = 64},
-
-             {.errors = 1},
-             {.errors = 3},
-             {.errors = 4},
-
-         })
+    for (const SeamWeights& w : std::vector<SeamWeights>{{.doubt = {.close = 2.5, .part = 4}, .most = 1.5}, {.doubt = {.change = 1}}})
       all.push_back(w);
   for (const SeamWeights& w : all) {
     Lightmap joined = map;
     const SeamReport r = join_seams(joined, pre.imported.scene, pre.atlas, {}, w);
     KILN_TRY_STATUS(
         print_row(joined, r.after, near, half,
-                  text("seam {:g} slope {:g} reach {} model {:g} errors {:g} share {:g} "
-                       "rounds {}, {} at limits",
-                       w.seam, w.slope, w.reach, w.model, w.errors, w.share, w.rounds, r.at_limit)));
-    if (all.size() == 1) print_worst(map, joined, near, half);
+                  text("seam {:g} slope {:g} reach {} model {:g} close {:g} part {:g} most {:g} change {:g}; {:.1f} % apart; others {:.2f}; sum {:+.3f} %",
+                       w.seam, w.slope, w.reach, w.doubt.model, w.doubt.close, w.doubt.part, w.most, w.doubt.change, 100 * r.apart, 100 * r.agreed.p99,
+                       100 * r.bias)));
+    if (all.size() == 1) print_worst(map, joined, near, half, equations, seam_doubts(pre.atlas, map, equations, w.doubt));
   }
   return {};
 }

@@ -99,9 +99,9 @@ void table(float density) {
   };
   std::printf(
       "%g texels per metre; of each piece: largest step, error at seams, error of texels, unevenness\n\n"
-      "| seam | slope | reach | errors | share | rounds | wall | cylinder | bevelled box | "
+      "| seam | slope | reach | close | part | change | most | rounds | wall | cylinder | bevelled box | "
       "moved, "
-      "errors |\n|---|---|---|---|---|---|---|---|---|---|---|\n| before | | | | | | |",
+      "errors |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n| before | | | | | | | |",
       density);
   print(room.map);
   std::printf(" |\n");
@@ -111,15 +111,17 @@ void table(float density) {
                                                        {.slope = 0},
                                                        {.slope = 0, .reach = 0},
                                                        {.reach = 6},
-                                                       {.errors = 1},
-                                                       {.errors = 4},
-                                                       {.share = 0.5},
-                                                       {.share = 1},
-                                                       {.rounds = 8},
-                                                       {.rounds = 96}}) {
+                                                       {.doubt = {.close = 2, .part = 4}},
+                                                       {.doubt = {.close = 5, .part = 8}},
+                                                       {.doubt = {.change = 0}},
+                                                       {.doubt = {.change = 1}},
+                                                       {.most = 0.5},
+                                                       {.most = 2},
+                                                       {.rounds = 0}}) {
     Lightmap after = room.map;
     const SeamReport r = join_seams(after, room.scene, room.atlas, {}, w);
-    std::printf("| %.0f | %g | %u | %g | %g | %u |", w.seam, w.slope, w.reach, w.errors, w.share, w.rounds);
+    std::printf("| %.0f | %g | %u | %g | %g | %g | %g | %u |", w.seam, w.slope, w.reach, w.doubt.close, w.doubt.part,
+                w.doubt.change, w.most, w.rounds);
     print(after);
     std::printf(" %.2f |\n", r.change_in_errors);
   }

@@ -15,7 +15,7 @@ struct Filled {
   Filled() { fill_invalid(room.map, {room.scene, room.atlas, {}}); }
 };
 
-TEST(Seams, StepsFallBelowHalfAPercentWhereTexelsAreFinerThanTheLight) {
+TEST(Seams, StepsFallBelowTwoPercentWhereTexelsAreFinerThanTheLight) {
   Filled f;
   const Atlas& atlas = f.room.atlas;
   const std::vector<PlainPoint> points = plain_seam_points(f.room.scene, atlas, 1000);
@@ -38,7 +38,7 @@ TEST(Seams, StepsFallBelowHalfAPercentWhereTexelsAreFinerThanTheLight) {
     EXPECT_GT(was.largest, least_before) << name;
     // The bevel is one texel wide: light changes there by a factor of ten from texel to texel, and what the
     // two sides differ by is not theirs to settle.
-    if (first != kBevelledBox) EXPECT_LT(is.largest, 0.005) << name;
+    if (first != kBevelledBox) EXPECT_LT(is.largest, 0.02) << name;
     EXPECT_LT(is.rms, (first == kBevelledBox ? 1.0 : 0.1) * was.rms) << name;
     printf("| %s | %zu | %.2f %% | %.3f %% | %.2f %% | %.3f %% |\n", name, some.size(), 100 * was.largest,
            100 * is.largest, 100 * was.rms, 100 * is.rms);
@@ -47,9 +47,8 @@ TEST(Seams, StepsFallBelowHalfAPercentWhereTexelsAreFinerThanTheLight) {
       "%.2f m of seams, %zu of %zu texels may move; by %.2f stated errors in the mean; sum of E %+.4f %%\n",
       report.metres, size_t(report.texels), size_t(atlas.statistics.mask_texels), report.change_in_errors,
       100 * report.bias);
-  // What one side gains the other loses, but where one is known better or may not move as far.
-  // The bevelled box has most of it: 0.25 % of the light of the room, measured.
-  EXPECT_LT(std::abs(report.bias), 3e-3);
+  // What one side gains the other loses.
+  EXPECT_LT(std::abs(report.bias), 1e-4);
   EXPECT_EQ(report.held_at_zero, 0u);
   EXPECT_LT(report.residual, 1e-9);
 }

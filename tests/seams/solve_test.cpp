@@ -56,7 +56,7 @@ TEST(SeamSolve, NoiseAgreesAfterwardsInEveryPlaneAndFarTexelsStay) {
   SeamWeights weights;
   weights.reach = 3;
   const SeamReport r = join_seams(map, w.scene, w.atlas, {}, weights);
-  EXPECT_LT(plain_steps(w.atlas, map, points).largest, 0.005);
+  EXPECT_LT(plain_steps(w.atlas, map, points).largest, 0.02);  // steps of more than 2.5 errors are left in part
   double before_step = 0, after_step = 0;  // of the signed plane
   for (const PlainPoint& p : points) {
     const auto step = [&](const Lightmap& m) {
@@ -66,7 +66,7 @@ TEST(SeamSolve, NoiseAgreesAfterwardsInEveryPlaneAndFarTexelsStay) {
     before_step = std::max(before_step, step(before));
     after_step = std::max(after_step, step(map));
   }
-  EXPECT_LT(after_step, 0.05 * before_step);
+  EXPECT_LT(after_step, 0.5 * before_step);
   // Beyond reach of a seam, and in the plane of samples, all bits stay.
   EXPECT_EQ(map.planes.plane("samples"), before.planes.plane("samples"));
   size_t moved = 0, set = 0;
@@ -76,7 +76,40 @@ TEST(SeamSolve, NoiseAgreesAfterwardsInEveryPlaneAndFarTexelsStay) {
   }
   EXPECT_LE(moved, r.texels);
   EXPECT_LT(r.texels, set);
-  EXPECT_LT(std::abs(r.bias), 1e-3);
+  EXPECT_LT(std::abs(r.bias), 1e-5);
+}
+
+// Noise as light has it: few bright texels among many dark ones, and each states an error after its own value.
+// Whatever side is the brighter, what it loses the other gains.
+TEST(SeamSolve, JoiningNoiseKeepsTheLight) {
+  Wall w;
+  Lightmap map = field_map(w.scene, w.atlas, [](const DVec3& p, const Vec3&) {
+    return 1 - 0.1 * std::log(0.5 - 0.499 * noise(p));  // exponential, above what is sure
+  });
+  for (size_t t = 0; t < map.validity.size(); ++t)
+    map.planes.plane("error")[t] = 0.1f * map.planes.data[0][t];
+  const SeamReport r = join_seams(map, w.scene, w.atlas, {});
+  EXPECT_GT(r.change_in_errors, 0.01);
+  // Corrections add up to nothing; floats and values held at zero are left.
+  EXPECT_LT(std::abs(r.bias), 1e-4);
+}
+
+// What is stated in the sun excuses nothing in the dark.
+TEST(SeamSolve, ADarkChartBesideABrightOneWithNoiseStaysDark) {
+  Pieces p;
+  p.add(panel(1, 1, 1, 1), moved({0, 0, 0})).add(panel(1, 1, 1, 1), moved({1, 0, 0}));
+  const Atlas atlas = packed(p.scene, 8);
+  Lightmap map = field_map(p.scene, atlas, [](const DVec3&, const Vec3&) { return 1.0; });
+  for (size_t t = 0; t < map.validity.size(); ++t) {
+    for (int plane = 0; plane < 3; ++plane)
+      if (atlas.owner[t]) map.planes.data[plane][t] = atlas.owner[t] == 1 ? 0.04f : 2.0f;
+    map.planes.plane("error")[t] = 0.5f * map.planes.data[0][t];
+  }
+  const Lightmap before = map;
+  join_seams(map, p.scene, atlas, {});
+  for (size_t t = 0; t < map.validity.size(); ++t)
+    if (atlas.owner[t] == 1)
+      EXPECT_NEAR(map.planes.data[0][t], before.planes.data[0][t], 0.05f * before.planes.data[0][t]) << t;
 }
 
 TEST(SeamSolve, NothingBecomesNegativeOrLessThanFinite) {
