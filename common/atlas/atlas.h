@@ -69,8 +69,14 @@ struct AtlasStatistics {
   uint32_t cut_charts = 0;         // more charts because others stand on them
   uint64_t collapsed_charts = 0;   // layout pack: given the least size (AtlasSettings::collapse)
   uint64_t collapsed_texels = 0;   // mask_texels of those
-  uint64_t collapsed_from = 0;     // what these would be at the density asked for
+  uint64_t collapsed_from = 0;     // what these would have without it
   std::vector<StageTime> steps;    // where the time went
+
+  // Of the texels that charts would have if none were collapsed.
+  double collapsed_share() const {
+    const uint64_t all = mask_texels - collapsed_texels + collapsed_from;
+    return all ? static_cast<double>(collapsed_from) / static_cast<double>(all) : 0.0;
+  }
 };
 
 struct Atlas {

@@ -43,12 +43,10 @@ AtlasSettings atlas_settings(const BakeSettings& s) {
 }
 
 std::string unseen_text(const AtlasStatistics& s) {
-  const auto share = static_cast<double>(s.collapsed_from) /
-                     static_cast<double>(std::max<uint64_t>(1, s.mask_texels - s.collapsed_texels + s.collapsed_from));
   return text(
-      "{} of {} charts are reached by no camera, light or opening: they have {} texels instead of {}, which "
-      "would be {:.1f} % of the map (--unseen auto)",
-      s.collapsed_charts, s.charts, s.collapsed_texels, s.collapsed_from, 100 * share);
+      "{} of {} charts are reached by no camera, light or opening: {} texels instead of {}, {:.1f} % of the map "
+      "(--unseen auto)",
+      s.collapsed_charts, s.charts, s.collapsed_texels, s.collapsed_from, 100 * s.collapsed_share());
 }
 
 // What --unseen auto has come to.

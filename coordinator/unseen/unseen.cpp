@@ -16,17 +16,17 @@ namespace {
 constexpr float kFar = 1e30f;
 constexpr uint64_t kLeastTexels = 4;
 
-// How many points a chart has, and rays a point.
+// How many points a chart has, and ways from each: a ray, or one that goes on from what it meets.
 struct Effort {
-  uint32_t points, rays;
+  uint32_t points, rays, bounces;
   size_t corners;
 };
 Effort first_effort(uint64_t texels) {
-  if (texels <= kLeastTexels) return {4, 8, 0};
-  return {static_cast<uint32_t>(std::clamp<uint64_t>(texels / 4, 16, 64)), 16, 0};
+  if (texels <= kLeastTexels) return {4, 8, 1, 0};
+  return {static_cast<uint32_t>(std::clamp<uint64_t>(texels / 4, 16, 64)), 16, 1, 0};
 }
 Effort second_effort(uint64_t texels) {
-  return {static_cast<uint32_t>(std::clamp<uint64_t>(2 * texels, 16, 512)), 32, 96};
+  return {static_cast<uint32_t>(std::clamp<uint64_t>(2 * texels, 16, 512)), 16, 8, 96};
 }
 
 // Points of one chart; each is a node of the regions, and another for the back where that counts.
@@ -67,13 +67,15 @@ class Search {
     join(seeds_.places.size(), [&](size_t k, Links& links) { look_around(static_cast<uint32_t>(k), links); });
     look_from(known_, false);
     unseen = unseen_by(known_);
+    for (size_t p = 0; p < unseen.size(); ++p) unseen[p] &= charts_.texels[p] > kLeastTexels;
+    seen_ = seen_regions();
     const std::vector<ChartNodes> more = points_of(unseen, true);
     UnionFind wider(nodes_);
     for (uint32_t n = 0; n < more_from_; ++n) wider.merge(n, regions_.find(n));
     regions_ = std::move(wider);
     look_from(more, true);
     const std::vector<uint8_t> first = unseen_by(known_), second = unseen_by(more);
-    for (size_t p = 0; p < unseen.size(); ++p) unseen[p] = first[p] && second[p];
+    for (size_t p = 0; p < unseen.size(); ++p) unseen[p] &= first[p] && second[p];
     return unseen;
   }
 
@@ -143,25 +145,32 @@ class Search {
     return is_free(over_a, over_b) && is_free(from, over_a) && is_free(to, over_b);
   }
 
+  // What of a chart, or of an object without, a place is linked to already: one link of a kind is enough.
+  struct Met {
+    std::vector<uint32_t> sides;  // of charts
+    bool holds(uint32_t side) const { return std::find(sides.begin(), sides.end(), side) != sides.end(); }
+  };
+
   // The point of the chart that a ray has met beside which it has met it; false: a back that shows nothing, a
-  // place that is covered, or no point is near enough to tell.
-  bool node_of(const RayHit& hit, const Vec3& at, uint32_t& node) const {
+  // place that is covered, a chart that was met before, or no point is near enough to tell.
+  bool node_of(const RayHit& hit, const Vec3& at, Met& met, uint32_t& node) const {
     if (!solid_.shows(hit)) return false;
     node = object(hit.instance, hit.back);
+    if (solid_.emits(hit.instance)) return true;
     if (!lookup_.holds(hit.instance, hit.triangle)) return true;
     double b1 = double{hit.b1}, b2 = double{hit.b2};
     const uint32_t face = lookup_.face_at(hit.instance, hit.triangle, b1, b2);
     const MeshCharts& set = atlas_.of_instance(hit.instance);
     if (area2(uv_triangle(set, face)) == 0) return set.parts.empty();  // else cut away below what stands there
-    const ChartNodes& chart =
-        known_[atlas_.instance_first_chart[hit.instance] + set.chart_of_face[face]];
-    Vec3 c[3];
-    face_corners(scene_.meshes[scene_.instances[hit.instance].mesh], set, face, c);
+    const uint32_t placement = atlas_.instance_first_chart[hit.instance] + set.chart_of_face[face];
+    if (met.holds(2 * placement + hit.back)) return false;
+    const ChartNodes& chart = known_[placement];
+    const Vec3 up = normal_of(hit);
     const float side = hit.back ? -1.0f : 1.0f;
-    const Vec3 up = side * front_normal(scene_.instances[hit.instance].to_world, c);
     for (const size_t k : nearest(chart.points, at)) {
       if (!is_beside(at, up, chart.points[k].position, side * chart.points[k].normal)) continue;
       node = chart.node(k, hit.back);
+      met.sides.push_back(2 * placement + hit.back);
       return true;
     }
     return false;
@@ -192,9 +201,10 @@ class Search {
       const Vec2 u = SampleStream(1, seed, k).pair(0);
       const Vec3 d = spherical(2 * u.x - 1, u.y);
       RayHit hit;
+      Met met;
       uint32_t node = outside();
       if (rays_.closest(place.position, d, kFar, hit, accept) &&
-          !node_of(hit, place.position + hit.distance * d, node))
+          !node_of(hit, place.position + hit.distance * d, met, node))
         continue;
       links.emplace_back(seed, node);
     }
@@ -204,24 +214,30 @@ class Search {
     join(charts.size(), [&](size_t p, Links& links) {
       const ChartNodes& chart = charts[p];
       const uint32_t instance = instance_of_[p];
-      const uint32_t rays =
-          (again ? second_effort(charts_.texels[p]) : first_effort(charts_.texels[p])).rays;
-      for (size_t k = 0; k < chart.points.size(); ++k) {
+      const Effort effort = again ? second_effort(charts_.texels[p]) : first_effort(charts_.texels[p]);
+      for (size_t k = 0; k < chart.points.size() && !is_seen(links); ++k) {
         const uint64_t key = key_of(p, again) + k + 1;
         ChartPoint point = chart.points[k];
-        look_from(point, instance, chart.node(k, false), rays, key, again, links);
+        look_from(point, instance, chart.node(k, false), effort, key, links);
         if (!solid_.two_sided(instance)) continue;
         point.normal = -point.normal;
-        look_from(point, instance, chart.node(k, true), rays, key, again, links);
+        look_from(point, instance, chart.node(k, true), effort, key, links);
       }
     });
   }
 
-  void look_from(const ChartPoint& point, uint32_t instance, uint32_t from, uint32_t rays, uint64_t key,
-                 bool again, Links& links) const {
+  // Has one of the links reached a region that was seen before the points in hand were looked at?
+  bool is_seen(const Links& links) const {
+    return !seen_.empty() && std::any_of(links.begin(), links.end(),
+                                         [&](const auto& link) { return link.second < seen_.size() && seen_[link.second]; });
+  }
+
+  void look_from(const ChartPoint& point, uint32_t instance, uint32_t from, const Effort& effort,
+                 uint64_t key, Links& links) const {
     const Vec3& p = point.position;
+    uint32_t own = instance, own_triangle = point.triangle;
     const auto other = [&](const RayHit& h) {
-      return solid_.stops(h) && !(h.instance == instance && h.triangle == point.triangle);
+      return solid_.stops(h) && !(h.instance == own && h.triangle == own_triangle);
     };
     RayHit hit;
     // Pressed against something: the foot of a cupboard on the floor.
@@ -229,16 +245,37 @@ class Search {
     if (rays_.closest(p - offset(p) * point.normal, point.normal, gap + 2 * offset(p), hit,
                       [&](const RayHit& h) { return !h.back && other(h); }))
       return;
-    const Vec3 origin = p + offset(p) * point.normal;
-    const Frame frame(point.normal);
-    for (uint32_t k = 0; k < rays; ++k) {
-      const Vec3 d = frame.to_world(cosine_hemisphere(SampleStream(key, 1, k).pair(0)));
-      uint32_t node = outside();
-      if (rays_.closest(origin, d, kFar, hit, other) && !node_of(hit, origin + hit.distance * d, node))
-        continue;
-      links.emplace_back(from, node);
+    if (effort.bounces > 1) look_at_seeds(p + offset(p) * point.normal, point.normal, from, key, other, links);
+    Met met;
+    for (uint32_t k = 0; k < effort.rays; ++k) {
+      own = instance;
+      own_triangle = point.triangle;
+      Vec3 at = p, up = point.normal;
+      for (uint32_t bounce = 0; bounce < effort.bounces; ++bounce) {
+        at += offset(at) * up;
+        const Vec3 d = Frame(up).to_world(cosine_hemisphere(SampleStream(key, 1, k).pair(bounce)));
+        if (!rays_.closest(at, d, kFar, hit, other)) {
+          links.emplace_back(from, outside());
+          break;
+        }
+        if (!solid_.shows(hit)) break;
+        at += hit.distance * d;
+        uint32_t node;
+        if (node_of(hit, at, met, node)) links.emplace_back(from, node);
+        own = hit.instance;
+        own_triangle = hit.triangle;
+        up = normal_of(hit);
+      }
     }
-    if (again) look_at_seeds(origin, point.normal, from, key, other, links);
+  }
+
+  // Towards where the ray came from.
+  Vec3 normal_of(const RayHit& hit) const {
+    const Instance& instance = scene_.instances[hit.instance];
+    const Mesh& mesh = scene_.meshes[instance.mesh];
+    const UVec3& t = mesh.triangles[hit.triangle];
+    const Vec3 c[3] = {mesh.positions[t.x], mesh.positions[t.y], mesh.positions[t.z]};
+    return (hit.back ? -1.0f : 1.0f) * front_normal(instance.to_world, c);
   }
 
   template <class Accept>
@@ -261,25 +298,29 @@ class Search {
     }
   }
 
-  std::vector<uint8_t> unseen_by(const std::vector<ChartNodes>& charts) {
-    std::vector<uint8_t> seen(nodes_, 0);
-    const auto see = [&](uint32_t node) { seen[regions_.find(node)] = 1; };
+  // By node: is its region one of those that are seen?
+  std::vector<uint8_t> seen_regions() {
+    std::vector<uint8_t> roots(nodes_, 0), seen(nodes_);
+    const auto see = [&](uint32_t node) { roots[regions_.find(node)] = 1; };
     for (uint32_t k = 0; k < seeds_.places.size(); ++k) see(k);
     if (seeds_.sky) see(outside());
     for (uint32_t i = 0; i < scene_.instances.size(); ++i)
       for (const bool back : {false, true})
         if (solid_.emits(i) && (!back || solid_.two_sided(i))) see(object(i, back));
-    const auto for_nodes = [&](size_t p, const auto& visit) {
-      for (size_t k = 0; k < charts[p].points.size(); ++k) {
-        visit(charts[p].node(k, false));
-        if (solid_.two_sided(instance_of_[p])) visit(charts[p].node(k, true));
-      }
-    };
-    for (size_t p = 0; p < charts.size(); ++p)
-      if (solid_.emits(instance_of_[p])) for_nodes(p, see);
+    for (uint32_t n = 0; n < nodes_; ++n) seen[n] = roots[regions_.find(n)];
+    return seen;
+  }
+
+  std::vector<uint8_t> unseen_by(const std::vector<ChartNodes>& charts) {
+    const std::vector<uint8_t> seen = seen_regions();
     std::vector<uint8_t> unseen(charts.size(), 1);
-    for (size_t p = 0; p < unseen.size(); ++p)
-      for_nodes(p, [&](uint32_t node) { unseen[p] &= !seen[regions_.find(node)]; });
+    for (size_t p = 0; p < charts.size(); ++p) {
+      if (solid_.emits(instance_of_[p])) unseen[p] = 0;
+      for (size_t k = 0; k < charts[p].points.size(); ++k) {
+        unseen[p] &= !seen[charts[p].node(k, false)];
+        if (solid_.two_sided(instance_of_[p])) unseen[p] &= !seen[charts[p].node(k, true)];
+      }
+    }
     return unseen;
   }
 
@@ -296,6 +337,7 @@ class Search {
   UnionFind regions_;
   std::vector<ChartTriangles> faces_;  // by set of charts
   std::vector<uint32_t> instance_of_;  // by placement
+  std::vector<uint8_t> seen_;          // by node, after the first round; empty in it
   std::vector<ChartNodes> known_;      // by placement: what rays that meet a chart are held against
 };
 

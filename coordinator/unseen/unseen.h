@@ -16,8 +16,10 @@ namespace kiln {
 // lies inside walls meets backs alone, which show nothing and let no light through. Whatever rays decide, a
 // bake would find: no path from an unseen chart meets light.
 //
-// Of every chart points spread over it send rays in fixed directions; what is not found seen then does so
-// again with many more, and looks for each seed. Results are the same for any number of threads.
+// Of every chart points spread over it send rays in fixed directions. What a ray meets is linked to the point of
+// that chart beside which it lies, if the way there is free: a floor that goes on beneath a wall does not join what
+// is on its sides. What is not found seen then does so again with many more points, whose rays go on from
+// what they meet, and looks for each seed. Results are the same for any number of threads.
 class UnseenCharts {
  public:
   // `scene` outlives this; `threads` 0: all.
@@ -26,7 +28,8 @@ class UnseenCharts {
   // False: there is neither camera nor light, so that nothing can be said and every chart counts as seen.
   bool decides() const { return decides_; }
 
-  // By placement: 1, nobody sees it. For AtlasSettings::collapse.
+  // By placement: 1, nobody sees it. Charts that have the least texels anyway are not asked. For
+  // AtlasSettings::collapse.
   std::vector<uint8_t> find(const ChartsToSize& charts) const;
 
  private:

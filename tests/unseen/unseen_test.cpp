@@ -2,60 +2,15 @@
 // of it. A chart is told by where the middle of its faces looks.
 #include "coordinator/unseen/unseen.h"
 
-#include "tests/atlas/shapes.h"
+#include "tests/unseen/world.h"
 
 namespace kiln {
 namespace {
-
-constexpr float kThick = 0.2f;
-
-struct Box {
-  Vec3 low, high;
-  bool holds(const Vec3& p) const {
-    return p.x > low.x && p.y > low.y && p.z > low.z && p.x < high.x && p.y < high.y && p.z < high.z;
-  }
-  Box grown(float by) const { return {low - Vec3(by), high + Vec3(by)}; }
-};
-
-class World {
- public:
-  World() {
-    Record material;
-    material.type = "metallic_roughness";
-    scene.materials.push_back(material);
-    Property& sides = material.properties.emplace_back();
-    sides.name = "double_sided";
-    sides.numbers = {1};
-    scene.materials.push_back(material);
-  }
-  void add(Mesh mesh, const std::string& name, const Vec3& origin, uint32_t material = 0) {
-    scene.instances.push_back(
-        test::instance(static_cast<uint32_t>(scene.meshes.size()), name, test::at(origin)));
-    scene.instances.back().material = material;
-    scene.meshes.push_back(std::move(mesh));
-  }
-  void solid(const Box& box, const std::string& name, uint32_t material = 0) {
-    add(test::box(box.high - box.low, test::Uv::kUnit), name, box.low, material);
-  }
-  // Six slabs around a room, the ends of each inside others. `roof` off: it is open above.
-  void room(const Box& inside, const std::string& name, bool roof = true, uint32_t material = 0) {
-    for (int axis = 0; axis < 3; ++axis)
-      for (int end = 0; end < 2; ++end) {
-        if (axis == 1 && end == 1 && !roof) continue;
-        Box slab = inside.grown(kThick / 2);
-        slab.low[axis] = end ? inside.high[axis] : inside.low[axis] - kThick;
-        slab.high[axis] = end ? inside.high[axis] + kThick : inside.low[axis];
-        this->solid(slab, name, material);
-      }
-  }
-  void light(const std::string& type, const Vec3& at = Vec3(0.0f)) {
-    Record& light = scene.lights.emplace_back();
-    light.type = type;
-    light.to_world = test::at(at);
-  }
-
-  Scene scene;
-};
+using test::Box;
+using test::kRoom;
+using test::kThick;
+using test::lit_room;
+using test::World;
 
 struct Placed {
   std::string object;
@@ -126,8 +81,6 @@ Counts facing_out_of(const std::vector<Placed>& placed, const Box& box) {
 Counts of_object(const std::vector<Placed>& placed, const std::string& name) {
   return count(placed, [&](const Placed& p) { return p.object == name; });
 }
-
-const Box kRoom{Vec3(0.0f), Vec3(4, 3, 4)};
 
 TEST(Unseen, TheFacesBetweenTwoWallsAre) {
   const Box cavity = kRoom.grown(0.5f);  // 0.2 m of wall, 0.3 m of air
@@ -252,14 +205,6 @@ TEST(Unseen, NothingIsWhereThereIsNeitherCameraNorLight) {
   world.room(kRoom, "room");
   EXPECT_FALSE(UnseenCharts(world.scene, {}).decides());
   EXPECT_EQ(count(judge(world), [](const Placed& p) { return p.unseen; }).unseen, 0);
-}
-
-World lit_room() {
-  World world;
-  world.room(kRoom, "room");
-  world.solid({Vec3(1, 0, 1), Vec3(2, 1, 2)}, "crate");
-  world.light("point", Vec3(2, 2, 2));
-  return world;
 }
 
 // Texels of each chart by its owner in the atlas.
