@@ -91,6 +91,8 @@ void check_unseen(const Lightmap& map, const Atlas& atlas, BakeReport& report) {
         DVec3(map.planes.data[0][texel], map.planes.data[1][texel], map.planes.data[2][texel]));
     if (!std::isfinite(e)) continue;
     sum += e;
+    // What was pushed out of a wall may have come out in the light.
+    if (map.validity[texel] != Validity::kMeasured) continue;
     if (const uint32_t owner = atlas.owner[texel]; owner && atlas.collapsed[owner - 1])
       brightest[owner - 1] = std::max(brightest[owner - 1], e);
   }
