@@ -201,6 +201,23 @@ TEST(Unseen, ABoxReachingOutOfAWallByAHandIsSeen) {
   EXPECT_EQ(count(placed, [](const Placed& p) { return p.object == "shelf" && p.normal.z < -0.5f; }).seen, 0);
 }
 
+// Light comes up into a hood without a bottom, but the backs of its walls throw none down again.
+TEST(Unseen, BacksOfSingleSidedSurfacesShowNothing) {
+  for (const uint32_t material : {0u, 1u}) {
+    World world;
+    Mesh hood = test::box(Vec3(4, 3, 4), test::Uv::kUnit);
+    hood.triangles.erase(hood.triangles.begin() + 4, hood.triangles.begin() + 6);
+    world.add(std::move(hood), "hood", Vec3(0.0f), material);
+    world.solid({Vec3(1, 1, 1), Vec3(3, 2, 3)}, "crate");
+    world.light("environment");
+    const auto placed = judge(world);
+    const Counts top = count(placed, [](const Placed& p) { return p.object == "crate" && p.normal.y > 0.5f; });
+    EXPECT_EQ(material ? top.unseen : top.seen, 0);
+    const Counts foot = count(placed, [](const Placed& p) { return p.object == "crate" && p.normal.y < -0.5f; });
+    EXPECT_EQ(foot.unseen, 0);
+  }
+}
+
 TEST(Unseen, NothingIsWhereThereIsNeitherCameraNorLight) {
   World world;
   world.room(kRoom, "room");
