@@ -44,7 +44,8 @@ AtlasSettings atlas_settings(const BakeSettings& s) {
 
 std::string unseen_text(const AtlasStatistics& s) {
   return text(
-      "{} of {} charts are reached by no camera, light or opening: {} texels instead of {}, {:.1f} % of the map "
+      "{} of {} charts are reached by no camera, light or opening: {} texels instead of {}, {:.1f} % of the "
+      "map "
       "(--unseen auto)",
       s.collapsed_charts, s.charts, s.collapsed_texels, s.collapsed_from, 100 * s.collapsed_share());
 }
@@ -59,8 +60,9 @@ void note_unseen(const BakeSettings& settings, const std::optional<UnseenCharts>
     return say(ImportNote::Kind::kIgnored,
                "--unseen auto is not heeded: the file's own atlas decides, --layout pack heeds it");
   if (!unseen->decides())
-    return say(ImportNote::Kind::kWarning,
-               "--unseen auto changes nothing: the scene has neither camera nor light; add one, or take it away");
+    return say(
+        ImportNote::Kind::kWarning,
+        "--unseen auto changes nothing: the scene has neither camera nor light; add one, or take it away");
   say(ImportNote::Kind::kNote, unseen_text(pre.atlas.statistics));
 }
 

@@ -48,8 +48,8 @@ std::vector<ChartPoint> ChartSurface::corners(size_t most) const {
   const size_t step = (3 * faces_.size() + most - 1) / most;
   for (size_t c = 0; c < 3 * faces_.size(); c += step) {
     const size_t k = c % 3;
-    points.push_back(at(faces_[c / 3], k == 1 ? 1 - 2 * kInside : kInside,
-                        k == 2 ? 1 - 2 * kInside : kInside));
+    points.push_back(
+        at(faces_[c / 3], k == 1 ? 1 - 2 * kInside : kInside, k == 2 ? 1 - 2 * kInside : kInside));
   }
   return points;
 }

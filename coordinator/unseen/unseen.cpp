@@ -161,7 +161,8 @@ class Search {
     double b1 = double{hit.b1}, b2 = double{hit.b2};
     const uint32_t face = lookup_.face_at(hit.instance, hit.triangle, b1, b2);
     const MeshCharts& set = atlas_.of_instance(hit.instance);
-    if (area2(uv_triangle(set, face)) == 0) return set.parts.empty();  // else cut away below what stands there
+    if (area2(uv_triangle(set, face)) == 0)
+      return set.parts.empty();  // else cut away below what stands there
     const uint32_t placement = atlas_.instance_first_chart[hit.instance] + set.chart_of_face[face];
     if (met.holds(2 * placement + hit.back)) return false;
     const ChartNodes& chart = known_[placement];
@@ -228,8 +229,9 @@ class Search {
 
   // Has one of the links reached a region that was seen before the points in hand were looked at?
   bool is_seen(const Links& links) const {
-    return !seen_.empty() && std::any_of(links.begin(), links.end(),
-                                         [&](const auto& link) { return link.second < seen_.size() && seen_[link.second]; });
+    return !seen_.empty() && std::any_of(links.begin(), links.end(), [&](const auto& link) {
+      return link.second < seen_.size() && seen_[link.second];
+    });
   }
 
   void look_from(const ChartPoint& point, uint32_t instance, uint32_t from, const Effort& effort,
@@ -245,7 +247,8 @@ class Search {
     if (rays_.closest(p - offset(p) * point.normal, point.normal, gap + 2 * offset(p), hit,
                       [&](const RayHit& h) { return !h.back && other(h); }))
       return;
-    if (effort.bounces > 1) look_at_seeds(p + offset(p) * point.normal, point.normal, from, key, other, links);
+    if (effort.bounces > 1)
+      look_at_seeds(p + offset(p) * point.normal, point.normal, from, key, other, links);
     Met met;
     for (uint32_t k = 0; k < effort.rays; ++k) {
       own = instance;
@@ -279,8 +282,8 @@ class Search {
   }
 
   template <class Accept>
-  void look_at_seeds(const Vec3& origin, const Vec3& normal, uint32_t from, uint64_t key,
-                     const Accept& other, Links& links) const {
+  void look_at_seeds(const Vec3& origin, const Vec3& normal, uint32_t from, uint64_t key, const Accept& other,
+                     Links& links) const {
     constexpr uint32_t kMost = 64;  // of a point
     const auto seeds = static_cast<uint32_t>(seeds_.places.size());
     const uint32_t first = seeds > kMost ? static_cast<uint32_t>(mix_bits(key) % seeds) : 0;

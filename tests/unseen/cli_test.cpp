@@ -32,16 +32,19 @@ TEST_F(UnseenCommand, PlanAndReportSayHowManyAndTheyAreBlack) {
   write(test::lit_room());
   const auto planned = kiln("plan x.glb --layout pack --unseen auto --json");
   ASSERT_EQ(planned.exit_status, 0) << planned.output;
-  const json plan = json::parse(planned.output), keep = json::parse(kiln("plan x.glb --layout pack --json").output);
+  const json plan = json::parse(planned.output),
+             keep = json::parse(kiln("plan x.glb --layout pack --json").output);
   EXPECT_EQ(keep["unseen"]["charts"], 0);
   EXPECT_EQ(keep["unseen"]["saved_texels"], 0);
   EXPECT_GE(plan["unseen"]["charts"], 6);
   EXPECT_EQ(plan["charts"], keep["charts"]);
-  const uint64_t before = keep["chart_texels"], after = plan["chart_texels"], saved = plan["unseen"]["saved_texels"];
+  const uint64_t before = keep["chart_texels"], after = plan["chart_texels"],
+                 saved = plan["unseen"]["saved_texels"];
   EXPECT_EQ(before - after, saved);
   EXPECT_NEAR(plan["unseen"]["share"].get<double>(),
               plan["unseen"]["texels"].get<double>() / static_cast<double>(before), 1e-5);
-  EXPECT_SAYS(kiln("plan x.glb --layout pack --unseen auto").output, "are reached by no camera, light or opening");
+  EXPECT_SAYS(kiln("plan x.glb --layout pack --unseen auto").output,
+              "are reached by no camera, light or opening");
 
   ASSERT_EQ(kiln("bake x.glb -o out --unseen auto" + kBake).exit_status, 0);
   json unseen = json::parse(read("out/report.json"))["atlas"]["unseen"];
@@ -53,7 +56,8 @@ TEST_F(UnseenCommand, PlanAndReportSayHowManyAndTheyAreBlack) {
 TEST_F(UnseenCommand, TheBytesAreTheSameForAnyNumberOfWorkersAndThreads) {
   write(test::lit_room());
   std::string first;
-  for (const char* force : {"--workers 1 --threads 1", "--workers 2 --threads 1", "--workers 1 --threads 3"}) {
+  for (const char* force :
+       {"--workers 1 --threads 1", "--workers 2 --threads 1", "--workers 1 --threads 3"}) {
     ASSERT_EQ(kiln(std::string("bake x.glb -o out --unseen auto ") + force + kBake).exit_status, 0);
     const std::string bytes = read("out/irradiance.exr") + read("out/charts.json");
     if (first.empty()) first = bytes;
@@ -67,7 +71,8 @@ TEST_F(UnseenCommand, SaysWhereItIsNotHeeded) {
   write(world);
   EXPECT_SAYS(kiln("plan x.glb --layout atlas --unseen auto").output,
               "--unseen auto is not heeded: the file's own atlas decides");
-  EXPECT_SAYS(kiln("plan x.glb --layout pack --unseen auto").output, "the scene has neither camera nor light");
+  EXPECT_SAYS(kiln("plan x.glb --layout pack --unseen auto").output,
+              "the scene has neither camera nor light");
   EXPECT_SAYS(kiln("plan x.glb --unseen sometimes").output, "'sometimes' is not one of keep, auto");
 }
 

@@ -1,5 +1,5 @@
-// Who is reached by cameras, lamps and openings: slabs around a room, things on a floor, and what the layout makes
-// of it. A chart is told by where the middle of its faces looks.
+// Who is reached by cameras, lamps and openings: slabs around a room, things on a floor, and what the layout
+// makes of it. A chart is told by where the middle of its faces looks.
 #include "coordinator/unseen/unseen.h"
 
 #include "tests/unseen/world.h"
@@ -211,9 +211,11 @@ TEST(Unseen, BacksOfSingleSidedSurfacesShowNothing) {
     world.solid({Vec3(1, 1, 1), Vec3(3, 2, 3)}, "crate");
     world.light("environment");
     const auto placed = judge(world);
-    const Counts top = count(placed, [](const Placed& p) { return p.object == "crate" && p.normal.y > 0.5f; });
+    const Counts top =
+        count(placed, [](const Placed& p) { return p.object == "crate" && p.normal.y > 0.5f; });
     EXPECT_EQ(material ? top.unseen : top.seen, 0);
-    const Counts foot = count(placed, [](const Placed& p) { return p.object == "crate" && p.normal.y < -0.5f; });
+    const Counts foot =
+        count(placed, [](const Placed& p) { return p.object == "crate" && p.normal.y < -0.5f; });
     EXPECT_EQ(foot.unseen, 0);
   }
 }

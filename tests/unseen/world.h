@@ -27,8 +27,7 @@ class World {
     scene.materials.push_back(material);
   }
   void add(Mesh mesh, const std::string& name, const Vec3& origin, uint32_t material = 0) {
-    scene.instances.push_back(
-        instance(static_cast<uint32_t>(scene.meshes.size()), name, at(origin)));
+    scene.instances.push_back(instance(static_cast<uint32_t>(scene.meshes.size()), name, at(origin)));
     scene.instances.back().material = material;
     scene.meshes.push_back(std::move(mesh));
   }
