@@ -2,6 +2,8 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -65,7 +67,16 @@ struct AtlasStatistics {
   float texels_per_metre = 0;      // layout pack: what was used, at density 1
   uint64_t kept_charts = 0;        // layout pack: at their place in the previous layout
   uint32_t cut_charts = 0;         // more charts because others stand on them
+  uint64_t collapsed_charts = 0;   // layout pack: given the least size (AtlasSettings::collapse)
+  uint64_t collapsed_texels = 0;   // mask_texels of those
+  uint64_t collapsed_from = 0;     // what these would have without it
   std::vector<StageTime> steps;    // where the time went
+
+  // Of the texels that charts would have if none were collapsed.
+  double collapsed_share() const {
+    const uint64_t all = mask_texels - collapsed_texels + collapsed_from;
+    return all ? static_cast<double>(collapsed_from) / static_cast<double>(all) : 0.0;
+  }
 };
 
 struct Atlas {
@@ -78,6 +89,7 @@ struct Atlas {
   std::vector<uint32_t> owner;                 // by texel: placement index + 1 whose bilinear footprint
                                                // holds it, 0: empty. Coordinator only: not sent.
   std::vector<PackedChart> packed_charts;      // layout pack: by placement. Coordinator only: not sent.
+  std::vector<uint8_t> collapsed;  // by placement: 1, given the least size; empty: none. Coordinator only.
   TexelSites sites;
   std::vector<ContactLine> contacts;  // where surfaces stand on others. Coordinator only: not sent.
   std::vector<std::string> warnings;  // for the report, one sentence each: what somebody should change
@@ -95,6 +107,13 @@ struct Atlas {
   }
 };
 
+// Charts as they are cut for one density, before they have a place.
+struct ChartsToSize {
+  const Atlas& atlas;                // charts, charts_of_instance and instance_first_chart are there
+  std::span<const double> texel;     // metres of a texel, by instance
+  std::span<const uint64_t> texels;  // of the box, by placement: about what a chart will take; 4 is the least
+};
+
 struct AtlasSettings {
   enum class Layout { kAuto, kAtlas, kPack } layout = Layout::kAuto;
   uint32_t width = 1024, height = 1024;  // layout atlas
@@ -105,6 +124,9 @@ struct AtlasSettings {
   bool block_align = false;              // layout pack: no two charts in one 4x4 block
   uint32_t mip_levels = 0;    // layout pack: below the first; no bilinear lookup there mixes two charts
   uint64_t texel_budget = 0;  // layout pack: of all pages; lowers texels_per_metre; 0: none
+  // layout pack: which charts get the least size (2 x 2 texels) whatever the density, by placement; all
+  // others are as without it. Must answer alike for any number of threads. Empty: none.
+  std::function<std::vector<uint8_t>(const ChartsToSize&)> collapse;
   const PreviousLayout* previous = nullptr;  // layout pack: charts stay where they were (previous_layout.h)
   uint64_t max_texels = uint64_t{1} << 31;   // of all pages; beyond it is an error that names what fits
   bool cut_contacts = true;                  // layout pack: charts end where a wall stands on them

@@ -125,6 +125,7 @@ class Trial {
     KILN_TRY_STATUS(trial->cut_and_number());
     trial->boxes_ = chart_boxes(trial->atlas, settings.threads);
     trial->sizes_ = chart_sizes(scene, trial->atlas, trial->boxes_, settings.density, settings.threads);
+    trial->collapse();
     return trial;
   }
 
@@ -134,6 +135,7 @@ class Trial {
     {
       const StageTimer timer(atlas.statistics.steps, "masks");
       masks_ = chart_masks(atlas, boxes_, sizes_, steps_, rules_, settings_.threads);
+      count_collapsed();
     }
     const StageTimer timer(atlas.statistics.steps, "pack");
     const PackSettings pack{.max_page_size = settings_.max_page_size,
@@ -188,19 +190,65 @@ class Trial {
     take_charts_away(scene_, receives, atlas);
     if (settings_.cut_contacts) {
       const StageTimer timer(atlas.statistics.steps, "contacts");
-      std::vector<double> texel(scene_.instances.size(), 1 / density_);
-      for (size_t i = 0; i < settings_.density.size(); ++i) texel[i] /= settings_.density[i];
-      cut_at_contacts(scene_, texel, settings_.threads, atlas);
+      cut_at_contacts(scene_, texel_sizes(), settings_.threads, atlas);
     }
     return number_placements(scene_, atlas);
   }
 
+  std::vector<double> texel_sizes() const {
+    std::vector<double> texel(scene_.instances.size(), 1 / density_);
+    for (size_t i = 0; i < settings_.density.size(); ++i) texel[i] /= settings_.density[i];
+    return texel;
+  }
+
+  // A chart without extent gets one step each way.
+  void collapse() {
+    if (!settings_.collapse || sizes_.empty()) return;
+    const StageTimer timer(atlas.statistics.steps, "collapse");
+    std::vector<uint64_t> texels;
+    for (const ChartSize& size : sizes_) {
+      const Steps s = chart_steps(size, density_, rules_);
+      texels.push_back((uint64_t{s.x} + 1) * (uint64_t{s.y} + 1));
+    }
+    const std::vector<double> texel = texel_sizes();
+    atlas.collapsed = settings_.collapse({atlas, texel, texels});
+    KILN_CHECK(atlas.collapsed.size() == sizes_.size());
+    whole_ = sizes_;
+    for (size_t p = 0; p < sizes_.size(); ++p) {
+      if (!atlas.collapsed[p]) continue;
+      sizes_[p].metres = DVec2(0.0);
+      sizes_[p].square_metres = 0;
+    }
+  }
+
+  // What was saved: masks of the same charts at their whole size.
+  void count_collapsed() {
+    AtlasStatistics& count = atlas.statistics;
+    count.collapsed_charts = count.collapsed_texels = count.collapsed_from = 0;
+    if (std::find(atlas.collapsed.begin(), atlas.collapsed.end(), 1) == atlas.collapsed.end()) return;
+    std::vector<Steps> steps = steps_;
+    for (size_t p = 0; p < steps.size(); ++p)
+      if (atlas.collapsed[p]) steps[p] = chart_steps(whole_[p], density_, rules_);
+    const ChartMasks whole = chart_masks(atlas, boxes_, whole_, steps, rules_, settings_.threads);
+    const auto texels = [](const ChartMasks& masks, size_t p) {
+      uint64_t bits = 0;
+      for_each_bit(masks.texels[masks.of_placement[p]], [&](uint32_t, uint32_t) { ++bits; });
+      return bits;
+    };
+    for (size_t p = 0; p < steps.size(); ++p) {
+      if (!atlas.collapsed[p]) continue;
+      ++count.collapsed_charts;
+      count.collapsed_texels += texels(masks_, p);
+      count.collapsed_from += texels(whole, p);
+    }
+  }
+
   const Scene& scene_;
-  const AtlasSettings& settings_;
+  const AtlasSettings settings_;
   double density_;
   PackRules rules_;
   std::vector<MeshChartBoxes> boxes_;
-  std::vector<ChartSize> sizes_;
+  std::vector<ChartSize> sizes_, whole_;  // whole_: with those that collapse as they were; empty: none does
   std::vector<Steps> steps_;
   ChartMasks masks_;
 };
@@ -257,6 +305,7 @@ class BudgetSearch {
   Expected<int64_t> start(double aim) {
     AtlasSettings uncut = settings_;
     uncut.cut_contacts = false;
+    uncut.collapse = {};
     KILN_TRY(const TrialPtr whole, Trial::at(scene_, uncut, 1, base_));
     double square_metres = 0;
     for (const ChartSize& size : whole->sizes()) square_metres += size.square_metres;
@@ -295,6 +344,7 @@ Expected<TrialPtr> at_wished_density(const Scene& scene, const AtlasSettings& se
   const PackRules rules = pack_rules(settings);
   AtlasSettings uncut = settings;
   uncut.cut_contacts = false;
+  uncut.collapse = {};
   KILN_TRY(TrialPtr trial, Trial::at(scene, uncut, wished, base));
   // Contacts are not looked for at a density that is out of reach.
   if (texels_needed(trial->sizes(), wished, rules) > limit) {
@@ -302,7 +352,7 @@ Expected<TrialPtr> at_wished_density(const Scene& scene, const AtlasSettings& se
     return too_dense(wished, fitting_density(trial->sizes(), 0.95 * wished, rules, 0.9 * limit),
                      settings.max_texels, largest_charts(scene, trial->sizes()));
   }
-  if (settings.cut_contacts) {
+  if (settings.cut_contacts || settings.collapse) {
     KILN_TRY(trial, Trial::at(scene, settings, wished, base));
   }
   if (texels_needed(trial->sizes(), wished, rules) <= limit) trial->pack();

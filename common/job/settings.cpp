@@ -286,6 +286,13 @@ const Setting kTable[] = {
     {"unseen-density", "F", "", "density of what is in no camera's view, with --importance-cameras on",
      [](B& b, S s) { return store_number(b.unseen_density, s, 1.0 / 64, 1); },
      [](const B& b) { return print(b.unseen_density); }},
+    {"unseen", "WORD", "",
+     "layout pack: keep: every chart has its density; auto: charts that no camera, light or opening reaches "
+     "have 2 x 2 texels",
+     [](B& b, S s) {
+       return store_word(b.unseen, s, {"keep", "auto"});
+     },
+     [](const B& b) { return b.unseen; }},
     {"small-objects", "M", "metres",
      "layout pack: objects smaller than this have less density, in proportion to their size; 0: all the same",
      [](B& b, S s) { return store_number(b.small_objects, s, 0, 1e6); },

@@ -82,6 +82,12 @@ void write_objects(JsonWriter& w, const std::vector<ObjectPlan>& objects) {
   w.end_array();
 }
 
+JsonWriter& write_unseen(JsonWriter& w, const AtlasStatistics& a) {
+  w.key("unseen").begin_object().pair("charts", a.collapsed_charts);
+  w.pair("texels", a.collapsed_from).pair("share", a.collapsed_share());
+  return w.pair("saved_texels", a.collapsed_from - a.collapsed_texels);
+}
+
 std::string plan_json(const PlanView& v) {
   JsonWriter w;
   const Plan& p = v.plan;
@@ -91,6 +97,7 @@ std::string plan_json(const PlanView& v) {
   w.pair("kept_charts", v.atlas.statistics.kept_charts);
   w.pair("chart_texels", v.atlas.statistics.mask_texels).pair("used_share", v.atlas.used_share());
   if (v.atlas.packed) w.pair("texels_per_metre", double{v.atlas.statistics.texels_per_metre});
+  write_unseen(w, v.atlas.statistics).end_object();
   w.pair("triangles", p.triangles).pair("stored_triangles", p.stored_triangles);
   w.pair("coordinator_bytes", p.coordinator_bytes).pair("worker_bytes", p.worker_bytes);
   w.pair("output_bytes", p.output_bytes);

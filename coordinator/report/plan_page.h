@@ -26,6 +26,9 @@ Expected<std::string> plan_html(const PlanView& view, const std::filesystem::pat
 // The rows of "objects" in plan.json and report.json.
 void write_objects(class JsonWriter& writer, const std::vector<ObjectPlan>& objects);
 
+// "unseen" of plan.json, and of "atlas" in report.json: what --unseen auto has made small.
+class JsonWriter& write_unseen(class JsonWriter& writer, const AtlasStatistics& atlas);
+
 std::string_view note_kind(ImportNote::Kind kind);  // "warning"
 
 }  // namespace kiln

@@ -63,6 +63,7 @@ struct BakeReport {
   uint64_t charts = 0, owned_texels = 0;
   std::string scene_id;
   AtlasStatistics atlas;
+  uint64_t unseen_lit = 0;  // charts that --unseen auto took for unseen and that met light
   std::string kept_layout;  // SHA-256 of the file of --keep-layout; empty: none
   std::vector<StageTime> stages;
   std::vector<PassPoint> passes;

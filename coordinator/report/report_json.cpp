@@ -38,6 +38,7 @@ void write_atlas(JsonWriter& w, const BakeReport& r) {
   w.pair("kept_charts", r.atlas.kept_charts);
   if (!r.kept_layout.empty()) w.pair("kept_layout_sha256", r.kept_layout);
   if (r.layout == "pack") w.pair("texels_per_metre", double{r.atlas.texels_per_metre});
+  write_unseen(w, r.atlas).pair("charts_that_met_light", r.unseen_lit).end_object();
   w.pair("used_share",
          static_cast<double>(r.owned_texels) / static_cast<double>(std::max<uint64_t>(1, r.plan.texels)));
   w.key("texels_by_class").begin_object();

@@ -250,6 +250,7 @@ Expected<BakeReport> run_bake(const BakeRequest& request, const Progress& progre
   if (!baked.whole) return too_short(request, pre, watch);
   KILN_TRY_STATUS(check_cancelled(request));
   Lightmap map = sums.resolve(pre.atlas);
+  check_unseen(map, pre.atlas, report);
   {
     const StageTimer timer(report.stages, surface ? "denoise" : "errors");
     progress({.stage = surface ? "denoise" : "errors"});

@@ -1,4 +1,6 @@
 // The part of a bake before any ray.
+#include <optional>
+
 #include "common/base/files.h"
 #include "common/base/format.h"
 #include "common/base/parallel.h"
@@ -12,6 +14,7 @@
 #include "coordinator/report/density_view.h"
 #include "coordinator/run/bake_run.h"
 #include "coordinator/textures/textures.h"
+#include "coordinator/unseen/unseen.h"
 
 namespace kiln {
 namespace {
@@ -37,6 +40,30 @@ AtlasSettings atlas_settings(const BakeSettings& s) {
         s.unwrap_cache == "auto" ? default_cache_folder() : std::filesystem::path(s.unwrap_cache);
   a.cut_contacts = s.contact_cuts;
   return a;
+}
+
+std::string unseen_text(const AtlasStatistics& s) {
+  return text(
+      "{} of {} charts are reached by no camera, light or opening: {} texels instead of {}, {:.1f} % of the "
+      "map "
+      "(--unseen auto)",
+      s.collapsed_charts, s.charts, s.collapsed_texels, s.collapsed_from, 100 * s.collapsed_share());
+}
+
+// What --unseen auto has come to.
+void note_unseen(const BakeSettings& settings, const std::optional<UnseenCharts>& unseen, Preflight& pre) {
+  if (settings.unseen != "auto") return;
+  const auto say = [&](ImportNote::Kind kind, std::string what) {
+    pre.imported.notes.push_back({kind, std::move(what)});
+  };
+  if (!pre.atlas.packed)
+    return say(ImportNote::Kind::kIgnored,
+               "--unseen auto is not heeded: the file's own atlas decides, --layout pack heeds it");
+  if (!unseen->decides())
+    return say(
+        ImportNote::Kind::kWarning,
+        "--unseen auto changes nothing: the scene has neither camera nor light; add one, or take it away");
+  say(ImportNote::Kind::kNote, unseen_text(pre.atlas.statistics));
 }
 
 // Settings of layout pack say nothing to a scene whose own atlas is used.
@@ -76,8 +103,15 @@ Expected<Preflight> run_preflight(const std::filesystem::path& scene, const Bake
       layout.previous = &kept.layout;
       pre.kept_layout = kept.digest.hex();
     }
+    std::optional<UnseenCharts> unseen;
+    if (settings.unseen == "auto" && layout.layout != AtlasSettings::Layout::kAtlas) {
+      unseen.emplace(pre.imported.scene, pre.imported.density.cameras);
+      layout.collapse = [&](const ChartsToSize& charts) { return unseen->find(charts); };
+    }
     KILN_TRY(pre.atlas, build_atlas(pre.imported.scene, layout));
     layout.previous = nullptr;
+    layout.collapse = {};
+    note_unseen(settings, unseen, pre);
     warn_of_unused(settings, pre.atlas);
     for (const std::string& note : pre.atlas.notes)
       pre.imported.notes.push_back({ImportNote::Kind::kNote, note});
