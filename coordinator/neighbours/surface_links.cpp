@@ -18,10 +18,10 @@ struct Link {
 
 class Linker {
  public:
-  Linker(const Scene& scene, const Atlas& atlas, const SiteGeometry& sites, unsigned threads)
-      : scene_(scene), atlas_(atlas), sites_(sites), threads_(threads), walls_(atlas.contacts) {
-    site_of_texel_.assign(atlas.texel_count(), kNone);
-    for (uint32_t s = 0; s < sites.size(); ++s) site_of_texel_[atlas.sites.texel[s]] = s;
+  Linker(SeamFinder& seams, const SiteGeometry& sites, unsigned threads)
+      : seams_(seams), atlas_(seams.atlas()), sites_(sites), threads_(threads), walls_(atlas_.contacts) {
+    site_of_texel_.assign(atlas_.texel_count(), kNone);
+    for (uint32_t s = 0; s < sites.size(); ++s) site_of_texel_[atlas_.sites.texel[s]] = s;
   }
 
   std::vector<Link> run() const {
@@ -64,11 +64,8 @@ class Linker {
   }
 
   std::vector<Link> across_seams() const {
-    const std::vector<BorderEdge> edges = border_edges(scene_, atlas_);
-    const SeamSettings settings;
-    std::vector<SeamStretch> stretches = coincident_stretches(edges, settings);
     std::vector<Link> links;
-    for (const SeamPoint& p : seam_points(edges, stretches, atlas_.contacts, settings)) {
+    for (const SeamPoint& p : seams_.find().points) {
       const uint32_t a = site_beside(p, 0), b = site_beside(p, 1);
       if (a != kNone && b != kNone && a != b && joined(a, b)) links.push_back({a, b});
     }
@@ -94,7 +91,7 @@ class Linker {
     return best;
   }
 
-  const Scene& scene_;
+  SeamFinder& seams_;
   const Atlas& atlas_;
   const SiteGeometry& sites_;
   unsigned threads_;
@@ -106,7 +103,12 @@ class Linker {
 
 SurfaceLinks surface_links(const Scene& scene, const Atlas& atlas, const SiteGeometry& sites,
                            unsigned threads) {
-  const std::vector<Link> links = Linker(scene, atlas, sites, threads).run();
+  SeamFinder seams(scene, atlas);
+  return surface_links(seams, sites, threads);
+}
+
+SurfaceLinks surface_links(SeamFinder& seams, const SiteGeometry& sites, unsigned threads) {
+  const std::vector<Link> links = Linker(seams, sites, threads).run();
   SurfaceLinks out;
   out.first.assign(sites.size() + 1, 0);
   for (const Link& l : links) ++out.first[l.a + 1], ++out.first[l.b + 1];

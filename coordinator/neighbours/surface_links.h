@@ -4,6 +4,7 @@
 #include <span>
 
 #include "coordinator/neighbours/site_geometry.h"
+#include "coordinator/seams/match.h"
 
 namespace kiln {
 
@@ -21,6 +22,7 @@ struct SurfaceLinks {
 // line of atlas.contacts, where something stands on the surface, nor a gap wider than two texels (a chart
 // that comes back beside itself). About half a microsecond a site, and 24 bytes.
 // The same for any number of threads.
+SurfaceLinks surface_links(SeamFinder& seams, const SiteGeometry& sites, unsigned threads);
 SurfaceLinks surface_links(const Scene& scene, const Atlas& atlas, const SiteGeometry& sites,
                            unsigned threads);
 

@@ -89,16 +89,8 @@ class Crossing {
 
 }  // namespace
 
-bool fill_across_seams(Lightmap& map, const Scene& scene, const Atlas& atlas) {
-  Crossing crossing(map, atlas);
-  std::vector<BorderEdge> edges = border_edges(scene, atlas);
-  std::vector<SeamStretch> stretches = coincident_stretches(edges, {});
-  std::erase_if(stretches, [&](const SeamStretch& s) {
-    return !crossing.lacks(edges[s.side[0].edge].placement) &&
-           !crossing.lacks(edges[s.side[1].edge].placement);
-  });
-  const std::vector<SeamPoint> points = seam_points(edges, stretches, atlas.contacts, {});
-  return crossing.fill(points);
+bool fill_across_seams(Lightmap& map, SeamFinder& seams) {
+  return Crossing(map, seams.atlas()).fill(seams.find().points);
 }
 
 }  // namespace kiln

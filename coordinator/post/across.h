@@ -3,12 +3,13 @@
 
 #include "common/atlas/atlas.h"
 #include "coordinator/lightmap/lightmap.h"
+#include "coordinator/seams/match.h"
 
 namespace kiln {
 
 // Texels at the seams (coordinator/seams: the surface goes on there) of charts that have no texel set take
 // the mean of what lookups on the other side give, in all planes but "samples", and the class kFilled. True
 // if any did. Charts further than one seam from a value want another call.
-bool fill_across_seams(Lightmap& map, const Scene& scene, const Atlas& atlas);
+bool fill_across_seams(Lightmap& map, SeamFinder& seams);
 
 }  // namespace kiln

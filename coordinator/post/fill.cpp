@@ -36,10 +36,12 @@ Figures fill_invalid(Lightmap& map, const PostContext& context) {
   constexpr int kMostSeams = 8;  // between a chart without a value and one that has some
   const Atlas& atlas = context.atlas;
   const auto same_chart = [&](size_t a, size_t b) { return atlas.owner[a] == atlas.owner[b]; };
+  SeamFinder own(context.scene, atlas);
+  SeamFinder& seams = context.seams ? *context.seams : own;
   correct_pushed(map, same_chart);
   std::vector<uint32_t> open = fill_rings(map, atlas, same_chart);
   const size_t alone = open.size();
-  for (int k = 0; k < kMostSeams && !open.empty() && fill_across_seams(map, context.scene, atlas); ++k)
+  for (int k = 0; k < kMostSeams && !open.empty() && fill_across_seams(map, seams); ++k)
     open = fill_rings(map, atlas, same_chart);
   // What saw only the inside of geometry or nothing, and borders on nothing that knows more, stays black.
   for (const uint32_t t : open)

@@ -7,7 +7,8 @@ Figures join_seams(Lightmap& map, const PostContext& context) {
   if (!context.settings.seams) return {};
   SeamSettings settings;
   settings.angle_degrees = context.settings.seam_angle;
-  const SeamReport r = join_seams(map, context.scene, context.atlas, settings);
+  SeamFinder own(context.scene, context.atlas);
+  const SeamReport r = join_seams(map, context.seams ? *context.seams : own, settings);
   Figures figures{{"seams", static_cast<double>(r.stretches), "stretches"},
                   {"length of seams", r.metres, "m"}};
   if (r.equations == 0) return figures;

@@ -9,6 +9,7 @@
 #include "common/base/figures.h"
 #include "common/job/settings.h"
 #include "coordinator/lightmap/lightmap.h"
+#include "coordinator/seams/match.h"
 
 namespace kiln {
 
@@ -16,6 +17,7 @@ struct PostContext {
   const Scene& scene;
   const Atlas& atlas;
   const BakeSettings& settings;
+  SeamFinder* seams = nullptr;  // of these; null: looked for where they are needed
 };
 
 struct PostStage {

@@ -148,7 +148,7 @@ BakeSettings picture_settings(const BakeRequest& request, const TimeBudget& budg
 }
 
 // `seams`: they are joined, so that textures keep both sides equal.
-Status publish(const BakeRequest& request, const Preflight& pre, const Lightmap& map, bool seams,
+Status publish(const BakeRequest& request, const Preflight& pre, const Lightmap& map, bool seams, SeamFinder& finder,
                BakeReport& report, const TimeBudget& budget, const Stopwatch& watch) {
   ReportPictures pictures;
   TextureResult textures;
@@ -162,7 +162,7 @@ Status publish(const BakeRequest& request, const Preflight& pre, const Lightmap&
                               "textures are encoded by --encode-effort fast and masters are written without "
                               "compression: the time limit left no more time"});
     }
-    KILN_TRY(textures, make_textures({pre.imported.scene, pre.atlas, map, settings, request.output}));
+    KILN_TRY(textures, make_textures({pre.imported.scene, pre.atlas, map, settings, request.output, &finder}));
     report.textures = textures.figures;
     report.unmet = beyond_bound(textures, request.settings);
   }
@@ -222,14 +222,14 @@ Expected<BakeReport> run_bake(const BakeRequest& request, const Progress& progre
   Accumulator sums(pre.atlas.sites.size(), job.transport.basis);
   Baked baked;
   TimeBudget budget(request, pre, watch);
+  SeamFinder seams(pre.imported.scene, pre.atlas);
   std::optional<SurfaceGraph> surface;
   if (request.settings.denoise) {
     const StageTimer timer(report.stages, "neighbours");
-    const Stopwatch neighbours;
     surface.emplace();
     surface->sites = site_geometry(pre.imported.scene, pre.atlas, 0);
-    surface->links = surface_links(pre.imported.scene, pre.atlas, surface->sites, 0);
-    budget.neighbours_took(neighbours.seconds());
+    surface->links = surface_links(seams, surface->sites, 0);
+    budget.seams_are(seams.find().points.size());
     if (const auto seen =
             link_by_view(pre.imported.scene, surface->sites, 0, budget.views_seconds(), surface->links)) {
       report.post.push_back({"neighbours that see other things", static_cast<double>(seen->parted), "pairs"});
@@ -277,12 +277,12 @@ Expected<BakeReport> run_bake(const BakeRequest& request, const Progress& progre
     }
     const StageTimer timer(report.stages, std::string(stage.name));
     progress({.stage = std::string(stage.name)});
-    for (Figure& figure : stage.run(map, {pre.imported.scene, pre.atlas, request.settings}))
+    for (Figure& figure : stage.run(map, {pre.imported.scene, pre.atlas, request.settings, &seams}))
       report.post.push_back(std::move(figure));
   }
   count_classes(map, pre.atlas, report);
   progress({.stage = "publish"});
-  KILN_TRY_STATUS(publish(request, pre, map, joins_seams, report, budget, watch));
+  KILN_TRY_STATUS(publish(request, pre, map, joins_seams, seams, report, budget, watch));
   return report;
 }
 

@@ -7,18 +7,17 @@
 namespace kiln {
 namespace {
 
-// Seconds of one thread, from cpu_seconds of stages in report.json (tests/bench/real_scenes.py).
-constexpr double kDenoisePerSite[] = {10e-6, 4e-6, 1.2e-6, 1e-6};  // over luminance, by levels
+// Seconds by threads: what a stage took on the clock in report.json, times the threads
+// (tests/bench/real_scenes.py, the largest maps).
+constexpr double kDenoisePerSite[] = {10e-6, 4e-6, 2e-6, 1.5e-6};  // over luminance, by levels
 constexpr double kPlanesShare = 2.5;                               // over all planes, by that
 constexpr double kViewsShare = 0.05;    // of the limit
 constexpr double kDenoiseShare = 0.15;  // of the limit, at most: with less time it is coarser
-constexpr double kResolvePerSite = 1e-6;     // means, errors, fill and dilate
+constexpr double kResolvePerSite = 1.5e-6;   // means, errors, fill and dilate
 constexpr double kSeamsPerSite = 4e-6;
-constexpr double kFillSearches = 0.5;       // charts without a value take their seams'
-constexpr double kSeamsSearches = 3.2;      // by the seconds of one search for neighbours across seams
-constexpr double kTexturesSearches = 2;     // seams of textures are matched after encoding
-constexpr double kMastersPerTexel = 3e-6, kQuickMastersPerTexel = 1e-6;
-constexpr double kTexturesPerTexel = 4.5e-6, kQuickTexturesPerTexel = 3e-6;  // of one encoding
+constexpr double kSeamsPerPoint = 4e-6, kTexturesPerSeamPoint = 2e-6;  // of both threads: the solve has one
+constexpr double kMastersPerTexel = 4e-6, kQuickMastersPerTexel = 1.4e-6;
+constexpr double kTexturesPerTexel = 5.8e-6, kQuickTexturesPerTexel = 3e-6;  // of one encoding
 constexpr double kFilesShare = 0.25;  // of the limit, at most: with less time files are written the quick way
 constexpr double kPictures = 1.2;           // the search for a camera, all but pixels
 constexpr double kPicturesPerPixel = 4.5e-6;
@@ -67,8 +66,8 @@ double TimeBudget::denoise_seconds(uint32_t levels) const {
   return slowness_ * kDenoisePerSite[std::min<size_t>(levels, std::size(kDenoisePerSite) - 1)] * sites_ / threads_;
 }
 
-void TimeBudget::neighbours_took(double seconds) {
-  neighbours_ = seconds;
+void TimeBudget::seams_are(size_t points) {
+  seam_points_ = static_cast<double>(points);
   // Sampling comes before seams: where those would take most of what is left, they are not planned for.
   seams_ = seams_seconds() + textures_seconds(true) - textures_seconds(false) <= kSeamsShare * seconds_left();
 }
@@ -80,11 +79,11 @@ void TimeBudget::denoise_took(double seconds, uint32_t levels) {
 
 double TimeBudget::seams_seconds() const {
   if (!request_.settings.seams) return 0;
-  return slowness_ * kSeamsPerSite * sites_ / threads_ + kSeamsSearches * neighbours_;
+  return slowness_ * (kSeamsPerSite * sites_ / threads_ + kSeamsPerPoint * seam_points_);
 }
 
 double TimeBudget::textures_seconds(bool seams) const {
-  double seconds = seams && request_.settings.seams ? kTexturesSearches * neighbours_ : 0;
+  double seconds = seams && request_.settings.seams ? slowness_ * kTexturesPerSeamPoint * seam_points_ : 0;
   for (const std::string& encoding : request_.settings.encodings)
     if (encoding != "none")
       seconds += slowness_ * (quick_ ? kQuickTexturesPerTexel : kTexturesPerTexel) * texels_ / threads_;
@@ -106,7 +105,7 @@ double TimeBudget::seconds_after() const {
   const double denoise = request_.settings.denoise ? kPlanesShare * denoise_seconds(last_levels_) : 0;
   const double limit = request_.settings.time_limit;
   const double picture_share = limit > 0 ? kPictureShare * limit : std::numeric_limits<double>::infinity();
-  return denoise + slowness_ * kResolvePerSite * sites_ / threads_ + kFillSearches * neighbours_ +
+  return denoise + slowness_ * kResolvePerSite * sites_ / threads_ +
          (seams_ ? seams_seconds() : 0) + textures_seconds(seams_) + masters_seconds() +
          std::min(pictures_seconds(1), std::max(pictures_seconds(0.25), picture_share));
 }

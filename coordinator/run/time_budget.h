@@ -30,8 +30,8 @@ class TimeBudget {
   void denoise_took(double seconds, uint32_t levels);
   // At the present samples it will run at these levels.
   void denoise_will_be(uint32_t levels) { last_levels_ = std::max(levels, levels_); }
-  // The surface graph was made in so many seconds; joining seams begins with the same search.
-  void neighbours_took(double seconds);
+  // So many places along seams were found.
+  void seams_are(size_t points);
 
   // After the passes: is there time to join seams, and still for what comes after?
   bool has_time_for_seams() const;
@@ -47,7 +47,7 @@ class TimeBudget {
 
   const BakeRequest& request_;
   const Stopwatch& watch_;
-  double sites_ = 0, texels_ = 0, threads_ = 1, neighbours_ = 0;
+  double sites_ = 0, texels_ = 0, threads_ = 1, seam_points_ = 0;
   bool quick_ = false;
   bool seams_ = true;    // there will be time for them
   double slowness_ = 1;  // of this machine now, against the idle one that the constants were measured on

@@ -103,47 +103,42 @@ void measure_agreed(const Lightmap& map, std::span<const SeamEquation> equations
   report.agreed = measure_steps(map, agreed);
 }
 
-struct Seams {
-  std::vector<SeamStretch> stretches;
-  std::vector<SeamEquation> equations;
-};
-
-Seams find_seams(const Lightmap& map, const Scene& scene, const Atlas& atlas, const SeamSettings& settings) {
-  Seams seams;
-  const std::vector<BorderEdge> edges = border_edges(scene, atlas);
-  seams.stretches = coincident_stretches(edges, settings);
-  const std::vector<SeamPoint> points = seam_points(edges, seams.stretches, atlas.contacts, settings);
-  seams.equations = seam_equations(atlas, map, points);
-  return seams;
-}
-
 }  // namespace
 
 std::vector<SeamEquation> seams_of(const Lightmap& map, const Scene& scene, const Atlas& atlas,
                                    const SeamSettings& settings) {
-  return find_seams(map, scene, atlas, settings).equations;
+  SeamFinder finder(scene, atlas);
+  return seam_equations(atlas, map, finder.find(settings.angle_degrees).points);
 }
 
 SeamReport join_seams(Lightmap& map, const Scene& scene, const Atlas& atlas, const SeamSettings& settings,
                       const SeamWeights& weights) {
-  SeamReport report;
-  const Seams seams = find_seams(map, scene, atlas, settings);
-  report.stretches = seams.stretches.size();
-  for (const SeamStretch& s : seams.stretches) report.metres += s.metres;
-  report.equations = seams.equations.size();
-  if (seams.equations.empty()) return report;
+  SeamFinder finder(scene, atlas);
+  return join_seams(map, finder, settings, weights);
+}
 
-  const std::vector<SeamDoubt> doubts = seam_doubts(atlas, map, seams.equations, weights.doubt);
-  SeamUnknowns unknowns = seam_unknowns(atlas, map, seams.equations, doubts, weights);
+SeamReport join_seams(Lightmap& map, SeamFinder& finder, const SeamSettings& settings,
+                      const SeamWeights& weights) {
+  SeamReport report;
+  const Atlas& atlas = finder.atlas();
+  const FoundSeams& found = finder.find(settings.angle_degrees);
+  report.stretches = found.stretches.size();
+  for (const SeamStretch& s : found.stretches) report.metres += s.metres;
+  const std::vector<SeamEquation> equations = seam_equations(atlas, map, found.points);
+  report.equations = equations.size();
+  if (equations.empty()) return report;
+
+  const std::vector<SeamDoubt> doubts = seam_doubts(atlas, map, equations, weights.doubt);
+  SeamUnknowns unknowns = seam_unknowns(atlas, map, equations, doubts, weights);
   report.texels = unknowns.texels.size();
   const ChangeMeter change(map, unknowns.texels);
   const SeamBackup before = back_up(map, unknowns.texels);
-  report.before = measure_steps(map, seams.equations);
-  leave_out(map, seams.equations, doubts, weights, unknowns);
-  solve_planes(map, seams.equations, doubts, unknowns, before, report);
+  report.before = measure_steps(map, equations);
+  leave_out(map, equations, doubts, weights, unknowns);
+  solve_planes(map, equations, doubts, unknowns, before, report);
   report.shortened = shorten_directions(map, unknowns.texels);
-  report.after = measure_steps(map, seams.equations);
-  measure_agreed(map, seams.equations, doubts, weights, report);
+  report.after = measure_steps(map, equations);
+  measure_agreed(map, equations, doubts, weights, report);
   change.finish(report);
   state_moves(map, unknowns.texels, before);
   return report;

@@ -27,6 +27,8 @@ struct SeamReport {
 // Changes every plane but "samples"; "error" and the errors of bands as in stated.h.
 // Texels further than weights.reach from a seam, and everything where nothing differs, keep their bits. A
 // plane without a negative value near seams gets none; values stay finite.
+SeamReport join_seams(Lightmap& map, SeamFinder& finder, const SeamSettings& settings,
+                      const SeamWeights& weights = {});
 SeamReport join_seams(Lightmap& map, const Scene& scene, const Atlas& atlas, const SeamSettings& settings,
                       const SeamWeights& weights = {});
 

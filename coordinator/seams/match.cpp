@@ -215,4 +215,15 @@ std::vector<SeamPoint> seam_points(std::span<const BorderEdge> edges, std::vecto
   return points;
 }
 
+const FoundSeams& SeamFinder::find(double angle_degrees) {
+  const auto [it, is_new] = found_.try_emplace(angle_degrees);
+  if (is_new) {
+    const SeamSettings settings{.angle_degrees = angle_degrees};
+    const std::vector<BorderEdge> edges = border_edges(scene_, atlas_);
+    it->second.stretches = coincident_stretches(edges, settings);
+    it->second.points = seam_points(edges, it->second.stretches, atlas_.contacts, settings);
+  }
+  return it->second;
+}
+
 }  // namespace kiln

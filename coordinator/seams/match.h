@@ -1,6 +1,7 @@
 // The seam graph: where borders of charts lie on each other in the world and the surface goes on across.
 #pragma once
 
+#include <map>
 #include <span>
 
 #include "coordinator/seams/border.h"
@@ -47,5 +48,28 @@ std::vector<SeamStretch> coincident_stretches(std::span<const BorderEdge> edges,
 // differs on either side of it. Stretches without a place are dropped.
 std::vector<SeamPoint> seam_points(std::span<const BorderEdge> edges, std::vector<SeamStretch>& stretches,
                                    std::span<const ContactLine> contacts, const SeamSettings& settings);
+
+struct FoundSeams {
+  std::vector<SeamStretch> stretches;
+  std::vector<SeamPoint> points;
+};
+
+// The seams of an atlas, looked for once and kept: a bake asks for them when texels are linked, filled, joined
+// and encoded. `scene` and `atlas` outlive it. For one thread.
+class SeamFinder {
+ public:
+  SeamFinder(const Scene& scene, const Atlas& atlas) : scene_(scene), atlas_(atlas) {}
+  SeamFinder(const SeamFinder&) = delete;
+  SeamFinder& operator=(const SeamFinder&) = delete;
+
+  const FoundSeams& find(double angle_degrees = SeamSettings{}.angle_degrees);
+  const Scene& scene() const { return scene_; }
+  const Atlas& atlas() const { return atlas_; }
+
+ private:
+  const Scene& scene_;
+  const Atlas& atlas_;
+  std::map<double, FoundSeams> found_;  // by angle
+};
 
 }  // namespace kiln

@@ -190,12 +190,10 @@ class Maker {
   }
 
   std::vector<SeamEquation> find_equations() const {
-    SeamSettings settings;
-    settings.angle_degrees = r_.settings.seam_angle;
-    const std::vector<BorderEdge> edges = border_edges(r_.scene, r_.atlas);
-    std::vector<SeamStretch> stretches = coincident_stretches(edges, settings);
-    const std::vector<SeamPoint> points = seam_points(edges, stretches, r_.atlas.contacts, settings);
-    std::vector<SeamEquation> equations = seam_equations(r_.atlas, r_.lightmap, points);
+    SeamFinder own(r_.scene, r_.atlas);
+    SeamFinder& seams = r_.seams ? *r_.seams : own;
+    std::vector<SeamEquation> equations =
+        seam_equations(r_.atlas, r_.lightmap, seams.find(r_.settings.seam_angle).points);
     // Eight a texel are for a solve that must agree everywhere. Blocks cannot; between texels lookups are
     // linear.
     std::vector<SeamEquation> some;

@@ -18,6 +18,7 @@ struct EncodeTextures {
   const Lightmap& lightmap;
   const BakeSettings& settings;
   std::filesystem::path folder;
+  SeamFinder* seams = nullptr;  // of these; null: looked for where they are needed
 };
 
 // What one --encode name came to for one quantity.
