@@ -19,9 +19,9 @@ void parallel_for(size_t count, const std::function<void(size_t)>& body, unsigne
 constexpr size_t kParallelRun = 1024;
 template <class Body>
 void for_each_run(size_t count, unsigned threads, const Body& body) {
-  parallel_for(
-      (count + kParallelRun - 1) / kParallelRun,
-      [&](size_t run) { body(run * kParallelRun, std::min(count, (run + 1) * kParallelRun)); }, threads);
+  parallel_for((count + kParallelRun - 1) / kParallelRun,
+               [&](size_t run) { body(run * kParallelRun, std::min(count, (run + 1) * kParallelRun)); },
+               threads);
 }
 
 // Calls body(i) once for each i in [0, count), in such runs.

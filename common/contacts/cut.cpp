@@ -582,8 +582,7 @@ MeshCharts cut_charts(const Mesh& mesh, const Mat4x3& to_world, const MeshCharts
   if (contacts.empty()) return {};
   // First to see which charts are divided at all: most contacts run along borders, where nothing is to be
   // cut.
-  const std::vector<bool> divided =
-      Cutter(mesh, to_world, base, contacts, texel, is_buried).divided(refused);
+  const std::vector<bool> divided = Cutter(mesh, to_world, base, contacts, texel, is_buried).divided(refused);
   if (std::find(divided.begin(), divided.end(), true) == divided.end()) return {};
   // A chart of few texels shows no more than a blur of what stands on it, cut or not.
   std::vector<double> area(base.chart_count);

@@ -29,8 +29,8 @@ struct BakeSettings {
   double camera_distance = 10;  // metres
   double unseen_density = 1;
   std::string unseen = "keep";  // keep, auto
-  double small_objects = 0;   // metres; 0: size does not matter
-  uint32_t page_size = 8192;  // texels
+  double small_objects = 0;     // metres; 0: size does not matter
+  uint32_t page_size = 8192;    // texels
   bool power_of_two = false, block_align = false;
   uint32_t mip_levels = 0;
   std::string unwrap = "auto";        // auto, always

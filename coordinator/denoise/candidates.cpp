@@ -1,8 +1,8 @@
-#include "common/base/parallel.h"
 #include "coordinator/denoise/candidates.h"
 
 #include <cmath>
 
+#include "common/base/parallel.h"
 #include "coordinator/denoise/site_average.h"
 
 namespace kiln {

@@ -2,9 +2,9 @@
 #pragma once
 
 #include "coordinator/denoise/kernel.h"
-#include "coordinator/neighbours/pieces.h"
 #include "coordinator/denoise/spikes.h"
 #include "coordinator/lightmap/texel_statistics.h"
+#include "coordinator/neighbours/pieces.h"
 
 namespace kiln {
 

@@ -4,12 +4,12 @@
 // 2012, section 4; Bitterli 2016, section 5.2 - there (f(A) - B)^2 less the variance of B, which has twice
 // the noise). The variance of f is known. Both are means over the window in units of `prior`, so that a
 // bright texel at its rim does not speak for dim ones.
-#include "common/base/parallel.h"
 #include "coordinator/denoise/choice.h"
 
 #include <cmath>
 #include <cstring>
 
+#include "common/base/parallel.h"
 
 namespace kiln {
 namespace {

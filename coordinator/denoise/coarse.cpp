@@ -2,11 +2,11 @@
 // the detail of the others shrunk towards what the replicates A and B have in common: with r the difference
 // of a texel from what the coarser level says, the mean of r(A) r(B) is the square of true detail, that of
 // ((r(A) + r(B)) / 2)^2 is detail and noise.
-#include "common/base/parallel.h"
 #include "coordinator/denoise/coarse.h"
 
 #include <cmath>
 
+#include "common/base/parallel.h"
 #include "common/math/frame.h"
 #include "coordinator/denoise/bounds.h"
 #include "coordinator/neighbours/pieces.h"
@@ -17,14 +17,14 @@ namespace {
 
 constexpr uint32_t kMostForTwo = 8, kMostForOne = 32;  // samples of a replicate
 constexpr uint32_t kLeastPiece = 256;  // sites that hang together: of smaller things every texel is its own
-constexpr float kJoinCosine = 0.97f;  // between normals of texels that are joined
-constexpr double kDetailErrors = 1;   // standard errors by which detail has to stand out
+constexpr float kJoinCosine = 0.97f;   // between normals of texels that are joined
+constexpr double kDetailErrors = 1;    // standard errors by which detail has to stand out
 // The same of the noise that is expected: where samples are rare and bright, texels that are all dark look
 // like detail, and their own products say that they are sure of it.
 constexpr double kExpectedErrors = 2;
 // A texel that is sharp by itself, as in choice.cpp: brighter, or dark in all of its samples.
 constexpr double kAlone = 6, kAloneDark = 12, kFewAlone = 8;
-constexpr size_t kMostAround = 24;    // joined texels to interpolate between
+constexpr size_t kMostAround = 24;  // joined texels to interpolate between
 
 struct Level {
   TexelStatistics statistics;
@@ -63,7 +63,8 @@ Joined join(const SiteGeometry& sites, const SurfaceLinks& links) {
     out.of[i] = i;
     if (!(sites.texel_size[i] > 0) || !out.is_joined[i]) continue;
     for (const uint32_t j : links.of(i)) {
-      if (j >= i || !same_square(sites, i, j) || dot(sites.normal[i], sites.normal[j]) < kJoinCosine) continue;
+      if (j >= i || !same_square(sites, i, j) || dot(sites.normal[i], sites.normal[j]) < kJoinCosine)
+        continue;
       uint32_t a = i, b = j;  // four sites at most: chains are short
       while (out.of[a] != a) a = out.of[a];
       while (out.of[b] != b) b = out.of[b];
@@ -265,7 +266,8 @@ class Refinement {
 
   Denoised run() {
     out_.mean.assign(s_.sites * planes_, 0);
-    for (auto* v : {&out_.luminance, &out_.standard_error, &out_.raw_error, &out_.strength}) v->assign(s_.sites, 0);
+    for (auto* v : {&out_.luminance, &out_.standard_error, &out_.raw_error, &out_.strength})
+      v->assign(s_.sites, 0);
     out_.filled.assign(s_.sites, 0);
     detail_.resize(joined_.count());
     for_each_run(joined_.count(), threads_, [&](size_t begin, size_t end) {
@@ -392,9 +394,10 @@ class Refinement {
         for (size_t p = 0; p < planes_; ++p) out[p] += keep * (0.5f * a[p] + 0.5f * b[p] - out[p]);
       hold_bounds(bounds_, out, planes_);
       const double own = 0.5 * (double{s_.luminance[0][i]} + s_.luminance[1][i]);
-      out_.luminance[i] = static_cast<float>(std::max(0.0, out_.luminance[i] + own_share * (own - out_.luminance[i])));
-      out_.standard_error[i] =
-          static_cast<float>(std::sqrt((1 - own_share) * coarse * coarse + left + own_share * own_share * noise));
+      out_.luminance[i] =
+          static_cast<float>(std::max(0.0, out_.luminance[i] + own_share * (own - out_.luminance[i])));
+      out_.standard_error[i] = static_cast<float>(
+          std::sqrt((1 - own_share) * coarse * coarse + left + own_share * own_share * noise));
       out_.strength[i] = 1 - keep;
     }
   }
@@ -424,7 +427,8 @@ Denoised run(const TexelStatistics& statistics, std::span<const DirectionBound> 
   const Joined joined = join(sites, links);
   const Level coarse{joined_statistics(statistics, joined, planes, threads),
                      joined_sites(sites, joined, threads), joined_links(links, joined, threads)};
-  const Denoised from = run(coarse.statistics, bounds, planes, coarse.sites, coarse.links, levels - 1, threads);
+  const Denoised from =
+      run(coarse.statistics, bounds, planes, coarse.sites, coarse.links, levels - 1, threads);
   return Refinement(coarse, from, statistics, bounds, sites, joined, threads).run();
 }
 

@@ -5,15 +5,15 @@
 
 namespace kiln {
 
-// Steps of joining that serve these samples best: 2 up to 8 samples of a replicate (of the median texel), 1 up
-// to 32, then 0 (docs/denoising.md, "Joined texels").
+// Steps of joining that serve these samples best: 2 up to 8 samples of a replicate (of the median texel), 1
+// up to 32, then 0 (docs/denoising.md, "Joined texels").
 uint32_t denoise_levels(const TexelStatistics& statistics);
 
 // Joins texels of large surfaces in `levels` steps of two by two (of one chart, where the surface goes on),
-// filters what is left by denoise(), and goes back step by step: linear between the joined texels, plus as much
-// of what texels differ from that as both replicates agree on. Sites without samples take what lies around
-// them. About 5 microseconds a site at 2 levels with 15 planes on one core. 0 levels: denoise() itself. The
-// same bits for any number of threads.
+// filters what is left by denoise(), and goes back step by step: linear between the joined texels, plus as
+// much of what texels differ from that as both replicates agree on. Sites without samples take what lies
+// around them. About 5 microseconds a site at 2 levels with 15 planes on one core. 0 levels: denoise()
+// itself. The same bits for any number of threads.
 Denoised denoise_joined(const TexelStatistics& statistics, std::span<const DirectionBound> bounds,
                         const SiteGeometry& sites, const SurfaceLinks& links, uint32_t levels,
                         unsigned threads);

@@ -1,10 +1,10 @@
-#include "common/base/parallel.h"
 #include "coordinator/denoise/denoise.h"
 
 #include <cmath>
 #include <limits>
 
 #include "common/base/check.h"
+#include "common/base/parallel.h"
 #include "coordinator/denoise/bounds.h"
 #include "coordinator/denoise/choice.h"
 

@@ -20,8 +20,8 @@ Expected<std::vector<std::string>> write_pages(const OutputContext& c, const std
     std::vector<ExrChannel> channels;
     for (const NamedPlane& p : planes) channels.push_back({p.name, p.data->data() + page * page_texels});
     names.push_back(page_name(stem, "exr", page, c.atlas.pages));
-    KILN_TRY_STATUS(write_exr(c.folder / names.back(), c.atlas.width, c.atlas.height, channels, ExrType::kFloat,
-                              c.compress ? ExrCompression::kZip : ExrCompression::kNone));
+    KILN_TRY_STATUS(write_exr(c.folder / names.back(), c.atlas.width, c.atlas.height, channels,
+                              ExrType::kFloat, c.compress ? ExrCompression::kZip : ExrCompression::kNone));
   }
   return names;
 }

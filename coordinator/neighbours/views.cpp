@@ -14,11 +14,11 @@ namespace {
 constexpr size_t kDirections = 8;
 constexpr float kLeastCosine = 0.2f;  // of a direction that is asked, to the normal
 constexpr float kFar = 32;            // texels: beyond, all is alike
-constexpr float kApart = 2.5;           // distances that differ by this factor are of other things
+constexpr float kApart = 2.5;         // distances that differ by this factor are of other things
 constexpr float kNear = 8;            // texels: where both are further, both are in the open
 constexpr float kAlike = 1.5f;
-constexpr float kStep = 0.5;            // texels: what one step towards a wall changes is no other thing
-constexpr float kLift = 1e-3f;        // texels off the surface
+constexpr float kStep = 0.5;    // texels: what one step towards a wall changes is no other thing
+constexpr float kLift = 1e-3f;  // texels off the surface
 
 // The corners of a cube, turned so that none is along an axis of a model.
 std::array<Vec3, kDirections> directions() {
@@ -44,7 +44,8 @@ bool differ(const View& a, const View& b) {
   for (size_t k = 0; k < kDirections; ++k) {
     if (a[k] == 0 || b[k] == 0) continue;
     ++asked;
-    const float near = std::min(std::abs(a[k]), std::abs(b[k])), far = std::max(std::abs(a[k]), std::abs(b[k]));
+    const float near = std::min(std::abs(a[k]), std::abs(b[k])),
+                far = std::max(std::abs(a[k]), std::abs(b[k]));
     other += (near < kNear && near * kApart + kStep < far) || (a[k] < 0) != (b[k] < 0);
   }
   return asked > 0 && 2 * other >= asked;
@@ -56,7 +57,8 @@ bool agree(const View& a, const View& b) {
   for (size_t k = 0; k < kDirections; ++k) {
     if (a[k] == 0 || b[k] == 0) continue;
     ++asked;
-    const float near = std::min(std::abs(a[k]), std::abs(b[k])), far = std::max(std::abs(a[k]), std::abs(b[k]));
+    const float near = std::min(std::abs(a[k]), std::abs(b[k])),
+                far = std::max(std::abs(a[k]), std::abs(b[k]));
     if (near * kAlike < far || (a[k] < 0) != (b[k] < 0)) return false;
   }
   return asked >= 2;
@@ -198,7 +200,12 @@ std::optional<ViewLinks> link_by_view(const Scene& scene, const SiteGeometry& si
   const double began = watch.seconds();
   parallel_for((runs + kAsked - 1) / kAsked, [&](size_t i) { look(i * kAsked); }, threads);
   if (began + (watch.seconds() - began) * kAsked > most_seconds) return std::nullopt;
-  parallel_for(runs, [&](size_t run) { if (run % kAsked) look(run); }, threads);
+  parallel_for(
+      runs,
+      [&](size_t run) {
+        if (run % kAsked) look(run);
+      },
+      threads);
   std::vector<uint8_t> keeps(links.link.size());
   for_each_index(n, threads, [&](size_t i) {
     for (uint32_t l = links.first[i]; l < links.first[i + 1]; ++l)
@@ -220,7 +227,8 @@ std::optional<ViewLinks> link_by_view(const Scene& scene, const SiteGeometry& si
 
   const SmallPieces pieces(sites, links, views);
   const std::vector<uint32_t>& small = pieces.sites();
-  std::vector<std::vector<std::pair<uint32_t, uint32_t>>> found((small.size() + kParallelRun - 1) / kParallelRun);
+  std::vector<std::vector<std::pair<uint32_t, uint32_t>>> found((small.size() + kParallelRun - 1) /
+                                                                kParallelRun);
   for_each_run(small.size(), threads, [&](size_t begin, size_t end) {
     std::vector<uint32_t> beside;
     for (size_t i = begin; i < end; ++i) {

@@ -105,7 +105,8 @@ double affordable_error(const SampleState& s, ErrorNorm norm, double error, doub
   }
   const SampleState some{mean, deviation, taken};
   const auto costs = [&](double e) {
-    return static_cast<double>(step_sites) * missing_samples(needed_samples(some, norm, e, z, fall), some, most);
+    return static_cast<double>(step_sites) *
+           missing_samples(needed_samples(some, norm, e, z, fall), some, most);
   };
   double low = std::max(error, 1e-6), high = std::max(low, reached_error(s, norm, z));
   if (costs(low) <= samples) return low;

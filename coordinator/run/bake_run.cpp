@@ -110,13 +110,16 @@ std::vector<float> take_denoised(Lightmap& map, const Atlas& atlas, const TexelS
 }
 
 // A map of which some charts are only guessed is no map.
-tl::unexpected<Error> too_short(const BakeRequest& request, const Preflight& pre, const Stopwatch& watch) {
+tl::unexpected<Error> too_short(const BakeRequest& request, const Preflight& pre, const TimeBudget& budget,
+                                const Stopwatch& watch) {
   return fail(
       ErrorKind::kTooShort,
-      text("{}: --time-limit {} is too short: import, atlas and start took {:.1f} s, and what comes "
-           "after the passes its share, so that not every chart of the {} texels could be sampled; "
-           "nothing was published. Give it more time, or a lower --texels-per-metre",
-           request.scene.string(), request.settings.time_limit, watch.seconds(), pre.atlas.sites.size()));
+      text("{}: --time-limit {} is too short: import, atlas and start took {:.1f} s and what comes after the "
+           "passes would take {:.1f} s, so that not every chart of the {} texels could be sampled; nothing "
+           "was "
+           "published. Give it more time, or a lower --texels-per-metre",
+           request.scene.string(), request.settings.time_limit, watch.seconds(), budget.seconds_after(),
+           pre.atlas.sites.size()));
 }
 
 void count_classes(const Lightmap& map, const Atlas& atlas, BakeReport& report) {
@@ -148,8 +151,8 @@ BakeSettings picture_settings(const BakeRequest& request, const TimeBudget& budg
 }
 
 // `seams`: they are joined, so that textures keep both sides equal.
-Status publish(const BakeRequest& request, const Preflight& pre, const Lightmap& map, bool seams, SeamFinder& finder,
-               BakeReport& report, const TimeBudget& budget, const Stopwatch& watch) {
+Status publish(const BakeRequest& request, const Preflight& pre, const Lightmap& map, bool seams,
+               SeamFinder& finder, BakeReport& report, const TimeBudget& budget, const Stopwatch& watch) {
   ReportPictures pictures;
   TextureResult textures;
   {
@@ -159,19 +162,21 @@ Status publish(const BakeRequest& request, const Preflight& pre, const Lightmap&
     if (budget.is_quick()) {
       settings.encode_effort = "fast";
       report.notes.push_back({ImportNote::Kind::kIgnored,
-                              "textures are encoded by --encode-effort fast and masters are written without "
-                              "compression: the time limit left no more time"});
+                              "textures are encoded by --encode-effort fast, their error is measured on a "
+                              "quarter of their blocks, and masters are written without compression: the "
+                              "time limit left no more time"});
     }
-    KILN_TRY(textures, make_textures({pre.imported.scene, pre.atlas, map, settings, request.output, &finder}));
+    KILN_TRY(textures, make_textures({pre.imported.scene, pre.atlas, map, settings, request.output,
+                                      budget.is_quick() ? 4u : 1u, &finder}));
     report.textures = textures.figures;
     report.unmet = beyond_bound(textures, request.settings);
   }
   {
     const StageTimer timer(report.stages, "encode");
-    KILN_TRY(report.outputs, write_outputs({request.settings, pre.imported.scene, pre.atlas,
-                                            pre.imported.document, map, request.output, &pre.imported.display,
-                                            &pre.projection, &textures.list, &textures.files,
-                                            !budget.is_quick()}));
+    KILN_TRY(report.outputs,
+             write_outputs({request.settings, pre.imported.scene, pre.atlas, pre.imported.document, map,
+                            request.output, &pre.imported.display, &pre.projection, &textures.list,
+                            &textures.files, !budget.is_quick()}));
   }
   if (request.pictures) {
     const StageTimer timer(report.stages, "preview");
@@ -247,7 +252,7 @@ Expected<BakeReport> run_bake(const BakeRequest& request, const Progress& progre
                                  report, progress}));
     report.farm = place.job->statistics();
   }
-  if (!baked.whole) return too_short(request, pre, watch);
+  if (!baked.whole) return too_short(request, pre, budget, watch);
   KILN_TRY_STATUS(check_cancelled(request));
   Lightmap map = sums.resolve(pre.atlas);
   check_unseen(map, pre.atlas, report);

@@ -9,22 +9,23 @@ namespace {
 
 // Seconds by threads: what a stage took on the clock in report.json, times the threads
 // (tests/bench/real_scenes.py, the largest maps).
-constexpr double kDenoisePerSite[] = {10e-6, 4e-6, 2e-6, 1.5e-6};  // over luminance, by levels
-constexpr double kPlanesShare = 2.5;                               // over all planes, by that
-constexpr double kViewsShare = 0.05;    // of the limit
-constexpr double kDenoiseShare = 0.15;  // of the limit, at most: with less time it is coarser
-constexpr double kResolvePerSite = 1.5e-6;   // means, errors, fill and dilate
+constexpr double kDenoisePerSite[] = {10e-6, 4e-6, 2.2e-6, 0.8e-6};  // over luminance, by levels
+constexpr double kPlanesShare = 2.5;                                 // over all planes, by that
+constexpr double kViewsShare = 0.05;                                 // of the limit
+constexpr double kDenoiseShare = 0.15;      // of the limit, at most: with less time it is coarser
+constexpr double kResolvePerSite = 1.4e-6;  // means, errors, fill and dilate
 constexpr double kSeamsPerSite = 4e-6;
-constexpr double kSeamsPerPoint = 4e-6, kTexturesPerSeamPoint = 2e-6;  // of both threads: the solve has one
+constexpr double kSeamsPerPoint = 4e-6, kTexturesPerSeamPoint = 4e-6;  // of both threads: the solve has one
 constexpr double kMastersPerTexel = 4e-6, kQuickMastersPerTexel = 1.4e-6;
-constexpr double kTexturesPerTexel = 5.8e-6, kQuickTexturesPerTexel = 3e-6;  // of one encoding
-constexpr double kFilesShare = 0.25;  // of the limit, at most: with less time files are written the quick way
-constexpr double kPictures = 1.2;           // the search for a camera, all but pixels
+constexpr double kTexturesPerTexel = 5.8e-6, kQuickTexturesPerTexel = 2.2e-6;  // of one encoding
+constexpr double kFilesShare =
+    0.25;  // of what is left after the layout, at most: with less time files are written the quick way
+constexpr double kPictures = 1.2;  // the search for a camera, all but pixels
 constexpr double kPicturesPerPixel = 4.5e-6;
 constexpr double kPage = 0.3;          // report.html, scene.glb
 constexpr double kPictureShare = 0.1;  // of the limit, at most: pictures that take longer become smaller
 constexpr double kSeamsShare = 0.3;    // of what is left when the passes begin, at most
-constexpr double kMargin = 0.02;       // of the limit
+constexpr double kMargin = 0.03;       // of the limit
 
 // Seconds that a fixed piece of work takes on every thread at once: how fast this machine is, and how busy.
 double probe_seconds() {
@@ -47,14 +48,14 @@ TimeBudget::TimeBudget(const BakeRequest& request, const Preflight& pre, const S
       sites_(static_cast<double>(pre.atlas.sites.size())),
       texels_(static_cast<double>(pre.atlas.texel_count())),
       threads_(hardware_threads()) {
-  if (request.settings.time_limit > 0) slowness_ = std::clamp(probe_seconds() / kProbeSeconds, 0.7, 4.0);
+  if (request.settings.time_limit > 0) slowness_ = std::clamp(probe_seconds() / kProbeSeconds, 0.9, 4.0);
   const double most = kDenoiseShare * request.settings.time_limit;
   constexpr uint32_t kCoarsest = std::size(kDenoisePerSite) - 1;
   if (request.settings.time_limit > 0)
     while (levels_ < kCoarsest && kPlanesShare * denoise_seconds(levels_) > most) ++levels_;
   last_levels_ = levels_;
   quick_ = request.settings.time_limit > 0 &&
-           textures_seconds(false) + masters_seconds() > kFilesShare * request.settings.time_limit;
+           textures_seconds(false) + masters_seconds() > kFilesShare * seconds_left();
 }
 
 double TimeBudget::views_seconds() const {
@@ -63,7 +64,8 @@ double TimeBudget::views_seconds() const {
 }
 
 double TimeBudget::denoise_seconds(uint32_t levels) const {
-  return slowness_ * kDenoisePerSite[std::min<size_t>(levels, std::size(kDenoisePerSite) - 1)] * sites_ / threads_;
+  return slowness_ * kDenoisePerSite[std::min<size_t>(levels, std::size(kDenoisePerSite) - 1)] * sites_ /
+         threads_;
 }
 
 void TimeBudget::seams_are(size_t points) {
@@ -105,9 +107,10 @@ double TimeBudget::seconds_after() const {
   const double denoise = request_.settings.denoise ? kPlanesShare * denoise_seconds(last_levels_) : 0;
   const double limit = request_.settings.time_limit;
   const double picture_share = limit > 0 ? kPictureShare * limit : std::numeric_limits<double>::infinity();
-  return denoise + slowness_ * kResolvePerSite * sites_ / threads_ +
-         (seams_ ? seams_seconds() : 0) + textures_seconds(seams_) + masters_seconds() +
-         std::min(pictures_seconds(1), std::max(pictures_seconds(0.25), picture_share));
+  return denoise + slowness_ * kResolvePerSite * sites_ / threads_ + (seams_ ? seams_seconds() : 0) +
+         textures_seconds(seams_) + masters_seconds() +
+         (quick_ ? pictures_seconds(0.25)
+                 : std::min(pictures_seconds(1), std::max(pictures_seconds(0.25), picture_share)));
 }
 
 double TimeBudget::seconds_left() const {

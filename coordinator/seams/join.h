@@ -14,8 +14,8 @@ struct SeamReport {
   uint64_t stretches = 0, equations = 0, texels = 0;
   double metres = 0;
   SeamSteps before, after;
-  SeamSteps agreed;       // after, where both sides differed by no more than noise before
-  double apart = 0;       // the share of the length of the seams where they differed by more
+  SeamSteps agreed;  // after, where both sides differed by no more than noise before
+  double apart = 0;  // the share of the length of the seams where they differed by more
   // Of measured texels that may move: mean and root mean square of the change of E's luminance in units of
   // their stated error, and the sum of the changes relative to the sum of the values.
   double change_in_errors = 0, rms_change_in_errors = 0, bias = 0;

@@ -54,8 +54,8 @@ struct FoundSeams {
   std::vector<SeamPoint> points;
 };
 
-// The seams of an atlas, looked for once and kept: a bake asks for them when texels are linked, filled, joined
-// and encoded. `scene` and `atlas` outlive it. For one thread.
+// The seams of an atlas, looked for once and kept: a bake asks for them when texels are linked, filled,
+// joined and encoded. `scene` and `atlas` outlive it. For one thread.
 class SeamFinder {
  public:
   SeamFinder(const Scene& scene, const Atlas& atlas) : scene_(scene), atlas_(atlas) {}

@@ -35,6 +35,6 @@ struct TextureError {
 TextureError measure_texture_error(const MapLevel& level, std::span<const Vec3> normals,
                                    std::span<const DecodedTexture> textures,
                                    std::span<const DecodedTexture> exact,
-                                   std::vector<float>* picture = nullptr);
+                                   std::vector<float>* picture = nullptr, uint32_t every = 1);
 
 }  // namespace kiln

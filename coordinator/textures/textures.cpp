@@ -104,8 +104,8 @@ class Maker {
     for (uint32_t page = 0; page < level.pages; ++page) {
       const std::string name = level.pages == 1 ? stem + ".exr" : text("{}.{}.exr", stem, page);
       const ExrChannel channel{"Y", picture.data() + page * level.page_texels()};
-      KILN_TRY_STATUS(write_exr(r_.folder / name, level.planes.width, level.page_height, {&channel, 1},
-                                ExrType::kHalf));
+      KILN_TRY_STATUS(
+          write_exr(r_.folder / name, level.planes.width, level.page_height, {&channel, 1}, ExrType::kHalf));
       result.files.push_back(name);
     }
     return {};
@@ -232,7 +232,7 @@ class Maker {
       decoded.push_back({&textures[k].layout, textures[k].scale, texels[k]});
       exact.push_back({&plain[k], textures[k].scale, textures[k].values});
     }
-    figures.error = measure_texture_error(levels_[0], normals_, decoded, exact, &picture);
+    figures.error = measure_texture_error(levels_[0], normals_, decoded, exact, &picture, r_.measure_every);
     return {};
   }
 

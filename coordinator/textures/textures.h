@@ -18,6 +18,7 @@ struct EncodeTextures {
   const Lightmap& lightmap;
   const BakeSettings& settings;
   std::filesystem::path folder;
+  uint32_t measure_every = 1;   // of so many rows of blocks the error of one is measured
   SeamFinder* seams = nullptr;  // of these; null: looked for where they are needed
 };
 

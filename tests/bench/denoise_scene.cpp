@@ -5,7 +5,8 @@
 //   reference=N  samples a replicate of the reference (256)
 //   views=0|1    links between texels that see other things are parted (1; coordinator/neighbours/views.h)
 //   worst=N      names so many texels with the largest relative errors (0)
-//   levels=N     texels are joined so many times two by two (-1: as a bake does; coordinator/denoise/coarse.h)
+//   levels=N     texels are joined so many times two by two (-1: as a bake does;
+//   coordinator/denoise/coarse.h)
 // The samples are kept in FOLDER, so that a second run only filters. Prints relMSE raw and denoised, their
 // ratio, SSIM, coverage of 95 % and true / stated error, and writes pictures of the atlas around the texels.
 #include <chrono>
@@ -157,8 +158,8 @@ Measures measure(const Lab& lab, const TexelStatistics& s, const Denoised& d, co
 }
 
 // The texels that decide the squared error, with what is around them.
-void print_worst(const Lab& lab, const TexelStatistics& s, const Denoised& d, const TexelStatistics& reference,
-                 size_t count) {
+void print_worst(const Lab& lab, const TexelStatistics& s, const Denoised& d,
+                 const TexelStatistics& reference, size_t count) {
   const std::vector<uint8_t> all(s.sites, 1);
   const std::vector<uint32_t> piece = surface_pieces(all, lab.links);
   std::vector<uint32_t> size(s.sites);
@@ -176,10 +177,11 @@ void print_worst(const Lab& lab, const TexelStatistics& s, const Denoised& d, co
   std::sort(order.rbegin(), order.rend());
   for (size_t k = 0; k < std::min(count, order.size()); ++k) {
     const size_t i = order[k].second;
-    std::printf("  %4.1f %%  site %zu piece %u  true %.2g  raw %.2g %.2g  filtered %.2g +- %.2g  around (true)",
-                100 * order[k].first / total, i, size[piece[i]], mean_of(reference, i) / mean,
-                s.luminance[0][i] / mean, s.luminance[1][i] / mean, d.luminance[i] / mean,
-                d.standard_error[i] / mean);
+    std::printf(
+        "  %4.1f %%  site %zu piece %u  true %.2g  raw %.2g %.2g  filtered %.2g +- %.2g  around (true)",
+        100 * order[k].first / total, i, size[piece[i]], mean_of(reference, i) / mean,
+        s.luminance[0][i] / mean, s.luminance[1][i] / mean, d.luminance[i] / mean,
+        d.standard_error[i] / mean);
     for (const uint32_t j : lab.links.of(static_cast<uint32_t>(i)))
       std::printf(" %.2g", mean_of(reference, j) / mean);
     std::printf("\n");
@@ -292,8 +294,8 @@ int run(int argc, char** argv) {
     const TexelStatistics s = statistics_of(lab, 0, samples);
     const TexelErrors errors = estimate_errors(s, charts);
     const auto start = std::chrono::steady_clock::now();
-    const Denoised d = denoise_joined(
-        s, bounds, lab.sites, lab.links, levels < 0 ? denoise_levels(s) : static_cast<uint32_t>(levels), 1);
+    const Denoised d = denoise_joined(s, bounds, lab.sites, lab.links,
+                                      levels < 0 ? denoise_levels(s) : static_cast<uint32_t>(levels), 1);
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
     const Measures m = measure(lab, s, d, errors, reference);
     std::printf(

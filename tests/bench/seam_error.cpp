@@ -179,17 +179,19 @@ Status run(const Options& o) {
   KILN_TRY_STATUS(print_row(reference, measure_steps(reference, equations), near, half, "reference"));
   std::vector<SeamWeights> all = {{}};
   if (o.sweep)
-    for (const SeamWeights& w : std::vector<SeamWeights>{{.doubt = {.close = 2.5, .part = 4}, .most = 1.5}, {.doubt = {.change = 1}}})
+    for (const SeamWeights& w : std::vector<SeamWeights>{{.doubt = {.close = 2.5, .part = 4}, .most = 1.5},
+                                                         {.doubt = {.change = 1}}})
       all.push_back(w);
   for (const SeamWeights& w : all) {
     Lightmap joined = map;
     const SeamReport r = join_seams(joined, pre.imported.scene, pre.atlas, {}, w);
-    KILN_TRY_STATUS(
-        print_row(joined, r.after, near, half,
-                  text("seam {:g} slope {:g} reach {} model {:g} close {:g} part {:g} most {:g} change {:g}; {:.1f} % apart; others {:.2f}; sum {:+.3f} %",
-                       w.seam, w.slope, w.reach, w.doubt.model, w.doubt.close, w.doubt.part, w.most, w.doubt.change, 100 * r.apart, 100 * r.agreed.p99,
-                       100 * r.bias)));
-    if (all.size() == 1) print_worst(map, joined, near, half, equations, seam_doubts(pre.atlas, map, equations, w.doubt));
+    KILN_TRY_STATUS(print_row(joined, r.after, near, half,
+                              text("seam {:g} slope {:g} reach {} model {:g} close {:g} part {:g} most {:g} "
+                                   "change {:g}; {:.1f} % apart; others {:.2f}; sum {:+.3f} %",
+                                   w.seam, w.slope, w.reach, w.doubt.model, w.doubt.close, w.doubt.part,
+                                   w.most, w.doubt.change, 100 * r.apart, 100 * r.agreed.p99, 100 * r.bias)));
+    if (all.size() == 1)
+      print_worst(map, joined, near, half, equations, seam_doubts(pre.atlas, map, equations, w.doubt));
   }
   return {};
 }

@@ -120,8 +120,8 @@ void table(float density) {
                                                        {.rounds = 0}}) {
     Lightmap after = room.map;
     const SeamReport r = join_seams(after, room.scene, room.atlas, {}, w);
-    std::printf("| %.0f | %g | %u | %g | %g | %g | %g | %u |", w.seam, w.slope, w.reach, w.doubt.close, w.doubt.part,
-                w.doubt.change, w.most, w.rounds);
+    std::printf("| %.0f | %g | %u | %g | %g | %g | %g | %u |", w.seam, w.slope, w.reach, w.doubt.close,
+                w.doubt.part, w.doubt.change, w.most, w.rounds);
     print(after);
     std::printf(" %.2f |\n", r.change_in_errors);
   }

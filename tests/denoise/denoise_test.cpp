@@ -55,8 +55,8 @@ TEST(Denoise, StatesItsErrorOnSmoothFields) {
       all.raw += q.raw, all.denoised += q.denoised, all.ratio += q.ratio, all.sites += q.sites;
     }
     EXPECT_LT(all.denoised, all.raw / (noise > 0.02 ? 4 : 1.5)) << noise;
-    // Asking near texels overstates. Here by up to 1.3, measured; on rooms with edges the same constants cover
-    // 85 to 95 % of the texels at 95 % (docs/denoising.md).
+    // Asking near texels overstates. Here by up to 1.3, measured; on rooms with edges the same constants
+    // cover 85 to 95 % of the texels at 95 % (docs/denoising.md).
     EXPECT_GT(all.ratio / all.sites, 0.55) << noise;
     EXPECT_LT(all.ratio / all.sites, 1.25) << noise;
   }

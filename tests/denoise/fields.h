@@ -32,7 +32,8 @@ using Field = std::function<double(const Vec3&)>;
 
 // A known field with noise of a given standard deviation in the mean of both replicates. Planes: colours of E
 // are 1, 1/2 and 1/4 of it, L0 a fourth of E, L1 an eighth along x; all with the same noise, relative.
-inline TexelStatistics noisy(const SiteGeometry& sites, const Field& field, const Field& deviation, uint64_t seed) {
+inline TexelStatistics noisy(const SiteGeometry& sites, const Field& field, const Field& deviation,
+                             uint64_t seed) {
   TexelStatistics s;
   s.sites = sites.size();
   s.planes = 15;
@@ -66,7 +67,8 @@ inline const double kShare = luminance(Vec3(1, 0.5f, 0.25f));
 struct Squares {
   double raw = 0, denoised = 0, ratio = 0, sum = 0, sites = 0;
 };
-inline Squares squares(const SiteGeometry& sites, const TexelStatistics& s, const Denoised& d, const Field& field) {
+inline Squares squares(const SiteGeometry& sites, const TexelStatistics& s, const Denoised& d,
+                       const Field& field) {
   Squares q;
   for (size_t i = 0; i < s.sites; ++i) {
     const double t = field(sites.position[i]) * kShare;

@@ -1,7 +1,6 @@
-#include "coordinator/denoise/coarse.h"
-
 #include <numeric>
 
+#include "coordinator/denoise/coarse.h"
 #include "coordinator/neighbours/views.h"
 #include "tests/analytic/scene_maker.h"
 #include "tests/denoise/fields.h"
@@ -31,8 +30,8 @@ TEST(Joined, KeepsAConstantField) {
   }
 }
 
-// Noise in one piece of surface: joined texels reach further, so that less of it is left, and the light of all
-// together is what was measured.
+// Noise in one piece of surface: joined texels reach further, so that less of it is left, and the light of
+// all together is what was measured.
 TEST(Joined, ReachesFurtherAndKeepsTheLight) {
   const MadeSurface wall(wall_of_eight().scene, 8);
   double left[3] = {}, sum = 0, raw = 0;
@@ -100,7 +99,8 @@ TEST(Joined, FillsTexelsWithoutSamples) {
 
 TEST(Joined, IsTheSameForAnyNumberOfThreads) {
   const MadeSurface wall(wall_of_eight().scene, 8);
-  const TexelStatistics s = noisy(wall.sites, [](const Vec3& p) { return 2 + std::sin(p.x); }, constant(0.3), 8);
+  const TexelStatistics s = noisy(
+      wall.sites, [](const Vec3& p) { return 2 + std::sin(p.x); }, constant(0.3), 8);
   const Denoised one = joined(wall, s, 2, 1), three = joined(wall, s, 2, 3);
   EXPECT_EQ(one.mean, three.mean);
   EXPECT_EQ(one.standard_error, three.standard_error);
@@ -119,8 +119,8 @@ TEST(Joined, LevelsFollowSamples) {
   }
 }
 
-// A floor of which a part lies inside a crate that hovers four centimetres above it, so that there is no line of
-// contact: what is inside sees the crate's walls from within.
+// A floor of which a part lies inside a crate that hovers four centimetres above it, so that there is no line
+// of contact: what is inside sees the crate's walls from within.
 TEST(Views, PartWhatIsInsideThingsFromWhatIsBeside) {
   SceneMaker maker;
   const uint32_t grey = maker.lambert(Vec3(0.5f));

@@ -113,8 +113,8 @@ TEST(Contacts, TheSameForAnyThreadsAndFarFromTheOrigin) {
   EXPECT_EQ(f.charts(), here);
 }
 
-// A wall that ends a hair before the floor's border: the border stays straight, or a crack as wide as the hair
-// opens to what lies beside it, and shows as a dark line.
+// A wall that ends a hair before the floor's border: the border stays straight, or a crack as wide as the
+// hair opens to what lies beside it, and shows as a dark line.
 TEST(Contacts, BordersStayStraight) {
   for (const float hair : {1e-5f, 2e-5f, 4e-5f}) {
     Floor f;

@@ -56,7 +56,8 @@ TEST(SeamSolve, NoiseAgreesAfterwardsInEveryPlaneAndFarTexelsStay) {
   SeamWeights weights;
   weights.reach = 3;
   const SeamReport r = join_seams(map, w.scene, w.atlas, {}, weights);
-  EXPECT_LT(plain_steps(w.atlas, map, points).largest, 0.02);  // steps of more than 2.5 errors are left in part
+  EXPECT_LT(plain_steps(w.atlas, map, points).largest,
+            0.02);                         // steps of more than 2.5 errors are left in part
   double before_step = 0, after_step = 0;  // of the signed plane
   for (const PlainPoint& p : points) {
     const auto step = [&](const Lightmap& m) {
@@ -79,8 +80,8 @@ TEST(SeamSolve, NoiseAgreesAfterwardsInEveryPlaneAndFarTexelsStay) {
   EXPECT_LT(std::abs(r.bias), 1e-5);
 }
 
-// Noise as light has it: few bright texels among many dark ones, and each states an error after its own value.
-// Whatever side is the brighter, what it loses the other gains.
+// Noise as light has it: few bright texels among many dark ones, and each states an error after its own
+// value. Whatever side is the brighter, what it loses the other gains.
 TEST(SeamSolve, JoiningNoiseKeepsTheLight) {
   Wall w;
   Lightmap map = field_map(w.scene, w.atlas, [](const DVec3& p, const Vec3&) {
