@@ -5,6 +5,7 @@
 #include "coordinator/denoise/coarse.h"
 
 #include <cmath>
+#include <limits>
 
 #include "common/base/parallel.h"
 #include "common/math/frame.h"
@@ -137,6 +138,10 @@ SiteGeometry joined_sites(const SiteGeometry& sites, const Joined& joined, unsig
   return out;
 }
 
+bool is_number(const TexelStatistics& s, uint32_t i) {
+  return std::isfinite(s.luminance[0][i]) && std::isfinite(s.luminance[1][i]);
+}
+
 // Means over the members that have samples.
 TexelStatistics joined_statistics(const TexelStatistics& s, const Joined& joined, bool planes,
                                   unsigned threads) {
@@ -154,7 +159,7 @@ TexelStatistics joined_statistics(const TexelStatistics& s, const Joined& joined
     uint32_t count = 0, samples = 0;
     double variance = 0;
     for (const uint32_t i : joined.members(g)) {
-      if (!s.known[i] || s.samples[i] == 0) continue;
+      if (!s.known[i] || s.samples[i] == 0 || !is_number(s, i)) continue;
       ++count;
       samples = std::min(samples + s.samples[i], 1u << 30);
       variance += double{s.variance[i]} / s.samples[i];
@@ -279,7 +284,7 @@ class Refinement {
   }
 
  private:
-  bool is_known(uint32_t i) const { return s_.known[i] && s_.samples[i] > 0; }
+  bool is_known(uint32_t i) const { return s_.known[i] && s_.samples[i] > 0 && is_number(s_, i); }
 
   void take_coarse(uint32_t g, Interpolation& between) {
     if (const uint32_t one = joined_.members(g)[0]; !joined_.is_joined[one]) {
@@ -292,7 +297,11 @@ class Refinement {
       return;
     }
     if (!has_[g]) {
-      for (const uint32_t i : joined_.members(g)) take_own(i);
+      for (const uint32_t i : joined_.members(g)) {
+        take_own(i);
+        if (s_.known[i] && !is_number(s_, i))
+          out_.standard_error[i] = out_.raw_error[i] = std::numeric_limits<float>::infinity();
+      }
       return;
     }
     between.enter(g);
@@ -379,6 +388,11 @@ class Refinement {
         around.count > 0 ? std::max(0.0, double{around.square} - half_sure) / around.count : 0.0;
     for (const uint32_t i : joined_.members(g)) {
       const double coarse = out_.standard_error[i];
+      if (s_.known[i] && !is_number(s_, i)) {
+        take_own(i);
+        out_.standard_error[i] = out_.raw_error[i] = std::numeric_limits<float>::infinity();
+        continue;
+      }
       if (!is_known(i)) {
         out_.filled[i] = s_.samples[i] == 0 && !s_.known[i] && sites_.texel_size[i] > 0;
         out_.strength[i] = 1;

@@ -227,6 +227,7 @@ Expected<BakeReport> run_bake(const BakeRequest& request, const Progress& progre
   Accumulator sums(pre.atlas.sites.size(), job.transport.basis);
   Baked baked;
   TimeBudget budget(request, pre, watch);
+  if (budget.is_hopeless()) return too_short(request, pre, budget, watch);
   SeamFinder seams(pre.imported.scene, pre.atlas);
   std::optional<SurfaceGraph> surface;
   if (request.settings.denoise) {

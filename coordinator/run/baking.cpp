@@ -124,6 +124,7 @@ class Baking {
   // found. Leaves the work that comes next, none where time is up.
   Expected<PassEnd> first_looks(std::vector<SiteSamples>& work) {
     const std::vector<std::vector<uint32_t>> looks = sites_by_look(atlas_);
+    budget_.set_whole(false);
     for (size_t look = 0; look < looks.size(); ++look) {
       std::vector<SiteSamples> sites;
       for (const uint32_t site : looks[look])
@@ -135,6 +136,8 @@ class Baking {
       if (end != PassEnd::kComplete) return end;
       if (cache_ && look < kRoughLooks) make_rough_caches(look_stride(look + 1));
     }
+    budget_.set_whole(true);
+    pace_.set_limit(budget_.seconds_for_passes());
     const uint32_t most = std::min(kPilotSamples, most_);
     for (uint32_t have = 1;;) {
       if (cache_) renew_caches();

@@ -103,14 +103,21 @@ double TimeBudget::pictures_seconds(double scale) const {
   return slowness_ * (kPictures + kPicturesPerPixel * pixels) / threads_;
 }
 
-double TimeBudget::seconds_after() const {
+// Of what every map needs.
+double TimeBudget::least_seconds_after() const {
   const double denoise = request_.settings.denoise ? kPlanesShare * denoise_seconds(last_levels_) : 0;
+  return denoise + slowness_ * kResolvePerSite * sites_ / threads_ + textures_seconds(false) + masters_seconds();
+}
+
+double TimeBudget::seconds_after() const {
+  if (!whole_) return least_seconds_after() + pictures_seconds(0.25);
   const double limit = request_.settings.time_limit;
   const double picture_share = limit > 0 ? kPictureShare * limit : std::numeric_limits<double>::infinity();
-  return denoise + slowness_ * kResolvePerSite * sites_ / threads_ + (seams_ ? seams_seconds() : 0) +
-         textures_seconds(seams_) + masters_seconds() +
-         (quick_ ? pictures_seconds(0.25)
-                 : std::min(pictures_seconds(1), std::max(pictures_seconds(0.25), picture_share)));
+  const double pictures =
+      quick_ ? pictures_seconds(0.25)
+             : std::min(pictures_seconds(1), std::max(pictures_seconds(0.25), picture_share));
+  const double seams = seams_ ? seams_seconds() + textures_seconds(true) - textures_seconds(false) : 0;
+  return least_seconds_after() + seams + pictures;
 }
 
 double TimeBudget::seconds_left() const {

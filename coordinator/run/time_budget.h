@@ -18,11 +18,15 @@ class TimeBudget {
   double seconds_for_passes() const;  // from now; infinite without a limit
   double seconds_after() const;       // of all stages after the passes
   double seconds_left() const;        // of the whole bake; infinite without a limit
+  // There is no time for any pass, whatever is left out after them.
+  bool is_hopeless() const { return seconds_left() <= least_seconds_after(); }
 
   // The most that may be spent on what texels see (link_by_view); infinite without a limit.
   double views_seconds() const;
   // Are files written the quick way: textures by effort fast, masters without compression?
   bool is_quick() const { return quick_; }
+  // Until every texel has a sample, that comes before joined seams and large pictures.
+  void set_whole(bool whole) { whole_ = whole; }
   // How coarse the denoiser has to be to end in time (denoise_joined).
   uint32_t denoise_levels() const { return levels_; }
   // Of one run of the denoiser over luminance alone, as passes do it, at these levels.
@@ -40,6 +44,7 @@ class TimeBudget {
   double picture_scale() const;
 
  private:
+  double least_seconds_after() const;
   double seams_seconds() const;
   double textures_seconds(bool seams) const;
   double masters_seconds() const;
@@ -48,6 +53,7 @@ class TimeBudget {
   const BakeRequest& request_;
   const Stopwatch& watch_;
   double sites_ = 0, texels_ = 0, threads_ = 1, seam_points_ = 0;
+  bool whole_ = true;
   bool quick_ = false;
   bool seams_ = true;    // there will be time for them
   double slowness_ = 1;  // of this machine now, against the idle one that the constants were measured on

@@ -97,6 +97,21 @@ TEST(Joined, FillsTexelsWithoutSamples) {
   EXPECT_GT(filled, s.sites * 8 / 10);
 }
 
+TEST(Joined, WhatIsNoNumberSpoilsNoOther) {
+  const MadeSurface wall(wall_of_eight().scene, 8);
+  TexelStatistics s = noisy(wall.sites, constant(2), constant(0.1), 1);
+  const size_t bad = s.sites / 2;
+  s.luminance[0][bad] = std::numeric_limits<float>::infinity();
+  s.mean[0][15 * bad] = std::numeric_limits<float>::infinity();
+  const Denoised d = joined(wall, s, 2);
+  for (size_t i = 0; i < s.sites; ++i) {
+    if (i == bad) continue;
+    ASSERT_TRUE(std::isfinite(d.luminance[i]) && std::isfinite(d.standard_error[i])) << i;
+    for (size_t p = 0; p < 15; ++p) ASSERT_TRUE(std::isfinite(d.mean[15 * i + p])) << i;
+  }
+  EXPECT_TRUE(std::isinf(d.standard_error[bad]));
+}
+
 TEST(Joined, IsTheSameForAnyNumberOfThreads) {
   const MadeSurface wall(wall_of_eight().scene, 8);
   const TexelStatistics s = noisy(
