@@ -106,7 +106,8 @@ double TimeBudget::pictures_seconds(double scale) const {
 // Of what every map needs.
 double TimeBudget::least_seconds_after() const {
   const double denoise = request_.settings.denoise ? kPlanesShare * denoise_seconds(last_levels_) : 0;
-  return denoise + slowness_ * kResolvePerSite * sites_ / threads_ + textures_seconds(false) + masters_seconds();
+  return denoise + slowness_ * kResolvePerSite * sites_ / threads_ + textures_seconds(false) +
+         masters_seconds();
 }
 
 double TimeBudget::seconds_after() const {

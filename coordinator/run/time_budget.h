@@ -18,8 +18,8 @@ class TimeBudget {
   double seconds_for_passes() const;  // from now; infinite without a limit
   double seconds_after() const;       // of all stages after the passes
   double seconds_left() const;        // of the whole bake; infinite without a limit
-  // There is no time for any pass, whatever is left out after them. (Where little time went by there is little
-  // to be saved by ending now: a small map may still be done.)
+  // There is no time for any pass, whatever is left out after them. (Where little time went by there is
+  // little to be saved by ending now: a small map may still be done.)
   bool is_hopeless() const { return watch_.seconds() > 1 && seconds_left() <= least_seconds_after(); }
 
   // The most that may be spent on what texels see (link_by_view); infinite without a limit.
