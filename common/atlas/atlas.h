@@ -56,6 +56,22 @@ struct PackedChart {
 };
 struct PreviousLayout;
 
+// Why a chart has the least size (AtlasSettings::collapse).
+enum CollapseReason : uint8_t {
+  kNotCollapsed,
+  kUnseen,     // no camera, light or opening reaches it
+  kUnlit,      // a first pass met no light there
+  kEvenlyLit,  // a first pass found the same light all over it
+};
+constexpr size_t kCollapseReasons = 4;
+
+struct CollapsedCharts {
+  uint64_t charts = 0;
+  uint64_t texels = 0;  // of their masks
+  uint64_t from = 0;    // that these would have at their whole size
+  uint64_t saved() const { return from - texels; }
+};
+
 // For the report.
 struct AtlasStatistics {
   uint64_t charts = 0;             // placed: of all instances
@@ -67,15 +83,14 @@ struct AtlasStatistics {
   float texels_per_metre = 0;      // layout pack: what was used, at density 1
   uint64_t kept_charts = 0;        // layout pack: at their place in the previous layout
   uint32_t cut_charts = 0;         // more charts because others stand on them
-  uint64_t collapsed_charts = 0;   // layout pack: given the least size (AtlasSettings::collapse)
-  uint64_t collapsed_texels = 0;   // mask_texels of those
-  uint64_t collapsed_from = 0;     // what these would have without it
-  std::vector<StageTime> steps;    // where the time went
+  CollapsedCharts collapsed[kCollapseReasons];  // layout pack: given the least size, by CollapseReason
+  std::vector<StageTime> steps;                 // where the time went
 
   // Of the texels that charts would have if none were collapsed.
-  double collapsed_share() const {
-    const uint64_t all = mask_texels - collapsed_texels + collapsed_from;
-    return all ? static_cast<double>(collapsed_from) / static_cast<double>(all) : 0.0;
+  double share(uint64_t texels) const {
+    uint64_t all = mask_texels;
+    for (const CollapsedCharts& c : collapsed) all += c.saved();
+    return all ? static_cast<double>(texels) / static_cast<double>(all) : 0.0;
   }
 };
 
@@ -89,7 +104,7 @@ struct Atlas {
   std::vector<uint32_t> owner;                 // by texel: placement index + 1 whose bilinear footprint
                                                // holds it, 0: empty. Coordinator only: not sent.
   std::vector<PackedChart> packed_charts;      // layout pack: by placement. Coordinator only: not sent.
-  std::vector<uint8_t> collapsed;  // by placement: 1, given the least size; empty: none. Coordinator only.
+  std::vector<uint8_t> collapsed;  // by placement: a CollapseReason; empty: none. Coordinator only: not sent.
   TexelSites sites;
   std::vector<ContactLine> contacts;  // where surfaces stand on others. Coordinator only: not sent.
   std::vector<std::string> warnings;  // for the report, one sentence each: what somebody should change
@@ -124,8 +139,8 @@ struct AtlasSettings {
   bool block_align = false;              // layout pack: no two charts in one 4x4 block
   uint32_t mip_levels = 0;    // layout pack: below the first; no bilinear lookup there mixes two charts
   uint64_t texel_budget = 0;  // layout pack: of all pages; lowers texels_per_metre; 0: none
-  // layout pack: which charts get the least size (2 x 2 texels) whatever the density, by placement; all
-  // others are as without it. Must answer alike for any number of threads. Empty: none.
+  // layout pack: which charts get the least size (2 x 2 texels) whatever the density: a CollapseReason by
+  // placement; all others are as without it. Must answer alike for any number of threads. Empty: none.
   std::function<std::vector<uint8_t>(const ChartsToSize&)> collapse;
   const PreviousLayout* previous = nullptr;  // layout pack: charts stay where they were (previous_layout.h)
   uint64_t max_texels = uint64_t{1} << 31;   // of all pages; beyond it is an error that names what fits

@@ -224,8 +224,8 @@ class Trial {
   // What was saved: masks of the same charts at their whole size.
   void count_collapsed() {
     AtlasStatistics& count = atlas.statistics;
-    count.collapsed_charts = count.collapsed_texels = count.collapsed_from = 0;
-    if (std::find(atlas.collapsed.begin(), atlas.collapsed.end(), 1) == atlas.collapsed.end()) return;
+    std::fill(std::begin(count.collapsed), std::end(count.collapsed), CollapsedCharts{});
+    if (std::none_of(atlas.collapsed.begin(), atlas.collapsed.end(), [](uint8_t why) { return why; })) return;
     std::vector<Steps> steps = steps_;
     for (size_t p = 0; p < steps.size(); ++p)
       if (atlas.collapsed[p]) steps[p] = chart_steps(whole_[p], density_, rules_);
@@ -237,9 +237,11 @@ class Trial {
     };
     for (size_t p = 0; p < steps.size(); ++p) {
       if (!atlas.collapsed[p]) continue;
-      ++count.collapsed_charts;
-      count.collapsed_texels += texels(masks_, p);
-      count.collapsed_from += texels(whole, p);
+      KILN_CHECK(atlas.collapsed[p] < kCollapseReasons);
+      CollapsedCharts& charts = count.collapsed[atlas.collapsed[p]];
+      ++charts.charts;
+      charts.texels += texels(masks_, p);
+      charts.from += texels(whole, p);
     }
   }
 

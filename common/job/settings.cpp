@@ -293,6 +293,11 @@ const Setting kTable[] = {
        return store_word(b.unseen, s, {"keep", "auto"});
      },
      [](const B& b) { return b.unseen; }},
+    {"two-pass", "WORD", "",
+     "layout pack, on: a short first pass finds charts that are black or lit the same all over, and the bake "
+     "has 2 x 2 texels for them",
+     [](B& b, S s) { return store_switch(b.two_pass, s); },
+     [](const B& b) { return print_switch(b.two_pass); }},
     {"small-objects", "M", "metres",
      "layout pack: objects smaller than this have less density, in proportion to their size; 0: all the same",
      [](B& b, S s) { return store_number(b.small_objects, s, 0, 1e6); },

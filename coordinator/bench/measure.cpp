@@ -15,6 +15,9 @@ double map_seconds(const std::vector<StageTime>& stages) {
 
 Expected<BenchRun> measure_run(const MeasureRequest& r, const Reference& reference,
                                const std::function<void(const BakeProgress&)>& progress) {
+  if (r.settings.two_pass)
+    return fail(ErrorKind::kUsage,
+                "--two-pass on cannot be measured: its maps have another layout than the reference");
   BakeRequest bake;
   bake.scene = r.scene;
   bake.output = r.folder;

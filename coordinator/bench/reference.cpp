@@ -117,7 +117,7 @@ BakeSettings reference_settings(BakeSettings settings, uint32_t samples, bool ca
   settings.embed_basecolor = settings.instanced = settings.seams = false;
   settings.dilate = 0;
   settings.cache = cache;
-  settings.denoise = false;
+  settings.denoise = settings.two_pass = false;
   settings.sampler = "owen";
   settings.min_samples = settings.max_samples = samples;
   settings.time_limit = 0;

@@ -76,8 +76,13 @@ void print_text(const Preflight& p) {
 
 int run(const Arguments& a, const BakeSettings& settings) {
   std::vector<StageTime> times;
-  const auto preflight = run_preflight(a.get("scene"), settings, times, [](const BakeProgress&) {});
+  auto preflight = run_preflight(a.get("scene"), settings, times, [](const BakeProgress&) {});
   if (!preflight) return report_error(preflight.error());
+  if (settings.two_pass && preflight->atlas.packed)
+    preflight->imported.notes.push_back(
+        {ImportNote::Kind::kNote,
+         "--two-pass on: which charts are black or lit the same all over only a bake's first pass can tell; "
+         "this is the layout that it begins with"});
   if (a.has("json"))
     std::fputs(plan_json(preflight->view()).c_str(), stdout);
   else

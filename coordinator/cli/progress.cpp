@@ -41,7 +41,7 @@ void ProgressPrinter::operator()(const BakeProgress& p) {
   stage_ = p.stage;
   pass_ = p.pass;
   if (p.stage != "bake") {
-    line(p.stage + " ...");
+    line(p.done > 0 ? text("{}  {:.0f} %", p.stage, 100 * p.done) : p.stage + " ...");
     return;
   }
   std::string bar;

@@ -83,9 +83,9 @@ void write_objects(JsonWriter& w, const std::vector<ObjectPlan>& objects) {
 }
 
 JsonWriter& write_unseen(JsonWriter& w, const AtlasStatistics& a) {
-  w.key("unseen").begin_object().pair("charts", a.collapsed_charts);
-  w.pair("texels", a.collapsed_from).pair("share", a.collapsed_share());
-  return w.pair("saved_texels", a.collapsed_from - a.collapsed_texels);
+  const CollapsedCharts& unseen = a.collapsed[kUnseen];
+  w.key("unseen").begin_object().pair("charts", unseen.charts);
+  return w.pair("texels", unseen.from).pair("share", a.share(unseen.from)).pair("saved_texels", unseen.saved());
 }
 
 std::string plan_json(const PlanView& v) {

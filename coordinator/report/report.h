@@ -52,6 +52,16 @@ struct MapStatement {
   double within_target = 0;  // share within the asked-for error at the asked-for confidence
 };
 
+// What --two-pass did before the layout of the map.
+struct TwoPassFigures {
+  uint32_t samples = 0;  // of each texel, in the first pass; 0: there was none
+  uint64_t rays = 0;
+  double worker_seconds = 0;
+  uint64_t black_lit = 0;  // charts that it found black and that met light all the same
+  // Placements by why they are small, as list_charts has them: with them the layout can be built again.
+  std::string collapsed[kCollapseReasons];
+};
+
 struct BakeReport {
   std::filesystem::path scene_path;
   BakeSettings settings;
@@ -64,6 +74,7 @@ struct BakeReport {
   std::string scene_id;
   AtlasStatistics atlas;
   uint64_t unseen_lit = 0;  // charts that --unseen auto took for unseen and that met light
+  TwoPassFigures two_pass;
   std::string kept_layout;  // SHA-256 of the file of --keep-layout; empty: none
   std::vector<StageTime> stages;
   std::vector<PassPoint> passes;

@@ -31,6 +31,19 @@ void write_times(JsonWriter& w, const char* key, const std::vector<StageTime>& t
   w.end_array();
 }
 
+// "collapsed" is what `kiln encode` lays out by.
+void write_two_pass(JsonWriter& w, const BakeReport& r) {
+  const CollapsedCharts &black = r.atlas.collapsed[kUnlit], &even = r.atlas.collapsed[kEvenlyLit];
+  w.key("two_pass").begin_object().pair("samples", r.two_pass.samples);
+  w.pair("rays", r.two_pass.rays).pair("worker_seconds", r.two_pass.worker_seconds);
+  w.pair("charts_constant", even.charts).pair("charts_black", black.charts);
+  w.pair("texels", even.from + black.from).pair("share", r.atlas.share(even.from + black.from));
+  w.pair("saved_texels", even.saved() + black.saved()).pair("black_that_met_light", r.two_pass.black_lit);
+  w.key("collapsed").begin_object().pair("unseen", r.two_pass.collapsed[kUnseen]);
+  w.pair("black", r.two_pass.collapsed[kUnlit]).pair("constant", r.two_pass.collapsed[kEvenlyLit]);
+  w.end_object().end_object();
+}
+
 void write_atlas(JsonWriter& w, const BakeReport& r) {
   w.key("atlas").begin_object();
   w.pair("layout", r.layout).pair("width", r.width).pair("height", r.height).pair("pages", r.pages);
@@ -39,6 +52,7 @@ void write_atlas(JsonWriter& w, const BakeReport& r) {
   if (!r.kept_layout.empty()) w.pair("kept_layout_sha256", r.kept_layout);
   if (r.layout == "pack") w.pair("texels_per_metre", double{r.atlas.texels_per_metre});
   write_unseen(w, r.atlas).pair("charts_that_met_light", r.unseen_lit).end_object();
+  if (r.settings.two_pass && r.layout == "pack") write_two_pass(w, r);
   w.pair("used_share",
          static_cast<double>(r.owned_texels) / static_cast<double>(std::max<uint64_t>(1, r.plan.texels)));
   w.key("texels_by_class").begin_object();

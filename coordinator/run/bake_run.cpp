@@ -11,51 +11,20 @@
 #include "common/base/parallel.h"
 #include "common/base/statistics.h"
 #include "common/basis/basis.h"
-#include "common/math/samplers.h"
-#include "common/scene/prepared.h"
+#include "coordinator/collapse/same_charts.h"
 #include "coordinator/merge/accumulator.h"
 #include "coordinator/neighbours/views.h"
 #include "coordinator/post/stage.h"
 #include "coordinator/report/report_pictures.h"
 #include "coordinator/run/baking.h"
 #include "coordinator/run/statement.h"
+#include "coordinator/run/two_pass.h"
 #include "coordinator/textures/textures.h"
 
 namespace kiln {
 namespace {
 
 using Progress = std::function<void(const BakeProgress&)>;
-
-FarmSettings farm_settings(const BakeRequest& request) {
-  const BakeSettings& s = request.settings;
-  FarmSettings f;
-  f.token = random_hex(16);
-  f.local_workers = s.workers ? s.workers : 1;
-  f.local_threads = s.threads ? s.threads : std::max(1u, hardware_threads() / f.local_workers);
-  f.worker_program = request.worker_program.string();
-  f.rules.lease_ms = s.lease_ms;
-  return f;
-}
-
-// A farm of its own, if no other is given.
-struct Workplace {
-  std::unique_ptr<Farm> farm;
-  std::unique_ptr<FarmJob> job;  // ends before its farm
-};
-
-Expected<Workplace> open_workplace(const BakeRequest& request, const JobSpec& spec,
-                                   const ChunkStore& chunks) {
-  Workplace place;
-  if (request.open_job) {
-    KILN_TRY(place.job, request.open_job(spec, chunks));
-    return place;
-  }
-  KILN_TRY(place.farm, Farm::start(farm_settings(request)));
-  JobTraits traits;
-  traits.quorum = request.quorum;
-  KILN_TRY(place.job, place.farm->open_job({spec, &chunks, traits, {}}));
-  return place;
-}
 
 Status check_cancelled(const BakeRequest& request) {
   if (request.cancelled && *request.cancelled) return fail(ErrorKind::kUnavailable, "the job was cancelled");
@@ -132,6 +101,19 @@ void count_classes(const Lightmap& map, const Atlas& atlas, BakeReport& report) 
   report.charts = atlas.placements.size();
 }
 
+// What is known of a bake before its first pass.
+void begin_report(const Preflight& pre, BakeReport& report) {
+  report.notes = pre.imported.notes;
+  report.warnings = pre.plan.warnings;
+  report.warnings.insert(report.warnings.end(), pre.atlas.warnings.begin(), pre.atlas.warnings.end());
+  report.atlas = pre.atlas.statistics;
+  report.plan = pre.plan;
+  report.lods = pre.projection.fits;
+  report.kept_layout = pre.kept_layout;
+  for (const CollapseReason why : {kUnseen, kUnlit, kEvenlyLit})
+    report.two_pass.collapsed[why] = list_charts(pre.atlas.collapsed, why);
+}
+
 // The settings' pictures, or smaller ones where time is short, or none; what is not as asked for is said.
 BakeSettings picture_settings(const BakeRequest& request, const TimeBudget& budget, BakeReport& report) {
   BakeSettings settings = request.settings;
@@ -200,28 +182,15 @@ Expected<BakeReport> run_bake(const BakeRequest& request, const Progress& progre
   report.settings = request.settings;
   KILN_TRY(Preflight pre, run_preflight(request.scene, request.settings, report.stages, progress));
   KILN_TRY_STATUS(prepare_output_folder(request.output, pre.plan.output_bytes));
-  report.notes = pre.imported.notes;
-  report.warnings = pre.plan.warnings;
-  report.warnings.insert(report.warnings.end(), pre.atlas.warnings.begin(), pre.atlas.warnings.end());
-  report.atlas = pre.atlas.statistics;
-  report.plan = pre.plan;
-  report.lods = pre.projection.fits;
-  report.kept_layout = pre.kept_layout;
+  KILN_TRY_STATUS(check_cancelled(request));
+  Workplace workplace(request);
+  KILN_TRY(const std::vector<ChartLight> light,
+           lay_out_by_light({request, workplace, watch, report, progress}, pre));
+  begin_report(pre, report);
 
   KILN_TRY_STATUS(check_cancelled(request));
   ChunkStore chunks;
-  JobSpec job;
-  job.id = 1;
-  job.scene = write_scene(pre.imported.scene, chunks);
-  job.atlas = chunks.add(write_atlas(pre.atlas));
-  KILN_TRY(job.transport.basis, find_basis(request.settings.basis));
-  job.transport.direct = request.settings.direct;
-  job.transport.indirect = request.settings.indirect;
-  job.transport.max_bounces = request.settings.max_bounces;
-  job.transport.seed = request.settings.seed;
-  KILN_TRY(job.transport.sampler, find_sampler(request.settings.sampler));
-  job.transport.watertight = request.settings.watertight;
-  job.transport.isa = request.settings.isa;
+  KILN_TRY(const JobSpec job, make_job(pre, request.settings, chunks));
   report.scene_id = job.scene.hex();
 
   Accumulator sums(pre.atlas.sites.size(), job.transport.basis);
@@ -248,15 +217,20 @@ Expected<BakeReport> run_bake(const BakeRequest& request, const Progress& progre
   }
   {
     const StageTimer timer(report.stages, "bake");
-    KILN_TRY(const Workplace place, open_workplace(request, job, chunks));
-    KILN_TRY(baked, bake_passes({request, pre, surface ? &*surface : nullptr, budget, *place.job, sums,
-                                 report, progress}));
-    report.farm = place.job->statistics();
+    KILN_TRY(FarmJob* const farm, workplace.open(job, chunks));
+    BakingTask task{request, pre, surface ? &*surface : nullptr, budget, *farm, sums, report, progress};
+    if (request.settings.two_pass) {
+      task.passes_before = 1;
+      task.units_before = units_before(job.atlas, 1);
+    }
+    KILN_TRY(baked, bake_passes(task));
+    report.farm = farm->statistics();
+    workplace.close();
   }
   if (!baked.whole) return too_short(request, pre, budget, watch);
   KILN_TRY_STATUS(check_cancelled(request));
   Lightmap map = sums.resolve(pre.atlas);
-  check_unseen(map, pre.atlas, report);
+  check_dark(map, pre.atlas, report);
   {
     const StageTimer timer(report.stages, surface ? "denoise" : "errors");
     progress({.stage = surface ? "denoise" : "errors"});
@@ -266,9 +240,12 @@ Expected<BakeReport> run_bake(const BakeRequest& request, const Progress& progre
       const uint32_t levels = std::max(denoise_levels(statistics), budget.denoise_levels());
       lowered = take_denoised(map, pre.atlas, statistics, *surface, levels, baked.errors);
     }
+    const BasisInfo& basis = basis_roster()[job.transport.basis];
+    state_deviations(pre.atlas, light, baked.errors);
     state_errors(map, pre.atlas, baked.errors);
     const std::vector<uint32_t> charts = charts_of_sites(pre.atlas);
-    state_band_errors(map, pre.atlas, statistics, charts, basis_roster()[job.transport.basis], lowered);
+    state_band_errors(map, pre.atlas, statistics, charts, basis, lowered);
+    state_deviations(pre.atlas, light, basis, map);
     report.statement = state_map(baked.errors, statistics, request.settings.error,
                                  normal_interval(request.settings.confidence));
     warn_of_few_samples(statistics, charts, report);

@@ -54,11 +54,24 @@ struct Preflight {
   Projection projection;  // of imported.display
   Plan plan;
   std::string kept_layout;  // SHA-256 of the file of --keep-layout; empty: none
+  size_t import_notes = 0;  // of imported.notes: those from before the layout come first
+  bool unseen_decides = true;  // false: --unseen auto has nothing to go by
   PlanView view() const { return {imported, atlas, plan, projection}; }
+};
+// What of the layout is known and needs no asking. Layout pack.
+struct LayoutWish {
+  // As AtlasSettings::collapse, in the place of what --unseen finds. Empty: that.
+  std::function<std::vector<uint8_t>(const ChartsToSize&)> collapse;
+  float texels_per_metre = 0;  // above 0: in the place of that of the settings and of --max-texels
 };
 Expected<Preflight> run_preflight(const std::filesystem::path& scene, const BakeSettings& settings,
                                   std::vector<StageTime>& times,
-                                  const std::function<void(const BakeProgress&)>& progress);
+                                  const std::function<void(const BakeProgress&)>& progress,
+                                  const LayoutWish& wish = {});
+// All of that but the import, in the place of the layout that is there. `preflight.atlas` may be moved from.
+Status lay_out_again(const std::filesystem::path& scene, const BakeSettings& settings, const LayoutWish& wish,
+                     Preflight& preflight, std::vector<StageTime>& times,
+                     const std::function<void(const BakeProgress&)>& progress);
 
 // plan.html, plan.json and, unless --preview is off, density.png into a folder, made if needed.
 Status write_plan(const std::filesystem::path& scene, const Preflight& preflight,

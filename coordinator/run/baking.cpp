@@ -55,7 +55,10 @@ class Baking {
         charts_(charts_of_sites(task.preflight.atlas)),
         z_(normal_interval(settings_.confidence)),
         budget_(task.budget),
-        pace_(task.budget.seconds_for_passes()) {}
+        pace_(task.budget.seconds_for_passes()),
+        passes_before_(task.passes_before),
+        units_before_(task.units_before),
+        next_unit_(units_before_ + 1) {}
 
   Expected<Baked> run() {
     KILN_TRY(norm_, find_error_norm(settings_.error_norm));
@@ -66,7 +69,7 @@ class Baking {
       sums_.clear();
       report_.passes.clear();
       nonfinite_.clear();
-      next_unit_ = 1;
+      next_unit_ = units_before_ + 1;
     }
     report_.nonfinite = nonfinite_.places();
     if (const std::string s = nonfinite_.sentence(); !s.empty()) report_.warnings.push_back(s);
@@ -336,7 +339,7 @@ class Baking {
     if (index == cuts_.size()) {
       uint32_t chosen = pace_.unit_texels(samples, settings_.tile_texels);
       if (request_.cut) {
-        KILN_TRY(chosen, request_.cut(index, chosen));
+        KILN_TRY(chosen, request_.cut(passes_before_ + index, chosen));
       }
       cuts_.push_back(chosen);
     }
@@ -494,7 +497,9 @@ class Baking {
   uint64_t skipped_units_ = 0;
   std::string skip_reason_;
   std::vector<uint32_t> cuts_;  // texels of a unit, by pass
-  uint64_t next_unit_ = 1;
+  const uint32_t passes_before_;
+  const uint64_t units_before_;
+  uint64_t next_unit_;
 };
 
 }  // namespace

@@ -29,6 +29,9 @@ struct BakingTask {
   Accumulator& sums;   // empty; filled with what lasts
   BakeReport& report;  // gets passes, warnings, non-finite samples, completeness
   const std::function<void(const BakeProgress&)>& progress;
+  // Of another layout under the same job: passes are cut, and units numbered, from here on.
+  uint32_t passes_before = 0;
+  uint64_t units_before = 0;
 };
 struct Baked {
   TexelErrors errors;

@@ -1,6 +1,7 @@
 #include "coordinator/run/encode_run.h"
 
 #include <algorithm>
+#include <map>
 
 #include "common/base/clock.h"
 #include "common/base/files.h"
@@ -8,6 +9,7 @@
 #include "common/base/json.h"
 #include "common/basis/basis.h"
 #include "coordinator/chart_table/chart_table.h"
+#include "coordinator/collapse/same_charts.h"
 #include "coordinator/imageio/exr.h"
 #include "coordinator/report/texture_report.h"
 
@@ -22,17 +24,20 @@ tl::unexpected<Error> refuse(std::string why) {
   return fail(ErrorKind::kInvalidInput, std::move(why));
 }
 
-// The bake's settings, with what the caller set on top.
-Expected<BakeSettings> settings_of(const EncodeRequest& r) {
-  const fs::path path = r.from / "report.json";
+Expected<JsonValue> report_of(const fs::path& folder) {
+  const fs::path path = folder / "report.json";
   const auto text_of = read_file(path, kMostReportBytes);
   if (!text_of)
-    return refuse(text("{}: it is no output folder of a bake: {}", r.from.string(), text_of.error().message));
-  const auto json =
-      parse_json(std::string_view(reinterpret_cast<const char*>(text_of->data()), text_of->size()));
+    return refuse(text("{}: it is no output folder of a bake: {}", folder.string(), text_of.error().message));
+  auto json = parse_json(std::string_view(reinterpret_cast<const char*>(text_of->data()), text_of->size()));
   if (!json) return refuse(text("{}: {}", path.string(), json.error().message));
-  const JsonValue* rows = json->find("settings");
-  if (!rows) return refuse(text("{}: it has no settings", path.string()));
+  return std::move(*json);
+}
+
+// The bake's settings, with what the caller set on top.
+Expected<BakeSettings> settings_of(const EncodeRequest& r, const JsonValue& json) {
+  const JsonValue* rows = json.find("settings");
+  if (!rows) return refuse(text("{}: its report has no settings", r.from.string()));
   BakeSettings out;
   for (const Setting& row : settings_table()) {
     const auto own = r.settings.source.find(row.name);
@@ -49,6 +54,27 @@ Expected<BakeSettings> settings_of(const EncodeRequest& r) {
   }
   KILN_TRY_STATUS(check_settings(out));
   return out;
+}
+
+// Of a bake with --two-pass light decided on the layout: the report says how.
+LayoutWish layout_of(const JsonValue& json) {
+  const JsonValue* atlas = json.find("atlas");
+  const JsonValue* two_pass = atlas ? atlas->find("two_pass") : nullptr;
+  const JsonValue* collapsed = two_pass ? two_pass->find("collapsed") : nullptr;
+  const JsonValue* density = atlas ? atlas->find("texels_per_metre") : nullptr;
+  LayoutWish wish;
+  if (!collapsed || !density) return wish;
+  wish.texels_per_metre = static_cast<float>(density->number);
+  std::map<CollapseReason, std::string> lists;
+  for (const auto& [name, why] : {std::pair{"unseen", kUnseen}, {"black", kUnlit}, {"constant", kEvenlyLit}})
+    if (const JsonValue* list = collapsed->find(name)) lists[why] = list->text;
+  wish.collapse = [lists](const ChartsToSize& charts) {
+    std::vector<uint8_t> out(charts.texels.size(), kNotCollapsed);
+    // What cannot be read is of another scene: check_layout says so.
+    for (const auto& [why, list] : lists) static_cast<void>(read_charts(list, why, out));
+    return out;
+  };
+  return wish;
 }
 
 // One master, its pages stacked into planes of the map; `names`: (channel of the file, plane of the map).
@@ -145,9 +171,11 @@ Status check_layout(const EncodeRequest& r, const Preflight& pre, const Lightmap
 Expected<EncodeReport> run_encode(const EncodeRequest& request,
                                   const std::function<void(const BakeProgress&)>& progress) {
   EncodeReport report;
-  KILN_TRY(report.settings, settings_of(request));
+  KILN_TRY(const JsonValue baked, report_of(request.from));
+  KILN_TRY(report.settings, settings_of(request, baked));
   std::vector<StageTime> times;
-  KILN_TRY(const Preflight pre, run_preflight(request.scene, report.settings, times, progress));
+  KILN_TRY(const Preflight pre,
+           run_preflight(request.scene, report.settings, times, progress, layout_of(baked)));
   progress({.stage = "masters"});
   KILN_TRY(const Lightmap map, read_lightmap(request.from, pre.atlas, report.settings));
   KILN_TRY_STATUS(check_layout(request, pre, map));

@@ -43,15 +43,15 @@ AtlasSettings atlas_settings(const BakeSettings& s) {
 }
 
 std::string unseen_text(const AtlasStatistics& s) {
+  const CollapsedCharts& unseen = s.collapsed[kUnseen];
   return text(
       "{} of {} charts are reached by no camera, light or opening: {} texels instead of {}, {:.1f} % of the "
-      "map "
-      "(--unseen auto)",
-      s.collapsed_charts, s.charts, s.collapsed_texels, s.collapsed_from, 100 * s.collapsed_share());
+      "map (--unseen auto)",
+      unseen.charts, s.charts, unseen.texels, unseen.from, 100 * s.share(unseen.from));
 }
 
 // What --unseen auto has come to.
-void note_unseen(const BakeSettings& settings, const std::optional<UnseenCharts>& unseen, Preflight& pre) {
+void note_unseen(const BakeSettings& settings, Preflight& pre) {
   if (settings.unseen != "auto") return;
   const auto say = [&](ImportNote::Kind kind, std::string what) {
     pre.imported.notes.push_back({kind, std::move(what)});
@@ -59,7 +59,7 @@ void note_unseen(const BakeSettings& settings, const std::optional<UnseenCharts>
   if (!pre.atlas.packed)
     return say(ImportNote::Kind::kIgnored,
                "--unseen auto is not heeded: the file's own atlas decides, --layout pack heeds it");
-  if (!unseen->decides())
+  if (!pre.unseen_decides)
     return say(
         ImportNote::Kind::kWarning,
         "--unseen auto changes nothing: the scene has neither camera nor light; add one, or take it away");
@@ -72,49 +72,88 @@ void warn_of_unused(const BakeSettings& settings, Atlas& atlas) {
   if (!settings.keep_layout.empty())
     atlas.warnings.push_back(
         "--keep-layout is not used: the lightmap is the file's own atlas (--layout pack)");
+  if (settings.two_pass)
+    atlas.notes.push_back(
+        "--two-pass on is not heeded: the file's own atlas decides, --layout pack heeds it");
   if (settings.instanced)
     atlas.warnings.push_back("--instanced is not used: the lightmap is the file's own atlas (--layout pack)");
+}
+
+// The atlas and what is said of it. Leaves `layout` as advice on it wants it.
+Status make_atlas(const BakeSettings& settings, const LayoutWish& wish, AtlasSettings& layout,
+                  Preflight& pre) {
+  DensityFactors factors = density_factors(pre.imported.scene, pre.imported.density, settings);
+  layout.density = std::move(factors.by_instance);
+  for (std::string& note : factors.notes)
+    pre.imported.notes.push_back({ImportNote::Kind::kWarning, std::move(note)});
+  KeptLayout kept;
+  if (!settings.keep_layout.empty()) {
+    KILN_TRY(kept, read_layout(settings.keep_layout));
+    layout.previous = &kept.layout;
+    pre.kept_layout = kept.digest.hex();
+  }
+  if (wish.texels_per_metre > 0) {
+    layout.texels_per_metre = wish.texels_per_metre;
+    layout.texel_budget = 0;
+  }
+  std::optional<UnseenCharts> unseen;
+  layout.collapse = wish.collapse;
+  if (!wish.collapse && settings.unseen == "auto" && layout.layout != AtlasSettings::Layout::kAtlas) {
+    unseen.emplace(pre.imported.scene, pre.imported.density.cameras);
+    pre.unseen_decides = unseen->decides();
+    layout.collapse = [&](const ChartsToSize& charts) { return unseen->find(charts); };
+  }
+  KILN_TRY(pre.atlas, build_atlas(pre.imported.scene, layout));
+  layout.previous = nullptr;
+  layout.collapse = {};
+  note_unseen(settings, pre);
+  warn_of_unused(settings, pre.atlas);
+  for (const std::string& note : pre.atlas.notes)
+    pre.imported.notes.push_back({ImportNote::Kind::kNote, note});
+  return {};
+}
+
+// Levels and proxies on the atlas.
+Status project_levels(const std::filesystem::path& scene, const BakeSettings& settings, Preflight& pre) {
+  LodSettings lods;
+  lods.distance = settings.lod_distance;
+  lods.split = settings.lod_split;
+  auto projection = project_display(pre.imported.display, pre.imported.scene, pre.atlas, lods);
+  if (!projection)
+    return fail(projection.error().kind, text("{}: {}", scene.string(), projection.error().message));
+  pre.projection = std::move(*projection);
+  return {};
 }
 
 }  // namespace
 
 Expected<Preflight> run_preflight(const std::filesystem::path& scene, const BakeSettings& settings,
                                   std::vector<StageTime>& times,
-                                  const std::function<void(const BakeProgress&)>& progress) {
+                                  const std::function<void(const BakeProgress&)>& progress,
+                                  const LayoutWish& wish) {
   KILN_TRY_STATUS(check_settings(settings));
   Preflight pre;
-  AtlasSettings layout = atlas_settings(settings);
   {
     const StageTimer timer(times, "import");
     progress({.stage = "import"});
     KILN_TRY(pre.imported, import_scene(scene, settings));
     KILN_TRY_STATUS(check_camera(pre.imported, settings.camera));
+    pre.import_notes = pre.imported.notes.size();
   }
+  KILN_TRY_STATUS(lay_out_again(scene, settings, wish, pre, times, progress));
+  return pre;
+}
+
+Status lay_out_again(const std::filesystem::path& scene, const BakeSettings& settings, const LayoutWish& wish,
+                     Preflight& pre, std::vector<StageTime>& times,
+                     const std::function<void(const BakeProgress&)>& progress) {
+  pre.imported.notes.erase(pre.imported.notes.begin() + static_cast<ptrdiff_t>(pre.import_notes),
+                           pre.imported.notes.end());
+  AtlasSettings layout = atlas_settings(settings);
   {
     const StageTimer timer(times, "atlas");
     progress({.stage = "atlas"});
-    DensityFactors factors = density_factors(pre.imported.scene, pre.imported.density, settings);
-    layout.density = std::move(factors.by_instance);
-    for (std::string& note : factors.notes)
-      pre.imported.notes.push_back({ImportNote::Kind::kWarning, std::move(note)});
-    KeptLayout kept;
-    if (!settings.keep_layout.empty()) {
-      KILN_TRY(kept, read_layout(settings.keep_layout));
-      layout.previous = &kept.layout;
-      pre.kept_layout = kept.digest.hex();
-    }
-    std::optional<UnseenCharts> unseen;
-    if (settings.unseen == "auto" && layout.layout != AtlasSettings::Layout::kAtlas) {
-      unseen.emplace(pre.imported.scene, pre.imported.density.cameras);
-      layout.collapse = [&](const ChartsToSize& charts) { return unseen->find(charts); };
-    }
-    KILN_TRY(pre.atlas, build_atlas(pre.imported.scene, layout));
-    layout.previous = nullptr;
-    layout.collapse = {};
-    note_unseen(settings, unseen, pre);
-    warn_of_unused(settings, pre.atlas);
-    for (const std::string& note : pre.atlas.notes)
-      pre.imported.notes.push_back({ImportNote::Kind::kNote, note});
+    KILN_TRY_STATUS(make_atlas(settings, wish, layout, pre));
   }
   // What has no texels has none for its levels either: those stay as the file has them.
   std::erase_if(pre.imported.display.shown, [&](const DisplayMesh& m) {
@@ -124,13 +163,7 @@ Expected<Preflight> run_preflight(const std::filesystem::path& scene, const Bake
   if (!pre.imported.display.shown.empty()) {
     const StageTimer timer(times, "lods");
     progress({.stage = "lods"});
-    LodSettings lods;
-    lods.distance = settings.lod_distance;
-    lods.split = settings.lod_split;
-    auto projection = project_display(pre.imported.display, pre.imported.scene, pre.atlas, lods);
-    if (!projection)
-      return fail(projection.error().kind, text("{}: {}", scene.string(), projection.error().message));
-    pre.projection = std::move(*projection);
+    KILN_TRY_STATUS(project_levels(scene, settings, pre));
   }
   if (!pre.atlas.packed && !layout.density.empty())
     pre.imported.notes.push_back(
@@ -150,7 +183,7 @@ Expected<Preflight> run_preflight(const std::filesystem::path& scene, const Bake
     pre.plan.warnings.push_back(std::move(sentence));
   if (const Status fits = check_memory(pre.plan, pre.atlas, memory_bytes()); !fits)
     return fail(fits.error().kind, text("{}: {}", scene.string(), fits.error().message));
-  return pre;
+  return {};
 }
 
 Status write_plan(const std::filesystem::path& scene, const Preflight& pre, const BakeSettings& settings,

@@ -81,7 +81,7 @@ void warn_of_rough_cache(const TexelErrors& errors, std::span<const float> first
              doubtful));
 }
 
-void check_unseen(const Lightmap& map, const Atlas& atlas, BakeReport& report) {
+void check_dark(const Lightmap& map, const Atlas& atlas, BakeReport& report) {
   constexpr double kNoticed = 0.01;
   if (atlas.collapsed.empty()) return;
   std::vector<double> brightest(atlas.placements.size(), 0);
@@ -93,26 +93,33 @@ void check_unseen(const Lightmap& map, const Atlas& atlas, BakeReport& report) {
     sum += e;
     // What was pushed out of a wall may have come out in the light.
     if (map.validity[texel] != Validity::kMeasured) continue;
-    if (const uint32_t owner = atlas.owner[texel]; owner && atlas.collapsed[owner - 1])
-      brightest[owner - 1] = std::max(brightest[owner - 1], e);
+    if (const uint32_t owner = atlas.owner[texel]) brightest[owner - 1] = std::max(brightest[owner - 1], e);
   }
   const double noticed = kNoticed * sum / static_cast<double>(std::max<size_t>(1, atlas.sites.size()));
-  report.unseen_lit = static_cast<uint64_t>(
-      std::count_if(brightest.begin(), brightest.end(), [](double e) { return e > 0; }));
-  const auto bright =
-      std::count_if(brightest.begin(), brightest.end(), [&](double e) { return e > noticed; });
-  if (bright == 0) return;
-  const auto first =
-      static_cast<uint32_t>(std::max_element(brightest.begin(), brightest.end()) - brightest.begin());
-  const auto above =
-      std::upper_bound(atlas.instance_first_chart.begin(), atlas.instance_first_chart.end(), first);
-  const ObjectPlan& object =
-      report.plan.objects[static_cast<size_t>(above - atlas.instance_first_chart.begin()) - 1];
-  report.warnings.push_back(
-      text("{} of the {} charts that --unseen auto took for unseen met more light than {:g} % of the mean, "
-           "most of "
-           "it on '{}'; if they can be seen, --unseen keep gives them their texels",
-           bright, atlas.statistics.collapsed_charts, 100 * kNoticed, object.name));
+  const auto check = [&](CollapseReason why, const char* taken, const char* remedy) {
+    uint64_t lit = 0, bright = 0;
+    size_t first = 0;
+    double most = 0;
+    for (size_t p = 0; p < brightest.size(); ++p) {
+      if (atlas.collapsed[p] != why) continue;
+      lit += brightest[p] > 0;
+      bright += brightest[p] > noticed;
+      if (brightest[p] > most) most = brightest[first = p];
+    }
+    if (bright == 0) return lit;
+    const auto above =
+        std::upper_bound(atlas.instance_first_chart.begin(), atlas.instance_first_chart.end(), first);
+    const ObjectPlan& object =
+        report.plan.objects[static_cast<size_t>(above - atlas.instance_first_chart.begin()) - 1];
+    report.warnings.push_back(
+        text("{} of the {} charts that {} met more light than {:g} % of the mean, most of it on '{}'; {}",
+             bright, atlas.statistics.collapsed[why].charts, taken, 100 * kNoticed, object.name, remedy));
+    return lit;
+  };
+  report.unseen_lit = check(kUnseen, "--unseen auto took for unseen",
+                            "if they can be seen, --unseen keep gives them their texels");
+  report.two_pass.black_lit = check(kUnlit, "the first pass of --two-pass found black",
+                                    "--two-pass off gives them their texels");
 }
 
 }  // namespace kiln

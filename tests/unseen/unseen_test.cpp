@@ -240,7 +240,7 @@ TEST(UnseenLayout, UnseenChartsHaveFourTexelsAndOthersTheirOwn) {
   const UnseenCharts unseen(world.scene, {});
   AtlasSettings settings = settings_of(4);
   const Atlas keep = *build_atlas(world.scene, settings);
-  EXPECT_EQ(keep.statistics.collapsed_charts, 0u);
+  EXPECT_EQ(keep.statistics.collapsed[kUnseen].charts, 0u);
   settings.collapse = [&](const ChartsToSize& charts) { return unseen.find(charts); };
   const Atlas atlas = *build_atlas(world.scene, settings);
   const std::vector<uint64_t> before = texels_of(keep), after = texels_of(atlas);
@@ -257,9 +257,9 @@ TEST(UnseenLayout, UnseenChartsHaveFourTexelsAndOthersTheirOwn) {
     to += after[p];
   }
   EXPECT_GE(charts, 6u);
-  EXPECT_EQ(atlas.statistics.collapsed_charts, charts);
-  EXPECT_EQ(atlas.statistics.collapsed_from, from);
-  EXPECT_EQ(atlas.statistics.collapsed_texels, to);
+  EXPECT_EQ(atlas.statistics.collapsed[kUnseen].charts, charts);
+  EXPECT_EQ(atlas.statistics.collapsed[kUnseen].from, from);
+  EXPECT_EQ(atlas.statistics.collapsed[kUnseen].texels, to);
   EXPECT_LT(atlas.texel_count(), 0.8 * static_cast<double>(keep.texel_count()));
 }
 

@@ -1,0 +1,192 @@
+#include "coordinator/run/two_pass.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "common/base/format.h"
+#include "common/base/statistics.h"
+#include "common/math/sequence.h"
+#include "coordinator/collapse/same_charts.h"
+#include "coordinator/estimate/texel_errors.h"
+#include "coordinator/merge/accumulator.h"
+#include "coordinator/plan/schedule.h"
+#include "coordinator/run/pace.h"
+#include "coordinator/run/time_budget.h"
+
+namespace kiln {
+namespace {
+
+constexpr uint64_t kFirstPassKey = 0x74776f2d70617373;  // of its random numbers
+// Of the time for passes: what the first pass and the second layout may take. Begun where they are expected
+// to take half of it, because that they take is a guess.
+constexpr double kTimeShare = 0.4;
+
+struct FirstPass {
+  TexelStatistics statistics;
+  FarmStatistics farm;
+  bool complete = false;  // false: its time was up
+};
+
+Status bake_all_sites(const TwoPassTask& task, const JobSpec& spec, size_t sites, FarmJob& farm, double seconds,
+                      FirstPass& pass) {
+  std::vector<SiteSamples> work;
+  for (uint32_t site = 0; site < sites; ++site) work.push_back({site, {0, kFirstPassSamples}});
+  uint32_t cut = task.request.settings.tile_texels;
+  if (task.request.cut) {
+    KILN_TRY(cut, task.request.cut(0, cut));
+  }
+  const BakePace pace(seconds);
+  for (;;) {
+    Accumulator sums(sites, spec.transport.basis);
+    uint64_t next_unit = units_before(spec.atlas, 0) + 1;
+    PassHandlers handlers;
+    handlers.on_result = [&](const WorkUnit& unit, const UnitResult& result) {
+      return sums.add(unit, result);
+    };
+    handlers.on_progress = [&](const FarmProgress& f) {
+      BakeProgress p;
+      p.stage = "first pass";
+      p.done = f.weight > 0 ? f.weight_done / f.weight : 0;
+      p.rays = f.rays;
+      p.workers = f.workers;
+      task.progress(p);
+    };
+    KILN_TRY(const PassEnd end,
+             farm.run_pass(cut_pass(work, cut, {}, next_unit), pace.deadline_ms(), handlers));
+    if (end == PassEnd::kRewound) continue;
+    pass.complete = end == PassEnd::kComplete;
+    pass.statistics = sums.statistics();
+    pass.farm = farm.statistics();
+    return {};
+  }
+}
+
+Expected<FirstPass> bake_first_pass(const TwoPassTask& task, const Preflight& pre, double seconds) {
+  ChunkStore chunks;
+  KILN_TRY(JobSpec spec, make_job(pre, task.request.settings, chunks));
+  // What decides about a chart is not what is measured of it afterwards.
+  spec.transport.seed = mix_bits(spec.transport.seed ^ kFirstPassKey);
+  KILN_TRY(FarmJob* const farm, task.workplace.open(spec, chunks));
+  FirstPass pass;
+  const Status done = bake_all_sites(task, spec, pre.atlas.sites.size(), *farm, seconds, pass);
+  task.workplace.close();  // before its chunks go
+  if (!done) return tl::unexpected<Error>(done.error());
+  return pass;
+}
+
+double layout_seconds(const BakeReport& report) {
+  double seconds = 0;
+  for (const StageTime& s : report.stages)
+    if (s.name != "import") seconds += s.seconds;
+  return seconds;
+}
+
+// Seconds for the first pass; 0: there is no time for it. Infinite without a limit.
+double seconds_for_first_pass(const TwoPassTask& task, const Preflight& pre) {
+  const BakeSettings& s = task.request.settings;
+  const double seconds = kTimeShare * TimeBudget(task.request, pre, task.watch).seconds_for_passes() -
+                         layout_seconds(task.report);
+  const double samples = static_cast<double>(kReplicates) * kFirstPassSamples;
+  const double expected = pre.plan.least_seconds * samples / std::max(1u, s.min_samples);
+  return 2 * expected <= seconds ? seconds : 0;
+}
+
+std::vector<uint8_t> collapse_of(const ChartsToSize& charts, const Atlas& first,
+                                 std::span<const uint8_t> reasons) {
+  constexpr uint64_t kLeastTexels = 4;
+  const std::vector<uint32_t> same = same_charts(first, charts.atlas);
+  std::vector<uint8_t> out(same.size(), kNotCollapsed);
+  for (size_t p = 0; p < same.size(); ++p)
+    if (same[p] != kNoChart && charts.texels[p] > kLeastTexels) out[p] = reasons[same[p]];
+  return out;
+}
+
+std::string two_pass_text(const AtlasStatistics& s) {
+  const CollapsedCharts &black = s.collapsed[kUnlit], &even = s.collapsed[kEvenlyLit];
+  return text(
+      "{} of {} charts are lit the same all over and {} are black: {} texels instead of {}, {:.1f} % of the "
+      "map (--two-pass on)",
+      even.charts, s.charts, black.charts, even.texels + black.texels, even.from + black.from,
+      100 * s.share(even.from + black.from));
+}
+
+}  // namespace
+
+uint64_t units_before(const Digest& atlas, uint32_t pass) {
+  constexpr uint32_t kLayoutBits = 19, kUnitBits = 32;  // 52 with that of the pass: exact in a double
+  uint64_t layout = 0;
+  std::memcpy(&layout, atlas.bytes.data(), sizeof layout);
+  return (uint64_t{pass} << kLayoutBits | layout >> (64 - kLayoutBits)) << kUnitBits;
+}
+
+Expected<std::vector<ChartLight>> lay_out_by_light(const TwoPassTask& task, Preflight& pre) {
+  const BakeSettings& settings = task.request.settings;
+  if (!settings.two_pass || !pre.atlas.packed) return std::vector<ChartLight>{};
+  const auto leave_out = [&] {
+    pre.imported.notes.push_back({ImportNote::Kind::kIgnored,
+                                  "the first pass of --two-pass was left out, and no chart was collapsed by "
+                                  "its light: the time limit left no time for two passes"});
+    return std::vector<ChartLight>{};
+  };
+  const double seconds = seconds_for_first_pass(task, pre);
+  if (!(seconds > 0)) return leave_out();
+  FirstPass pass;
+  {
+    const StageTimer timer(task.report.stages, "first pass");
+    task.progress({.stage = "first pass"});
+    KILN_TRY(pass, bake_first_pass(task, pre, seconds));
+  }
+  if (!pass.complete) return leave_out();
+  task.report.two_pass.samples = kReplicates * kFirstPassSamples;
+  task.report.two_pass.rays = pass.farm.rays;
+  task.report.two_pass.worker_seconds = pass.farm.worker_seconds;
+
+  KILN_TRY(const uint32_t basis, find_basis(settings.basis));
+  const std::vector<ChartLight> light = judge_charts(
+      pass.statistics, charts_of_sites(pre.atlas), pre.atlas.placements.size(),
+      {settings.error, normal_interval(settings.confidence), even_bands(basis_roster()[basis])});
+  if (std::none_of(light.begin(), light.end(), [](const ChartLight& c) { return c.why != kNotCollapsed; })) {
+    pre.imported.notes.push_back({ImportNote::Kind::kNote, two_pass_text(pre.atlas.statistics)});
+    return std::vector<ChartLight>{};
+  }
+  std::vector<uint8_t> reasons = pre.atlas.collapsed;  // those that nobody sees stay
+  reasons.resize(light.size(), kNotCollapsed);
+  for (size_t p = 0; p < light.size(); ++p)
+    if (reasons[p] == kNotCollapsed) reasons[p] = light[p].why;
+  const Atlas first = std::move(pre.atlas);
+  LayoutWish wish;
+  wish.collapse = [&](const ChartsToSize& charts) { return collapse_of(charts, first, reasons); };
+  KILN_TRY_STATUS(
+      lay_out_again(task.request.scene, settings, wish, pre, task.report.stages, task.progress));
+  pre.imported.notes.push_back({ImportNote::Kind::kNote, two_pass_text(pre.atlas.statistics)});
+  std::vector<ChartLight> out;
+  for (const uint32_t from : same_charts(first, pre.atlas))
+    out.push_back(from == kNoChart ? ChartLight{} : light[from]);
+  return out;
+}
+
+void state_deviations(const Atlas& atlas, std::span<const ChartLight> light, TexelErrors& errors) {
+  if (light.empty()) return;
+  for (uint32_t site = 0; site < atlas.sites.size(); ++site) {
+    const uint32_t owner = atlas.owner[atlas.sites.texel[site]];
+    if (owner && atlas.collapsed[owner - 1] == kEvenlyLit)
+      errors.standard_error[site] = std::hypot(errors.standard_error[site], light[owner - 1].deviation[0]);
+  }
+}
+
+void state_deviations(const Atlas& atlas, std::span<const ChartLight> light, const BasisInfo& basis,
+                      Lightmap& map) {
+  if (light.empty()) return;
+  const std::vector<BasisBand> bands = basis_bands(basis);
+  for (const uint32_t texel : atlas.sites.texel) {
+    const uint32_t owner = atlas.owner[texel];
+    if (!owner || atlas.collapsed[owner - 1] != kEvenlyLit) continue;
+    const std::vector<float>& deviation = light[owner - 1].deviation;
+    const auto add = [&](std::vector<float>& plane, float d) { plane[texel] = std::hypot(plane[texel], d); };
+    if (!map.measured.names.empty()) add(map.measured.plane("error"), deviation[0]);
+    for (size_t b = 0; b < bands.size(); ++b) add(map.band_error.plane(bands[b].name), deviation[b + 1]);
+  }
+}
+
+}  // namespace kiln

@@ -1,0 +1,1 @@
+#include "coordinator/collapse/judge.h"
