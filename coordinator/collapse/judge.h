@@ -31,7 +31,7 @@ constexpr double kSure = 3;
 constexpr double kFar = 4;
 constexpr size_t kBlockTexels = 64;  // in the sites' order: near each other
 constexpr size_t kLeastEven = 16;    // known texels from which on a chart's noise is known well enough
-// Light that one sample in so many would have met is missed in one chart of twenty; in all texels of a chart.
+// Of all texels of a chart. Where none of so many has met light, three in so many would at most, at 95 %.
 constexpr uint64_t kLeastBlackSamples = 1000;
 
 // Planes that are constant together: the functions of a band, each as it counts in E at some normal.

@@ -85,7 +85,9 @@ void write_objects(JsonWriter& w, const std::vector<ObjectPlan>& objects) {
 JsonWriter& write_unseen(JsonWriter& w, const AtlasStatistics& a) {
   const CollapsedCharts& unseen = a.collapsed[kUnseen];
   w.key("unseen").begin_object().pair("charts", unseen.charts);
-  return w.pair("texels", unseen.from).pair("share", a.share(unseen.from)).pair("saved_texels", unseen.saved());
+  return w.pair("texels", unseen.from)
+      .pair("share", a.share(unseen.from))
+      .pair("saved_texels", unseen.saved());
 }
 
 std::string plan_json(const PlanView& v) {

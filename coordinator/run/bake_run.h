@@ -53,8 +53,8 @@ struct Preflight {
   Atlas atlas;
   Projection projection;  // of imported.display
   Plan plan;
-  std::string kept_layout;  // SHA-256 of the file of --keep-layout; empty: none
-  size_t import_notes = 0;  // of imported.notes: those from before the layout come first
+  std::string kept_layout;     // SHA-256 of the file of --keep-layout; empty: none
+  size_t import_notes = 0;     // of imported.notes: those from before the layout come first
   bool unseen_decides = true;  // false: --unseen auto has nothing to go by
   PlanView view() const { return {imported, atlas, plan, projection}; }
 };

@@ -118,8 +118,8 @@ void check_dark(const Lightmap& map, const Atlas& atlas, BakeReport& report) {
   };
   report.unseen_lit = check(kUnseen, "--unseen auto took for unseen",
                             "if they can be seen, --unseen keep gives them their texels");
-  report.two_pass.black_lit = check(kUnlit, "the first pass of --two-pass found black",
-                                    "--two-pass off gives them their texels");
+  report.two_pass.black_lit =
+      check(kUnlit, "the first pass of --two-pass found black", "--two-pass off gives them their texels");
 }
 
 }  // namespace kiln

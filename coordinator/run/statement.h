@@ -19,9 +19,9 @@ void warn_of_few_samples(const TexelStatistics& statistics, std::span<const uint
 void warn_of_rough_cache(const TexelErrors& errors, std::span<const float> first_cache_error,
                          BakeReport& report);
 
-// Charts that --unseen auto took for unseen are black, or something is wrong; so are those that the first pass
-// of --two-pass found black: `map` as measured. Counts those that met light, and warns where that is more than
-// a hundredth of the map's mean.
+// Charts that --unseen auto took for unseen are black, or something is wrong; so are those that the first
+// pass of --two-pass found black: `map` as measured. Counts those that met light, and warns where that is
+// more than a hundredth of the map's mean.
 void check_dark(const Lightmap& map, const Atlas& atlas, BakeReport& report);
 
 }  // namespace kiln

@@ -28,8 +28,8 @@ struct FirstPass {
   bool complete = false;  // false: its time was up
 };
 
-Status bake_all_sites(const TwoPassTask& task, const JobSpec& spec, size_t sites, FarmJob& farm, double seconds,
-                      FirstPass& pass) {
+Status bake_all_sites(const TwoPassTask& task, const JobSpec& spec, size_t sites, FarmJob& farm,
+                      double seconds, FirstPass& pass) {
   std::vector<SiteSamples> work;
   for (uint32_t site = 0; site < sites; ++site) work.push_back({site, {0, kFirstPassSamples}});
   uint32_t cut = task.request.settings.tile_texels;
@@ -143,9 +143,9 @@ Expected<std::vector<ChartLight>> lay_out_by_light(const TwoPassTask& task, Pref
   task.report.two_pass.worker_seconds = pass.farm.worker_seconds;
 
   KILN_TRY(const uint32_t basis, find_basis(settings.basis));
-  const std::vector<ChartLight> light = judge_charts(
-      pass.statistics, charts_of_sites(pre.atlas), pre.atlas.placements.size(),
-      {settings.error, normal_interval(settings.confidence), even_bands(basis_roster()[basis])});
+  const std::vector<ChartLight> light =
+      judge_charts(pass.statistics, charts_of_sites(pre.atlas), pre.atlas.placements.size(),
+                   {settings.error, normal_interval(settings.confidence), even_bands(basis_roster()[basis])});
   if (std::none_of(light.begin(), light.end(), [](const ChartLight& c) { return c.why != kNotCollapsed; })) {
     pre.imported.notes.push_back({ImportNote::Kind::kNote, two_pass_text(pre.atlas.statistics)});
     return std::vector<ChartLight>{};
@@ -157,8 +157,7 @@ Expected<std::vector<ChartLight>> lay_out_by_light(const TwoPassTask& task, Pref
   const Atlas first = std::move(pre.atlas);
   LayoutWish wish;
   wish.collapse = [&](const ChartsToSize& charts) { return collapse_of(charts, first, reasons); };
-  KILN_TRY_STATUS(
-      lay_out_again(task.request.scene, settings, wish, pre, task.report.stages, task.progress));
+  KILN_TRY_STATUS(lay_out_again(task.request.scene, settings, wish, pre, task.report.stages, task.progress));
   pre.imported.notes.push_back({ImportNote::Kind::kNote, two_pass_text(pre.atlas.statistics)});
   std::vector<ChartLight> out;
   for (const uint32_t from : same_charts(first, pre.atlas))

@@ -9,14 +9,17 @@ namespace kiln {
 namespace {
 
 constexpr uint32_t kSide = 32, kShL1Planes = 15;
-const BasisInfo& sh_l1() { return basis_roster()[*find_basis("sh_l1")]; }
+const BasisInfo& sh_l1() {
+  return basis_roster()[*find_basis("sh_l1")];
+}
 
 // Square charts of kSide x kSide texels in rows; `light` is E of a texel of a chart, `noise` the standard
 // deviation of one replicate's mean, relative to 1.
 class Moments {
  public:
   void add(const std::function<double(uint32_t x, uint32_t y)>& light, double noise,
-           const std::function<Vec3(uint32_t x, uint32_t y)>& direction = {}, uint32_t texels = kSide * kSide) {
+           const std::function<Vec3(uint32_t x, uint32_t y)>& direction = {},
+           uint32_t texels = kSide * kSide) {
     ++charts_;
     for (uint32_t i = 0; i < texels; ++i) {
       const uint32_t x = i % kSide, y = i / kSide;
@@ -117,9 +120,9 @@ TEST(JudgeCharts, ALittleShadowInALargeChartIsKept) {
   for (const Shadow& shadow : {Shadow{1, 0.5}, Shadow{2, 0.3}, Shadow{4, 0.15}}) {
     Moments m;
     for (uint32_t at = 0; at + shadow.size <= kSide; at += 9)
-      m.add([&](uint32_t x, uint32_t y) {
-        return x - at < shadow.size && y - at < shadow.size ? 1 - shadow.depth : 1.0;
-      }, 0.01);
+      m.add([&](uint32_t x,
+                uint32_t y) { return x - at < shadow.size && y - at < shadow.size ? 1 - shadow.depth : 1.0; },
+            0.01);
     for (const ChartLight& chart : m.judge()) EXPECT_EQ(chart.why, kNotCollapsed) << shadow.size;
   }
 }

@@ -1,4 +1,6 @@
 // --two-pass as a user runs it: a plaza under an even sky, a crate on it, and a vault that no light reaches.
+#include "coordinator/run/two_pass.h"
+
 #include "common/base/files.h"
 #include "coordinator/collapse/same_charts.h"
 #include "coordinator/compare/error_map.h"
@@ -27,8 +29,8 @@ class TwoPass : public testing::Test {
   TwoPass() {
     test::World world;
     world.add(test::plane(1, 10, test::Uv::kNone), "plaza", Vec3(0.0f));
-    world.add(test::plane(1, 10, test::Uv::kNone), "yard", Vec3(20, 0, 0));
-    world.solid({Vec3(24, 0, 4), Vec3(26, 2, 6)}, "crate");
+    world.add(test::plane(1, 10, test::Uv::kNone), "yard", Vec3(10, 0, 0));
+    world.solid({Vec3(14, 0, 4), Vec3(16, 2, 6)}, "crate");
     world.room({Vec3(40, 0, 0), Vec3(44, 3, 4)}, "vault");
     test::write_scene_glb(world.scene, dir_.path() / "x.glb");
   }
@@ -60,6 +62,24 @@ std::vector<Light> light_by_chart(const std::filesystem::path& folder, size_t ch
     chart.stated = std::max(chart.stated, map.stated[t]);
   }
   return out;
+}
+
+TEST(StateDeviations, AddsWhatOneValueIsWrongByToTheNoise) {
+  Atlas atlas;
+  atlas.owner = {1, 2, 0, 2};
+  atlas.sites.texel = {0, 1, 3};
+  atlas.collapsed = {kUnlit, kEvenlyLit};
+  const std::vector<ChartLight> light = {{kUnlit, {}}, {kEvenlyLit, {0.3f, 0.4f, 1.2f}}};
+  TexelErrors errors{{0, 1, 1}, {0.1f, 0.4f, 0.0f}};
+  state_deviations(atlas, light, errors);
+  EXPECT_EQ(errors.standard_error, (std::vector<float>{0.1f, 0.5f, 0.3f}));
+  Lightmap map;
+  map.band_error.width = map.band_error.height = 2;
+  map.band_error.add("L0") = {0.1f, 0.3f, 0, 0};
+  map.band_error.add("L1") = {0.1f, 0.5f, 0, 0};
+  state_deviations(atlas, light, basis_roster()[*find_basis("sh_l1")], map);
+  EXPECT_EQ(map.band_error.plane("L0"), (std::vector<float>{0.1f, 0.5f, 0, 0.4f}));
+  EXPECT_EQ(map.band_error.plane("L1"), (std::vector<float>{0.1f, 1.3f, 0, 1.2f}));
 }
 
 TEST_F(TwoPass, EvenAndBlackChartsAreSmallAndHoldTheirLight) {
@@ -118,7 +138,8 @@ TEST_F(TwoPass, EvenAndBlackChartsAreSmallAndHoldTheirLight) {
 
 TEST_F(TwoPass, TexturesCanBeMadeAgain) {
   // The layout was decided by light, which `kiln encode` does not have: the report says how.
-  ASSERT_EQ(kiln(bake("out", kFixed + "--two-pass on --texels-per-metre 32 --max-texels 8000")).exit_status, 0);
+  ASSERT_EQ(kiln(bake("out", kFixed + "--two-pass on --texels-per-metre 32 --max-texels 8000")).exit_status,
+            0);
   const auto again = kiln("encode x.glb --from out -o again --encode bc6h");
   EXPECT_EQ(again.exit_status, 0) << again.output;
 }

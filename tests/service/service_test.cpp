@@ -32,14 +32,15 @@ class ServiceJobs : public testing::Test {
     EXPECT_TRUE(set_option(other.settings, "min-samples", "200000", "test"));
     return other;
   }
-  std::map<std::string, std::string> local_bake() {
+  std::map<std::string, std::string> local_bake(uint64_t* black = nullptr) {
     BakeRequest request;
     request.scene = dir_.path() / "room.glb";
     request.output = dir_.path() / "local";
-    request.settings = quick_settings();
+    request.settings = snapshot_.settings;
     request.worker_program = binary_dir() / "bin/kiln-worker";
     const auto report = run_bake(request, [](const BakeProgress&) {});
     EXPECT_TRUE(report) << report.error().message;
+    if (black) *black = report->atlas.collapsed[kUnlit].charts;
     std::map<std::string, std::string> masters;
     for (const OutputFile& f : report->outputs)
       if (f.master) masters[f.name] = f.digest.hex();
@@ -106,6 +107,32 @@ TEST_F(ServiceJobs, GoOnAfterARestart) {
   EXPECT_LE(host.service->job(id)->preparations, 1u);
   EXPECT_FALSE(fs::exists(host.settings.data / "work" / std::to_string(id)));
   EXPECT_FALSE(fs::exists(host.settings.data / "spool" / std::to_string(id)));
+}
+
+TEST_F(ServiceJobs, WithTwoPassesGiveTheBytesOfALocalBakeAcrossARestart) {
+  // Two layouts under one job: what the farm has kept of the one must not be taken for the other's.
+  Scene scene = small_room();
+  for (size_t i = 0; i < 6; ++i) {  // the walls again, without a lamp
+    scene.instances.push_back(scene.instances[i]);
+    scene.instances.back().to_world = Mat4x3(Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, 1), Vec3(9, 0, 0));
+  }
+  write_scene_glb(scene, dir_.path() / "room.glb");
+  snapshot_ = *take_snapshot(dir_.path() / "room.glb", quick_settings());
+  snapshot_ = with("two-pass", "on");
+  ServiceHost host(dir_.path() / "data");
+  uint64_t id = 0;
+  {
+    const auto client = host.client();
+    id = submit(*client, with("tile-texels", "1"), "k");
+    ASSERT_EQ(wait_for_state(*client, id, "baking finishing done"), "baking");
+  }
+  host.restart();
+  const auto client = host.client();
+  ASSERT_EQ(wait_for_state(*client, id, "done failed"), "done");
+  uint64_t black = 0;
+  const auto expected = local_bake(&black), got = fetched(*client, id, dir_.path() / "out");
+  EXPECT_GE(black, 2u) << "the scene does not test anything";
+  for (const auto& [name, digest] : expected) EXPECT_EQ(got.at(name), digest) << name;
 }
 
 TEST_F(ServiceJobs, PauseCancelRetryAndThoseThatWait) {
