@@ -112,6 +112,23 @@ class BandTest {
   std::vector<double> mean_[kReplicates], noise_;  // by function
 };
 
+// By chart; none where one of its texels was not sampled.
+std::vector<std::vector<uint32_t>> known_sites(const TexelStatistics& s,
+                                               std::span<const uint32_t> chart_of_site, size_t charts) {
+  KILN_CHECK(chart_of_site.size() == s.sites);
+  std::vector<std::vector<uint32_t>> known(charts);
+  std::vector<uint8_t> sampled(charts, 1);
+  for (uint32_t site = 0; site < s.sites; ++site) {
+    if (chart_of_site[site] == 0) continue;
+    const size_t chart = chart_of_site[site] - 1;
+    if (s.samples[site] == 0) sampled[chart] = 0;
+    if (s.known[site]) known[chart].push_back(site);
+  }
+  for (size_t chart = 0; chart < charts; ++chart)
+    if (!sampled[chart]) known[chart].clear();
+  return known;
+}
+
 bool is_black(const TexelStatistics& s, std::span<const uint32_t> sites) {
   uint64_t samples = 0;
   for (const uint32_t site : sites) {
@@ -159,23 +176,23 @@ std::vector<EvenBand> even_bands(const BasisInfo& basis) {
 
 std::vector<ChartLight> judge_charts(const TexelStatistics& s, std::span<const uint32_t> chart_of_site,
                                      size_t charts, const EvenRules& rules) {
-  KILN_CHECK(chart_of_site.size() == s.sites);
-  std::vector<std::vector<uint32_t>> known(charts);
-  std::vector<uint8_t> sampled(charts, 1);
-  for (uint32_t site = 0; site < s.sites; ++site) {
-    if (chart_of_site[site] == 0) continue;
-    const size_t chart = chart_of_site[site] - 1;
-    if (s.samples[site] == 0) sampled[chart] = 0;
-    if (s.known[site]) known[chart].push_back(site);
-  }
+  const std::vector<std::vector<uint32_t>> known = known_sites(s, chart_of_site, charts);
   std::vector<ChartLight> out(charts);
   parallel_for(charts, [&](size_t chart) {
-    if (!sampled[chart] || known[chart].empty()) return;
+    if (known[chart].empty()) return;
     if (is_black(s, known[chart]))
       out[chart].why = kUnlit;
     else if (known[chart].size() >= kLeastEven)
       out[chart] = judge_even(s, known[chart], rules);
   });
+  return out;
+}
+
+std::vector<uint8_t> black_charts(const TexelStatistics& s, std::span<const uint32_t> chart_of_site,
+                                  size_t charts) {
+  const std::vector<std::vector<uint32_t>> known = known_sites(s, chart_of_site, charts);
+  std::vector<uint8_t> out(charts, 0);
+  parallel_for(charts, [&](size_t c) { out[c] = !known[c].empty() && is_black(s, known[c]); });
   return out;
 }
 

@@ -61,5 +61,8 @@ struct ChartLight {
 std::vector<ChartLight> judge_charts(const TexelStatistics& statistics,
                                      std::span<const uint32_t> chart_of_site, size_t charts,
                                      const EvenRules& rules);
+// The same by blackness alone: 1, no sample of any texel met light.
+std::vector<uint8_t> black_charts(const TexelStatistics& statistics, std::span<const uint32_t> chart_of_site,
+                                  size_t charts);
 
 }  // namespace kiln

@@ -220,7 +220,7 @@ Expected<BakeReport> run_bake(const BakeRequest& request, const Progress& progre
     KILN_TRY(FarmJob* const farm, workplace.open(job, chunks));
     BakingTask task{request, pre, surface ? &*surface : nullptr, budget, *farm, sums, report, progress};
     if (request.settings.two_pass) {
-      task.passes_before = 1;
+      task.passes_before = kFirstPassSteps;
       task.units_before = units_before(job.atlas, 1);
     }
     KILN_TRY(baked, bake_passes(task));

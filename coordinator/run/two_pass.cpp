@@ -6,6 +6,7 @@
 
 #include "common/base/format.h"
 #include "common/base/statistics.h"
+#include "common/job/irradiance_cache.h"
 #include "common/math/sequence.h"
 #include "coordinator/collapse/same_charts.h"
 #include "coordinator/estimate/texel_errors.h"
@@ -23,23 +24,47 @@ constexpr uint64_t kFirstPassKey = 0x74776f2d70617373;  // of its random numbers
 constexpr double kTimeShare = 0.4;
 
 struct FirstPass {
-  TexelStatistics statistics;
+  TexelStatistics whole;   // of whole paths
+  TexelStatistics gather;  // of paths that end at what those have found
   FarmStatistics farm;
   bool complete = false;  // false: its time was up
 };
 
-Status bake_all_sites(const TwoPassTask& task, const JobSpec& spec, size_t sites, FarmJob& farm,
-                      double seconds, FirstPass& pass) {
-  std::vector<SiteSamples> work;
-  for (uint32_t site = 0; site < sites; ++site) work.push_back({site, {0, kFirstPassSamples}});
-  uint32_t cut = task.request.settings.tile_texels;
-  if (task.request.cut) {
-    KILN_TRY(cut, task.request.cut(0, cut));
+// The steps of a first pass: the same samples of every site, once for each set of caches.
+class FirstPassJob {
+ public:
+  FirstPassJob(const TwoPassTask& task, const JobSpec& spec, size_t sites, FarmJob& farm, double seconds)
+      : task_(task), spec_(spec), farm_(farm), pace_(seconds) {
+    for (uint32_t site = 0; site < sites; ++site) work_.push_back({site, {0, kFirstPassSamples}});
   }
-  const BakePace pace(seconds);
-  for (;;) {
-    Accumulator sums(sites, spec.transport.basis);
-    uint64_t next_unit = units_before(spec.atlas, 0) + 1;
+
+  Status run(bool cache, FirstPass& pass) {
+    for (;;) {
+      next_unit_ = units_before(spec_.atlas, 0) + 1;
+      Accumulator sums(work_.size(), spec_.transport.basis);
+      KILN_TRY(PassEnd end, step(0, {}, sums));
+      if (end == PassEnd::kComplete) pass.whole = sums.statistics();
+      if (end == PassEnd::kComplete && cache) {
+        std::vector<Digest> caches;
+        for (uint32_t r = 0; r < kReplicates; ++r)
+          caches.push_back(farm_.add_chunk(write_irradiance_cache(sums.cache(r))));
+        sums.clear();
+        KILN_TRY(end, step(1, caches, sums));
+      }
+      if (end == PassEnd::kRewound) continue;
+      pass.complete = end == PassEnd::kComplete;
+      pass.gather = sums.statistics();
+      pass.farm = farm_.statistics();
+      return {};
+    }
+  }
+
+ private:
+  Expected<PassEnd> step(uint32_t index, std::span<const Digest> caches, Accumulator& sums) {
+    uint32_t cut = task_.request.settings.tile_texels;
+    if (task_.request.cut) {
+      KILN_TRY(cut, task_.request.cut(index, cut));
+    }
     PassHandlers handlers;
     handlers.on_result = [&](const WorkUnit& unit, const UnitResult& result) {
       return sums.add(unit, result);
@@ -50,17 +75,18 @@ Status bake_all_sites(const TwoPassTask& task, const JobSpec& spec, size_t sites
       p.done = f.weight > 0 ? f.weight_done / f.weight : 0;
       p.rays = f.rays;
       p.workers = f.workers;
-      task.progress(p);
+      task_.progress(p);
     };
-    KILN_TRY(const PassEnd end,
-             farm.run_pass(cut_pass(work, cut, {}, next_unit), pace.deadline_ms(), handlers));
-    if (end == PassEnd::kRewound) continue;
-    pass.complete = end == PassEnd::kComplete;
-    pass.statistics = sums.statistics();
-    pass.farm = farm.statistics();
-    return {};
+    return farm_.run_pass(cut_pass(work_, cut, caches, next_unit_), pace_.deadline_ms(), handlers);
   }
-}
+
+  const TwoPassTask& task_;
+  const JobSpec& spec_;
+  FarmJob& farm_;
+  const BakePace pace_;
+  std::vector<SiteSamples> work_;
+  uint64_t next_unit_ = 0;
+};
 
 Expected<FirstPass> bake_first_pass(const TwoPassTask& task, const Preflight& pre, double seconds) {
   ChunkStore chunks;
@@ -69,7 +95,8 @@ Expected<FirstPass> bake_first_pass(const TwoPassTask& task, const Preflight& pr
   spec.transport.seed = mix_bits(spec.transport.seed ^ kFirstPassKey);
   KILN_TRY(FarmJob* const farm, task.workplace.open(spec, chunks));
   FirstPass pass;
-  const Status done = bake_all_sites(task, spec, pre.atlas.sites.size(), *farm, seconds, pass);
+  const Status done =
+      FirstPassJob(task, spec, pre.atlas.sites.size(), *farm, seconds).run(pre.plan.cache, pass);
   task.workplace.close();  // before its chunks go
   if (!done) return tl::unexpected<Error>(done.error());
   return pass;
@@ -87,7 +114,8 @@ double seconds_for_first_pass(const TwoPassTask& task, const Preflight& pre) {
   const BakeSettings& s = task.request.settings;
   const double seconds = kTimeShare * TimeBudget(task.request, pre, task.watch).seconds_for_passes() -
                          layout_seconds(task.report);
-  const double samples = static_cast<double>(kReplicates) * kFirstPassSamples;
+  const double samples = static_cast<double>(kReplicates) * kFirstPassSamples *
+                         (pre.plan.cache ? kFirstPassSteps : 1);
   const double expected = pre.plan.least_seconds * samples / std::max(1u, s.min_samples);
   return 2 * expected <= seconds ? seconds : 0;
 }
@@ -100,6 +128,21 @@ std::vector<uint8_t> collapse_of(const ChartsToSize& charts, const Atlas& first,
   for (size_t p = 0; p < same.size(); ++p)
     if (same[p] != kNoChart && charts.texels[p] > kLeastTexels) out[p] = reasons[same[p]];
   return out;
+}
+
+// Light that whole paths of a few samples miss comes by way of surfaces that others of them have found lit:
+// what is black has met none either way.
+Expected<std::vector<ChartLight>> judge(const FirstPass& pass, const Atlas& atlas,
+                                        const BakeSettings& settings) {
+  KILN_TRY(const uint32_t basis, find_basis(settings.basis));
+  const std::vector<uint32_t> charts = charts_of_sites(atlas);
+  std::vector<ChartLight> light =
+      judge_charts(pass.whole, charts, atlas.placements.size(),
+                   {settings.error, normal_interval(settings.confidence), even_bands(basis_roster()[basis])});
+  const std::vector<uint8_t> black = black_charts(pass.gather, charts, light.size());
+  for (size_t p = 0; p < light.size(); ++p)
+    if (light[p].why == kUnlit && !black[p]) light[p].why = kNotCollapsed;
+  return light;
 }
 
 std::string two_pass_text(const AtlasStatistics& s) {
@@ -142,10 +185,7 @@ Expected<std::vector<ChartLight>> lay_out_by_light(const TwoPassTask& task, Pref
   task.report.two_pass.rays = pass.farm.rays;
   task.report.two_pass.worker_seconds = pass.farm.worker_seconds;
 
-  KILN_TRY(const uint32_t basis, find_basis(settings.basis));
-  const std::vector<ChartLight> light =
-      judge_charts(pass.statistics, charts_of_sites(pre.atlas), pre.atlas.placements.size(),
-                   {settings.error, normal_interval(settings.confidence), even_bands(basis_roster()[basis])});
+  KILN_TRY(const std::vector<ChartLight> light, judge(pass, pre.atlas, settings));
   if (std::none_of(light.begin(), light.end(), [](const ChartLight& c) { return c.why != kNotCollapsed; })) {
     pre.imported.notes.push_back({ImportNote::Kind::kNote, two_pass_text(pre.atlas.statistics)});
     return std::vector<ChartLight>{};

@@ -12,6 +12,7 @@ namespace kiln {
 // Samples of every texel in each replicate, always as many: what they decide must not depend on who baked
 // them, nor on how fast. They are of whole paths, in a sequence of their own, and in no texel of the map.
 constexpr uint32_t kFirstPassSamples = 16;
+constexpr uint32_t kFirstPassSteps = 2;  // at most: with caches, once more from what they hold
 
 struct TwoPassTask {
   const BakeRequest& request;
