@@ -85,8 +85,13 @@ TEST(StateDeviations, AddsWhatOneValueIsWrongByToTheNoise) {
   EXPECT_FLOAT_EQ(map.band_error.plane("L1")[1], 1.3f);
 }
 
-TEST_F(TwoPass, EvenAndBlackChartsAreSmallAndHoldTheirLight) {
-  const auto with = kiln(bake("with", kFixed + "--two-pass on")), without = kiln(bake("without", kFixed));
+// The second plate joins the first, with a crate's shadow: seams and the denoiser must not carry it over.
+class TwoPassLight : public TwoPass, public testing::WithParamInterface<const char*> {};
+INSTANTIATE_TEST_SUITE_P(Denoise, TwoPassLight, testing::Values("off", "on"));
+
+TEST_P(TwoPassLight, EvenAndBlackChartsAreSmallAndHoldTheirLight) {
+  const std::string fixed = std::string(" --min-samples 64 --max-samples 64 --denoise ") + GetParam() + " ";
+  const auto with = kiln(bake("with", fixed + "--two-pass on")), without = kiln(bake("without", fixed));
   ASSERT_EQ(with.exit_status, 0) << with.output;
   ASSERT_EQ(without.exit_status, 0) << without.output;
   EXPECT_SAYS(with.output, "lit the same all over");
@@ -153,7 +158,7 @@ TEST_F(TwoPass, WithABudgetOthersGetWhatIsSaved) {
   ASSERT_EQ(kiln(bake("without", budget)).exit_status, 0);
   const json a = report("with")["atlas"], b = report("without")["atlas"];
   EXPECT_LE(a["texels"], 8000);
-  EXPECT_GT(a["texels_per_metre"].get<double>(), 1.2 * b["texels_per_metre"].get<double>());
+  EXPECT_GT(a["texels_per_metre"].get<double>(), 1.1 * b["texels_per_metre"].get<double>());
 }
 
 TEST_F(TwoPass, SaysWhereItIsNotHeeded) {
