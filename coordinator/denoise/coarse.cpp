@@ -10,6 +10,7 @@
 #include "common/base/parallel.h"
 #include "common/math/frame.h"
 #include "coordinator/denoise/bounds.h"
+#include "coordinator/denoise/dark.h"
 #include "coordinator/neighbours/pieces.h"
 #include "coordinator/neighbours/surface_window.h"
 
@@ -461,12 +462,12 @@ uint32_t denoise_levels(const TexelStatistics& statistics) {
 Denoised denoise_joined(const TexelStatistics& statistics, std::span<const DirectionBound> bounds,
                         const SiteGeometry& sites, const SurfaceLinks& links, uint32_t levels,
                         unsigned threads) {
-  return run(statistics, bounds, true, sites, links, levels, threads);
+  return run(statistics, bounds, true, sites, part_dark(statistics, sites, links, threads), levels, threads);
 }
 
 Denoised denoise_joined_luminance(const TexelStatistics& statistics, const SiteGeometry& sites,
                                   const SurfaceLinks& links, uint32_t levels, unsigned threads) {
-  return run(statistics, {}, false, sites, links, levels, threads);
+  return run(statistics, {}, false, sites, part_dark(statistics, sites, links, threads), levels, threads);
 }
 
 }  // namespace kiln
