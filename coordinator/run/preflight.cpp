@@ -80,10 +80,12 @@ void warn_of_unused(const BakeSettings& settings, Atlas& atlas) {
 
 Expected<Preflight> run_preflight(const std::filesystem::path& scene, const BakeSettings& settings,
                                   std::vector<StageTime>& times,
-                                  const std::function<void(const BakeProgress&)>& progress) {
+                                  const std::function<void(const BakeProgress&)>& progress,
+                                  const std::function<Status()>& may_go_on) {
   KILN_TRY_STATUS(check_settings(settings));
   Preflight pre;
   AtlasSettings layout = atlas_settings(settings);
+  layout.may_go_on = may_go_on;
   {
     const StageTimer timer(times, "import");
     progress({.stage = "import"});
@@ -111,6 +113,7 @@ Expected<Preflight> run_preflight(const std::filesystem::path& scene, const Bake
     KILN_TRY(pre.atlas, build_atlas(pre.imported.scene, layout));
     layout.previous = nullptr;
     layout.collapse = {};
+    layout.may_go_on = {};
     note_unseen(settings, unseen, pre);
     warn_of_unused(settings, pre.atlas);
     for (const std::string& note : pre.atlas.notes)
