@@ -147,6 +147,11 @@ struct AtlasSettings {
   bool cut_contacts = true;                  // layout pack: charts end where a wall stands on them
   UnwrapChoice unwrap;                       // layout pack: which charts are generated, and how
   unsigned threads = 0;                      // 0: all; changes nothing but the time
+  // Asked between steps and within long ones, from any thread: an error ends the layout with it. Empty:
+  // never.
+  std::function<Status()> may_go_on;
+
+  Status check() const { return may_go_on ? may_go_on() : Status{}; }
 };
 
 // Builds charts, places them and finds the texel sites. The same scene and settings give the same atlas

@@ -6,9 +6,11 @@
 
 namespace kiln {
 
-void cut_at_contacts(const Scene& scene, std::span<const double> texel, unsigned threads, Atlas& atlas) {
-  const ContactFinder finder(scene, texel, threads);
-  Contacts contacts = finder.find();
+Status cut_at_contacts(const Scene& scene, std::span<const double> texel, const AtlasSettings& settings,
+                       Atlas& atlas) {
+  const ContactFinder finder(scene, texel, settings.threads);
+  Contacts contacts = finder.find([&] { return !settings.check(); });
+  KILN_TRY_STATUS(settings.check());
   atlas.contacts = std::move(contacts.lines);
   const size_t count = scene.instances.size();
   std::vector<MeshCharts> cut(count);
@@ -17,7 +19,7 @@ void cut_at_contacts(const Scene& scene, std::span<const double> texel, unsigned
       count,
       [&](size_t i) {
         const Instance& instance = scene.instances[i];
-        if (!instance.receive) return;
+        if (!instance.receive || !settings.check()) return;
         cut[i] = cut_charts(
             scene.meshes[instance.mesh], instance.to_world, atlas.charts[instance.mesh],
             contacts.of_instance[i], texel[i],
@@ -26,7 +28,8 @@ void cut_at_contacts(const Scene& scene, std::span<const double> texel, unsigned
             },
             refused[i]);
       },
-      threads);
+      settings.threads);
+  KILN_TRY_STATUS(settings.check());
   std::vector<std::string> names;
   for (size_t i = 0; i < count; ++i) {
     if (refused[i]) names.push_back(instance_name(scene, i));
@@ -40,6 +43,7 @@ void cut_at_contacts(const Scene& scene, std::span<const double> texel, unsigned
         "triangles on which too much stands were not cut, so light can leak under what stands there: {}; "
         "parting these in the model helps",
         list_names(names)));
+  return {};
 }
 
 }  // namespace kiln

@@ -16,8 +16,9 @@ Expected<Atlas> layout_packed(const Scene& scene, const AtlasSettings& settings)
 Expected<Atlas> pack_layout(const Scene& scene, const AtlasSettings& settings);
 
 // Cuts charts where other surfaces stand on them (common/contacts) and notes the lines in atlas.contacts.
-// `texel`: size in metres by instance.
-void cut_at_contacts(const Scene& scene, std::span<const double> texel, unsigned threads, Atlas& atlas);
+// `texel`: size in metres by instance. The error is that of settings.may_go_on.
+Status cut_at_contacts(const Scene& scene, std::span<const double> texel, const AtlasSettings& settings,
+                       Atlas& atlas);
 
 // Gives these instances a set of charts without any.
 void take_charts_away(const Scene& scene, std::span<const uint8_t> receives, Atlas& atlas);

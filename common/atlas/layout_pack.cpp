@@ -56,7 +56,7 @@ void choose_charts(const Scene& scene, const AtlasSettings& settings, Atlas& atl
   constexpr size_t kLarge = 20000;
   const std::vector<uint8_t> wanted = meshes_with_texels(scene);
   const auto make = [&](size_t m, unsigned threads) {
-    if (!wanted[m]) return;
+    if (!wanted[m] || !settings.check()) return;
     made[m] = charts_for_packing(scene.meshes[m], settings.unwrap, threads);
   };
   const auto large = [&](size_t m) { return scene.meshes[m].triangles.size() >= kLarge; };
@@ -123,6 +123,7 @@ class Trial {
                                              double density, const Atlas& base) {
     std::unique_ptr<Trial> trial(new Trial(scene, settings, density, base));
     KILN_TRY_STATUS(trial->cut_and_number());
+    KILN_TRY_STATUS(settings.check());
     trial->boxes_ = chart_boxes(trial->atlas, settings.threads);
     trial->sizes_ = chart_sizes(scene, trial->atlas, trial->boxes_, settings.density, settings.threads);
     trial->collapse();
@@ -190,7 +191,7 @@ class Trial {
     take_charts_away(scene_, receives, atlas);
     if (settings_.cut_contacts) {
       const StageTimer timer(atlas.statistics.steps, "contacts");
-      cut_at_contacts(scene_, texel_sizes(), settings_.threads, atlas);
+      KILN_TRY_STATUS(cut_at_contacts(scene_, texel_sizes(), settings_, atlas));
     }
     return number_placements(scene_, atlas);
   }
@@ -373,6 +374,7 @@ Expected<Atlas> pack_layout(const Scene& scene, const AtlasSettings& settings) {
   {
     const StageTimer timer(base.statistics.steps, "charts");
     choose_charts(scene, settings, base);
+    KILN_TRY_STATUS(settings.check());
   }
   if (std::all_of(scene.instances.begin(), scene.instances.end(),
                   [&](const Instance& i) { return base.charts[i.mesh].chart_count == 0; })) {
@@ -389,6 +391,7 @@ Expected<Atlas> pack_layout(const Scene& scene, const AtlasSettings& settings) {
 
 Expected<Atlas> layout_packed(const Scene& scene, const AtlasSettings& settings) {
   KILN_TRY(Atlas atlas, pack_layout(scene, settings));
+  KILN_TRY_STATUS(settings.check());
   if (atlas.placements.empty()) return atlas;
   SiteOverlap overlap;
   {

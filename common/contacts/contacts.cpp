@@ -127,12 +127,13 @@ class ContactFinder::Search {
     tree_.emplace(triangles_);
   }
 
-  std::vector<Found> run() const {
+  std::vector<Found> run(const std::function<bool()>& is_stopped) const {
     constexpr size_t kChunk = 1024;
     std::vector<std::vector<Found>> parts((triangles_.size() + kChunk - 1) / kChunk);
     parallel_for(
         parts.size(),
         [&](size_t part) {
+          if (is_stopped && is_stopped()) return;
           for (size_t i = part * kChunk; i < std::min(triangles_.size(), (part + 1) * kChunk); ++i)
             look_at(triangles_[i], parts[part]);
         },
@@ -272,8 +273,8 @@ bool ContactFinder::is_buried(uint32_t instance, uint32_t triangle, const DVec2&
   return search_->is_buried(instance, triangle, b);
 }
 
-Contacts ContactFinder::find() const {
-  const std::vector<Found> found = search_->run();
+Contacts ContactFinder::find(const std::function<bool()>& is_stopped) const {
+  const std::vector<Found> found = search_->run(is_stopped);
   Contacts contacts;
   contacts.of_instance.resize(search_->instances());
   for (size_t i = 0, end; i < found.size(); i = end) {

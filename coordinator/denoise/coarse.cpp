@@ -10,6 +10,7 @@
 #include "common/base/parallel.h"
 #include "common/math/frame.h"
 #include "coordinator/denoise/bounds.h"
+#include "coordinator/denoise/dark.h"
 #include "coordinator/neighbours/pieces.h"
 #include "coordinator/neighbours/surface_window.h"
 
@@ -49,15 +50,21 @@ bool same_square(const SiteGeometry& sites, uint32_t a, uint32_t b) {
          sites.texel[a][1] / 2 == sites.texel[b][1] / 2;
 }
 
+std::vector<uint8_t> on_large_pieces(const SurfaceLinks& links) {
+  const size_t n = links.first.size() - 1;
+  const std::vector<uint8_t> all(n, 1);
+  const std::vector<uint32_t> pieces = surface_pieces(all, links);
+  std::vector<uint32_t> size(n);
+  for (const uint32_t p : pieces) ++size[p];
+  std::vector<uint8_t> out(n);
+  for (size_t i = 0; i < n; ++i) out[i] = size[pieces[i]] >= kLeastPiece;
+  return out;
+}
+
 // Linked sites of one square of two by two texels, of surfaces that are large.
 Joined join(const SiteGeometry& sites, const SurfaceLinks& links) {
   Joined out;
-  const std::vector<uint8_t> all(sites.size(), 1);
-  const std::vector<uint32_t> pieces = surface_pieces(all, links);
-  std::vector<uint32_t> size(sites.size());
-  for (const uint32_t p : pieces) ++size[p];
-  out.is_joined.resize(sites.size());
-  for (size_t i = 0; i < sites.size(); ++i) out.is_joined[i] = size[pieces[i]] >= kLeastPiece;
+  out.is_joined = on_large_pieces(links);
   const auto n = static_cast<uint32_t>(sites.size());
   out.of.resize(n);
   for (uint32_t i = 0; i < n; ++i) {
@@ -448,6 +455,13 @@ Denoised run(const TexelStatistics& statistics, std::span<const DirectionBound> 
 
 }  // namespace
 
+double share_of_large_pieces(const SurfaceLinks& links) {
+  const std::vector<uint8_t> on = on_large_pieces(links);
+  return on.empty()
+             ? 1
+             : static_cast<double>(std::count(on.begin(), on.end(), 1)) / static_cast<double>(on.size());
+}
+
 uint32_t denoise_levels(const TexelStatistics& statistics) {
   std::vector<uint32_t> samples;
   for (size_t i = 0; i < statistics.sites; ++i)
@@ -461,12 +475,12 @@ uint32_t denoise_levels(const TexelStatistics& statistics) {
 Denoised denoise_joined(const TexelStatistics& statistics, std::span<const DirectionBound> bounds,
                         const SiteGeometry& sites, const SurfaceLinks& links, uint32_t levels,
                         unsigned threads) {
-  return run(statistics, bounds, true, sites, links, levels, threads);
+  return run(statistics, bounds, true, sites, part_dark(statistics, sites, links, threads), levels, threads);
 }
 
 Denoised denoise_joined_luminance(const TexelStatistics& statistics, const SiteGeometry& sites,
                                   const SurfaceLinks& links, uint32_t levels, unsigned threads) {
-  return run(statistics, {}, false, sites, links, levels, threads);
+  return run(statistics, {}, false, sites, part_dark(statistics, sites, links, threads), levels, threads);
 }
 
 }  // namespace kiln

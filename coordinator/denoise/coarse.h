@@ -9,6 +9,10 @@ namespace kiln {
 // up to 32, then 0 (docs/denoising.md, "Joined texels").
 uint32_t denoise_levels(const TexelStatistics& statistics);
 
+// Share of the sites that are on surfaces whose texels may be joined: on others denoise_joined takes as long
+// as denoise() does, whatever the levels.
+double share_of_large_pieces(const SurfaceLinks& links);
+
 // Joins texels of large surfaces in `levels` steps of two by two (of one chart, where the surface goes on),
 // filters what is left by denoise(), and goes back step by step: linear between the joined texels, plus as
 // much of what texels differ from that as both replicates agree on. Sites without samples take what lies

@@ -16,7 +16,7 @@ constexpr float kLeastCosine = 0.2f;  // of a direction that is asked, to the no
 constexpr float kFar = 32;            // texels: beyond, all is alike
 constexpr float kApart = 2.5;         // distances that differ by this factor are of other things
 constexpr float kNear = 8;            // texels: where both are further, both are in the open
-constexpr float kAlike = 1.5f;
+constexpr float kAlike = 1.25f;
 constexpr float kStep = 0.5;    // texels: what one step towards a wall changes is no other thing
 constexpr float kLift = 1e-3f;  // texels off the surface
 
@@ -61,7 +61,7 @@ bool agree(const View& a, const View& b) {
                 far = std::max(std::abs(a[k]), std::abs(b[k]));
     if (near * kAlike < far || (a[k] < 0) != (b[k] < 0)) return false;
   }
-  return asked >= 2;
+  return asked >= 3;
 }
 
 // Sites of small pieces by place, in cubes of a size that follows that of their texels.

@@ -12,6 +12,7 @@
 #include "common/base/statistics.h"
 #include "common/basis/basis.h"
 #include "coordinator/collapse/same_charts.h"
+#include "coordinator/denoise/coarse.h"
 #include "coordinator/merge/accumulator.h"
 #include "coordinator/neighbours/views.h"
 #include "coordinator/post/stage.h"
@@ -29,6 +30,17 @@ using Progress = std::function<void(const BakeProgress&)>;
 Status check_cancelled(const BakeRequest& request) {
   if (request.cancelled && *request.cancelled) return fail(ErrorKind::kUnavailable, "the job was cancelled");
   return {};
+}
+
+// While the layout is made: is there a reason to end the bake?
+Status check_going_on(const BakeRequest& request, const Stopwatch& watch) {
+  KILN_TRY_STATUS(check_cancelled(request));
+  const double limit = request.settings.time_limit;
+  if (limit <= 0 || watch.seconds() <= limit) return {};
+  return fail(ErrorKind::kTooShort,
+              text("{}: --time-limit {} is too short: import and layout alone take longer; nothing was "
+                   "published. Give it more time, or a lower --texels-per-metre",
+                   request.scene.string(), limit));
 }
 
 // The error plane of the map: what is stated of each texel.
@@ -104,7 +116,7 @@ void count_classes(const Lightmap& map, const Atlas& atlas, BakeReport& report) 
 // What is known of a bake before its first pass.
 void begin_report(const Preflight& pre, BakeReport& report) {
   report.notes = pre.imported.notes;
-  report.warnings = pre.plan.warnings;
+  report.warnings.insert(report.warnings.end(), pre.plan.warnings.begin(), pre.plan.warnings.end());
   report.warnings.insert(report.warnings.end(), pre.atlas.warnings.begin(), pre.atlas.warnings.end());
   report.atlas = pre.atlas.statistics;
   report.plan = pre.plan;
@@ -180,12 +192,19 @@ Expected<BakeReport> run_bake(const BakeRequest& request, const Progress& progre
   BakeReport report;
   report.scene_path = request.scene;
   report.settings = request.settings;
-  KILN_TRY(Preflight pre, run_preflight(request.scene, request.settings, report.stages, progress));
-  KILN_TRY_STATUS(prepare_output_folder(request.output, pre.plan.output_bytes));
-  KILN_TRY_STATUS(check_cancelled(request));
+  const auto may_go_on = [&] { return check_going_on(request, watch); };
+  KILN_TRY(Preflight pre, run_preflight(request.scene, request.settings, report.stages, progress, may_go_on));
   Workplace workplace(request);
   KILN_TRY(const std::vector<ChartLight> light,
-           lay_out_by_light({request, workplace, watch, report, progress}, pre));
+           lay_out_by_light({request, workplace, watch, report, progress, may_go_on}, pre));
+  TimeBudget budget(request, pre, watch);
+  const bool denoises = budget.take_time_for_denoiser();
+  if (budget.is_hopeless()) return too_short(request, pre, budget, watch);
+  if (request.settings.denoise && !denoises)
+    report.warnings.push_back(
+        "the map was not denoised: the time limit left no time for it; give it more, or a lower "
+        "--texels-per-metre");
+  KILN_TRY_STATUS(prepare_output_folder(request.output, pre.plan.output_bytes));
   begin_report(pre, report);
 
   KILN_TRY_STATUS(check_cancelled(request));
@@ -195,16 +214,17 @@ Expected<BakeReport> run_bake(const BakeRequest& request, const Progress& progre
 
   Accumulator sums(pre.atlas.sites.size(), job.transport.basis);
   Baked baked;
-  TimeBudget budget(request, pre, watch);
-  if (budget.is_hopeless()) return too_short(request, pre, budget, watch);
   SeamFinder seams(pre.imported.scene, pre.atlas);
   std::optional<SurfaceGraph> surface;
-  if (request.settings.denoise) {
+  if (denoises) {
     const StageTimer timer(report.stages, "neighbours");
     surface.emplace();
     surface->sites = site_geometry(pre.imported.scene, pre.atlas, 0);
     surface->links = surface_links(seams, surface->sites, 0);
     budget.seams_are(seams.find().points.size());
+    const double large = share_of_large_pieces(surface->links);
+    budget.surface_is(large);
+    report.post.push_back({"texels on large surfaces", 100 * large, "%"});
     if (const auto seen =
             link_by_view(pre.imported.scene, surface->sites, 0, budget.views_seconds(), surface->links)) {
       report.post.push_back({"neighbours that see other things", static_cast<double>(seen->parted), "pairs"});

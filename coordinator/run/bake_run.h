@@ -47,7 +47,7 @@ struct BakeRequest {
 Expected<BakeReport> run_bake(const BakeRequest& request,
                               const std::function<void(const BakeProgress&)>& progress);
 
-// The part before any ray: for `kiln plan`.
+// The part before any ray: for `kiln plan`. `may_go_on`: as of AtlasSettings.
 struct Preflight {
   ImportResult imported;
   Atlas atlas;
@@ -67,11 +67,12 @@ struct LayoutWish {
 Expected<Preflight> run_preflight(const std::filesystem::path& scene, const BakeSettings& settings,
                                   std::vector<StageTime>& times,
                                   const std::function<void(const BakeProgress&)>& progress,
-                                  const LayoutWish& wish = {});
+                                  const std::function<Status()>& may_go_on = {}, const LayoutWish& wish = {});
 // All of that but the import, in the place of the layout that is there. `preflight.atlas` may be moved from.
 Status lay_out_again(const std::filesystem::path& scene, const BakeSettings& settings, const LayoutWish& wish,
                      Preflight& preflight, std::vector<StageTime>& times,
-                     const std::function<void(const BakeProgress&)>& progress);
+                     const std::function<void(const BakeProgress&)>& progress,
+                     const std::function<Status()>& may_go_on);
 
 // plan.html, plan.json and, unless --preview is off, density.png into a folder, made if needed.
 Status write_plan(const std::filesystem::path& scene, const Preflight& preflight,

@@ -106,6 +106,7 @@ Status make_atlas(const BakeSettings& settings, const LayoutWish& wish, AtlasSet
   KILN_TRY(pre.atlas, build_atlas(pre.imported.scene, layout));
   layout.previous = nullptr;
   layout.collapse = {};
+  layout.may_go_on = {};
   note_unseen(settings, pre);
   warn_of_unused(settings, pre.atlas);
   for (const std::string& note : pre.atlas.notes)
@@ -130,7 +131,7 @@ Status project_levels(const std::filesystem::path& scene, const BakeSettings& se
 Expected<Preflight> run_preflight(const std::filesystem::path& scene, const BakeSettings& settings,
                                   std::vector<StageTime>& times,
                                   const std::function<void(const BakeProgress&)>& progress,
-                                  const LayoutWish& wish) {
+                                  const std::function<Status()>& may_go_on, const LayoutWish& wish) {
   KILN_TRY_STATUS(check_settings(settings));
   Preflight pre;
   {
@@ -140,16 +141,18 @@ Expected<Preflight> run_preflight(const std::filesystem::path& scene, const Bake
     KILN_TRY_STATUS(check_camera(pre.imported, settings.camera));
     pre.import_notes = pre.imported.notes.size();
   }
-  KILN_TRY_STATUS(lay_out_again(scene, settings, wish, pre, times, progress));
+  KILN_TRY_STATUS(lay_out_again(scene, settings, wish, pre, times, progress, may_go_on));
   return pre;
 }
 
 Status lay_out_again(const std::filesystem::path& scene, const BakeSettings& settings, const LayoutWish& wish,
                      Preflight& pre, std::vector<StageTime>& times,
-                     const std::function<void(const BakeProgress&)>& progress) {
+                     const std::function<void(const BakeProgress&)>& progress,
+                     const std::function<Status()>& may_go_on) {
   pre.imported.notes.erase(pre.imported.notes.begin() + static_cast<ptrdiff_t>(pre.import_notes),
                            pre.imported.notes.end());
   AtlasSettings layout = atlas_settings(settings);
+  layout.may_go_on = may_go_on;
   {
     const StageTimer timer(times, "atlas");
     progress({.stage = "atlas"});

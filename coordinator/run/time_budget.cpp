@@ -10,6 +10,9 @@ namespace {
 // Seconds by threads: what a stage took on the clock in report.json, times the threads
 // (tests/bench/real_scenes.py, the largest maps).
 constexpr double kDenoisePerSite[] = {10e-6, 4e-6, 2.2e-6, 0.8e-6};  // over luminance, by levels
+constexpr double kDenoisePerSmallSite = 4.5e-6;                      // of surfaces too small to join texels
+constexpr double kNeighboursPerSite = 2e-6;                          // at least; many small charts take more
+constexpr double kLeastForPasses = 0.05;                             // of the limit
 constexpr double kPlanesShare = 2.5;                                 // over all planes, by that
 constexpr double kViewsShare = 0.05;                                 // of the limit
 constexpr double kDenoiseShare = 0.15;      // of the limit, at most: with less time it is coarser
@@ -47,15 +50,35 @@ TimeBudget::TimeBudget(const BakeRequest& request, const Preflight& pre, const S
       watch_(watch),
       sites_(static_cast<double>(pre.atlas.sites.size())),
       texels_(static_cast<double>(pre.atlas.texel_count())),
-      threads_(hardware_threads()) {
+      threads_(hardware_threads()),
+      denoises_(request.settings.denoise) {
   if (request.settings.time_limit > 0) slowness_ = std::clamp(probe_seconds() / kProbeSeconds, 0.9, 4.0);
-  const double most = kDenoiseShare * request.settings.time_limit;
-  constexpr uint32_t kCoarsest = std::size(kDenoisePerSite) - 1;
-  if (request.settings.time_limit > 0)
-    while (levels_ < kCoarsest && kPlanesShare * denoise_seconds(levels_) > most) ++levels_;
-  last_levels_ = levels_;
+  choose_levels();
   quick_ = request.settings.time_limit > 0 &&
            textures_seconds(false) + masters_seconds() > kFilesShare * seconds_left();
+}
+
+void TimeBudget::choose_levels() {
+  const double most = kDenoiseShare * request_.settings.time_limit;
+  constexpr uint32_t kCoarsest = std::size(kDenoisePerSite) - 1;
+  levels_ = 0;
+  if (request_.settings.time_limit > 0)
+    while (levels_ < kCoarsest && kPlanesShare * denoise_seconds(levels_) > most) ++levels_;
+  last_levels_ = levels_;
+}
+
+bool TimeBudget::take_time_for_denoiser() {
+  const double limit = request_.settings.time_limit;
+  if (denoises_ && limit > 0) {
+    const double neighbours = slowness_ * kNeighboursPerSite * sites_ / threads_;
+    denoises_ = seconds_left() - least_seconds_after() - neighbours > kLeastForPasses * limit;
+  }
+  return denoises_;
+}
+
+void TimeBudget::surface_is(double joined_share) {
+  joined_share_ = joined_share;
+  choose_levels();
 }
 
 double TimeBudget::views_seconds() const {
@@ -64,7 +87,8 @@ double TimeBudget::views_seconds() const {
 }
 
 double TimeBudget::denoise_seconds(uint32_t levels) const {
-  return slowness_ * kDenoisePerSite[std::min<size_t>(levels, std::size(kDenoisePerSite) - 1)] * sites_ /
+  const double joined = kDenoisePerSite[std::min<size_t>(levels, std::size(kDenoisePerSite) - 1)];
+  return slowness_ * (joined_share_ * joined + (1 - joined_share_) * kDenoisePerSmallSite) * sites_ /
          threads_;
 }
 
@@ -105,7 +129,7 @@ double TimeBudget::pictures_seconds(double scale) const {
 
 // Of what every map needs.
 double TimeBudget::least_seconds_after() const {
-  const double denoise = request_.settings.denoise ? kPlanesShare * denoise_seconds(last_levels_) : 0;
+  const double denoise = denoises_ ? kPlanesShare * denoise_seconds(last_levels_) : 0;
   return denoise + slowness_ * kResolvePerSite * sites_ / threads_ + textures_seconds(false) +
          masters_seconds();
 }

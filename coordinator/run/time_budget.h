@@ -22,6 +22,9 @@ class TimeBudget {
   // little to be saved by ending now: a small map may still be done.)
   bool is_hopeless() const { return watch_.seconds() > 1 && seconds_left() <= least_seconds_after(); }
 
+  // Whether the map can be denoised, before anything is done for it; from then on it is or is not planned
+  // for.
+  bool take_time_for_denoiser();
   // The most that may be spent on what texels see (link_by_view); infinite without a limit.
   double views_seconds() const;
   // Are files written the quick way: textures by effort fast, masters without compression?
@@ -35,6 +38,8 @@ class TimeBudget {
   void denoise_took(double seconds, uint32_t levels);
   // At the present samples it will run at these levels.
   void denoise_will_be(uint32_t levels) { last_levels_ = std::max(levels, levels_); }
+  // So large a share of the sites has texels that the denoiser can join (share_of_large_pieces).
+  void surface_is(double joined_share);
   // So many places along seams were found.
   void seams_are(size_t points);
 
@@ -53,7 +58,10 @@ class TimeBudget {
 
   const BakeRequest& request_;
   const Stopwatch& watch_;
-  double sites_ = 0, texels_ = 0, threads_ = 1, seam_points_ = 0;
+  void choose_levels();
+
+  double sites_ = 0, texels_ = 0, threads_ = 1, seam_points_ = 0, joined_share_ = 1;
+  bool denoises_ = false;
   bool whole_ = true;
   bool quick_ = false;
   bool seams_ = true;    // there will be time for them

@@ -112,10 +112,11 @@ double layout_seconds(const BakeReport& report) {
 // Seconds for the first pass; 0: there is no time for it. Infinite without a limit.
 double seconds_for_first_pass(const TwoPassTask& task, const Preflight& pre) {
   const BakeSettings& s = task.request.settings;
-  const double seconds = kTimeShare * TimeBudget(task.request, pre, task.watch).seconds_for_passes() -
-                         layout_seconds(task.report);
-  const double samples = static_cast<double>(kReplicates) * kFirstPassSamples *
-                         (pre.plan.cache ? kFirstPassSteps : 1);
+  TimeBudget budget(task.request, pre, task.watch);
+  budget.take_time_for_denoiser();
+  const double seconds = kTimeShare * budget.seconds_for_passes() - layout_seconds(task.report);
+  const double samples =
+      static_cast<double>(kReplicates) * kFirstPassSamples * (pre.plan.cache ? kFirstPassSteps : 1);
   const double expected = pre.plan.least_seconds * samples / std::max(1u, s.min_samples);
   return 2 * expected <= seconds ? seconds : 0;
 }
@@ -197,7 +198,8 @@ Expected<std::vector<ChartLight>> lay_out_by_light(const TwoPassTask& task, Pref
   const Atlas first = std::move(pre.atlas);
   LayoutWish wish;
   wish.collapse = [&](const ChartsToSize& charts) { return collapse_of(charts, first, reasons); };
-  KILN_TRY_STATUS(lay_out_again(task.request.scene, settings, wish, pre, task.report.stages, task.progress));
+  KILN_TRY_STATUS(lay_out_again(task.request.scene, settings, wish, pre, task.report.stages, task.progress,
+                                task.may_go_on));
   pre.imported.notes.push_back({ImportNote::Kind::kNote, two_pass_text(pre.atlas.statistics)});
   std::vector<ChartLight> out;
   for (const uint32_t from : same_charts(first, pre.atlas))

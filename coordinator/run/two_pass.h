@@ -20,6 +20,7 @@ struct TwoPassTask {
   const Stopwatch& watch;  // began with the bake
   BakeReport& report;      // gets two_pass, stages and notes
   const std::function<void(const BakeProgress&)>& progress;
+  std::function<Status()> may_go_on;  // asked while the second layout is made
 };
 
 // Bakes the first pass of `preflight`, and lays out again where charts may collapse: `preflight` is then that

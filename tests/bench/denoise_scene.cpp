@@ -131,7 +131,7 @@ Measures measure(const Lab& lab, const TexelStatistics& s, const Denoised& d, co
   mean /= static_cast<double>(n);
   size_t counted = 0;
   for (size_t i = lab.part.first; i < lab.part.first + lab.part.count; ++i) {
-    if (!reference.known[i]) continue;
+    if (!reference.known[i] || !s.known[i]) continue;  // inside geometry as far as is known: filled
     const double t = mean_of(reference, i), floor = 0.01 * mean, unit = 1 / (t * t + floor * floor);
     const double half = 0.5 * (double{reference.luminance[0][i]} - double{reference.luminance[1][i]});
     const double noise = half * half;
@@ -169,7 +169,7 @@ void print_worst(const Lab& lab, const TexelStatistics& s, const Denoised& d,
     mean += mean_of(reference, i) / static_cast<double>(lab.part.count);
   std::vector<std::pair<double, size_t>> order;
   for (size_t i = lab.part.first; i < lab.part.first + lab.part.count; ++i) {
-    if (!reference.known[i]) continue;
+    if (!reference.known[i] || !s.known[i]) continue;
     const double t = mean_of(reference, i), e = d.luminance[i] - t;
     order.push_back({e * e / (t * t + 1e-4 * mean * mean), i});
     total += order.back().first;

@@ -1,4 +1,5 @@
 // What layout pack promises of the atlas, checked texel by texel.
+#include <atomic>
 #include <set>
 
 #include "common/atlas/atlas.h"
@@ -274,6 +275,31 @@ TEST(PackLayout, SameBytesForAnyNumberOfThreads) {
   EXPECT_GT(one.pages, 1u);
   EXPECT_EQ(write_atlas(one), write_atlas(many));
   EXPECT_EQ(one.owner, many.owner);
+}
+
+// Whenever it is told to stop, the layout ends with what it was told; told nothing, it is as without.
+TEST(PackLayout, EndsWhenItIsToldTo) {
+  const Scene scene = busy_scene();
+  AtlasSettings settings;
+  settings.layout = AtlasSettings::Layout::kPack;
+  settings.texels_per_metre = 8;
+  const Bytes whole = write_atlas(packed(scene, settings));
+  uint32_t asked = 0;
+  for (uint32_t last = 0;; ++last) {
+    std::atomic<uint32_t> count = 0;
+    settings.may_go_on = [&]() -> Status {
+      return count++ < last ? Status{} : fail(ErrorKind::kTooShort, "enough");
+    };
+    const Expected<Atlas> atlas = build_atlas(scene, settings);
+    asked = count;
+    if (atlas) {
+      EXPECT_EQ(write_atlas(*atlas), whole);
+      break;
+    }
+    ASSERT_EQ(atlas.error().kind, ErrorKind::kTooShort) << last;
+    ASSERT_EQ(atlas.error().message, "enough");
+  }
+  EXPECT_GT(asked, 20u);  // before each mesh, each run of triangles, each instance and each step
 }
 
 }  // namespace

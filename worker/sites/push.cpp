@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <optional>
 
 #include "common/math/frame.h"
 #include "common/math/warp.h"
@@ -21,16 +20,19 @@ class Push {
   Push(const Surfaces& surfaces, const Tracer& tracer, const SurfacePoint& site, uint64_t& rays)
       : surfaces_(surfaces), tracer_(tracer), site_(site), frame_(site.ng), rays_(rays) {}
 
-  Pushed run(float texel_size) {
+  Side side() {
     const int backs = back_faces_from(site_.position);
-    if (2 * backs <= kProbes) return {4 * backs <= kProbes ? Pushed::kOpen : Pushed::kOutside};
+    return 2 * backs > kProbes ? Side::kInside : 4 * backs > kProbes ? Side::kOutside : Side::kOpen;
+  }
+
+  std::optional<Vec3> way_out(float texel_size) {
     std::array<Exit, kRing> exits;
     const size_t found = find_exits(kReach * texel_size, exits);
     for (size_t i = 0; i < std::min(found, kTries); ++i)
       if (const auto place = beyond(exits[i], kMargin * texel_size);
           place && 2 * back_faces_from(*place) <= kProbes)
-        return {Pushed::kMoved, *place};
-    return {Pushed::kBuried};
+        return place;
+    return std::nullopt;
   }
 
  private:
@@ -101,9 +103,13 @@ class Push {
 
 }  // namespace
 
-Pushed push_out(const Surfaces& surfaces, const Tracer& tracer, const SurfacePoint& site, float texel_size,
-                uint64_t& rays) {
-  return Push(surfaces, tracer, site, rays).run(texel_size);
+Side side_of(const Surfaces& surfaces, const Tracer& tracer, const SurfacePoint& site, uint64_t& rays) {
+  return Push(surfaces, tracer, site, rays).side();
+}
+
+std::optional<Vec3> way_out(const Surfaces& surfaces, const Tracer& tracer, const SurfacePoint& site,
+                            float texel_size, uint64_t& rays) {
+  return Push(surfaces, tracer, site, rays).way_out(texel_size);
 }
 
 }  // namespace kiln

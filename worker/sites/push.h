@@ -2,28 +2,30 @@
 // nearest place beside them that is outside.
 #pragma once
 
+#include <optional>
+
 #include "worker/accel/tracer.h"
 #include "worker/surface/surfaces.h"
 
 namespace kiln {
 
-struct Pushed {
-  enum Kind : uint8_t {
-    kOpen,     // the site sees few back faces: it stays, and may stand for others
-    kOutside,  // the site does not mostly see back faces: it stays
-    kMoved,    // it is inside, and `place` is outside
-    kBuried    // it is inside, and nothing outside is near enough
-  } kind = kOutside;
-  Vec3 place{0.0f};
+enum class Side : uint8_t {
+  kOpen,     // sees few back faces: it may stand for others
+  kOutside,  // does not mostly see back faces
+  kInside
 };
 
-// Where to sample instead of `site`. `texel_size` is a texel's side in metres. Depends on the scene and the
-// arguments alone: all units that ask get the same answer. Adds the rays it traced to `rays`.
+// Where a site lies. Depends on the scene and the site alone: all units that ask get the same answer. At most
+// 12 rays, added to `rays`.
+Side side_of(const Surfaces& surfaces, const Tracer& tracer, const SurfacePoint& site, uint64_t& rays);
+
+// Where to sample instead of a site inside; nothing where nothing outside is near enough. `texel_size` is a
+// texel's side in metres. At most 55 rays; otherwise as side_of.
 //
 // The push of lightmappers (O'Donnell 2018 discards such texels; Godot's baker moves them): rays along the
 // tangent plane look for back faces, which are the way out. A place behind the nearest one, an eighth of a
 // texel off it or half way to what comes next, is taken if it does not mostly see back faces itself.
-Pushed push_out(const Surfaces& surfaces, const Tracer& tracer, const SurfacePoint& site, float texel_size,
-                uint64_t& rays);
+std::optional<Vec3> way_out(const Surfaces& surfaces, const Tracer& tracer, const SurfacePoint& site,
+                            float texel_size, uint64_t& rays);
 
 }  // namespace kiln
