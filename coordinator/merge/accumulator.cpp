@@ -19,7 +19,7 @@ Accumulator::Accumulator(size_t sites, uint32_t basis)
     : basis_(basis), planes_(moment_plane_names(basis).size()) {
   for (uint32_t r = 0; r < kReplicates; ++r) {
     samples_[r].assign(sites, 0);
-    sums_[r].assign(sites * planes_, 0.0);
+    sums_[r] = Zeroed<double>(sites * planes_);
   }
 }
 
@@ -47,7 +47,7 @@ Status Accumulator::add(const WorkUnit& unit, const UnitResult& result) {
 
 void Accumulator::add_in_order(const WorkUnit& unit, const std::vector<double>& moments) {
   std::vector<uint32_t>& samples = samples_[unit.replicate];
-  std::vector<double>& sums = sums_[unit.replicate];
+  Zeroed<double>& sums = sums_[unit.replicate];
   for (size_t i = 0; i < unit.sites.size(); ++i) {
     const uint32_t site = unit.sites[i];
     KILN_CHECK(samples[site] == unit.first_sample);
@@ -59,7 +59,7 @@ void Accumulator::add_in_order(const WorkUnit& unit, const std::vector<double>& 
 void Accumulator::clear() {
   for (uint32_t r = 0; r < kReplicates; ++r) {
     std::fill(samples_[r].begin(), samples_[r].end(), 0u);
-    std::fill(sums_[r].begin(), sums_[r].end(), 0.0);
+    sums_[r].clear();
   }
   waiting_.clear();
 }

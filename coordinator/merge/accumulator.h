@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/atlas/atlas.h"
+#include "common/base/zeroed.h"
 #include "common/job/irradiance_cache.h"
 #include "common/job/unit.h"
 #include "coordinator/lightmap/lightmap.h"
@@ -56,7 +57,7 @@ class Accumulator {
   uint32_t basis_;
   size_t planes_;
   std::vector<uint32_t> samples_[kReplicates];  // by site
-  std::vector<double> sums_[kReplicates];       // [site][plane]
+  Zeroed<double> sums_[kReplicates];            // [site][plane]
   struct Waiting {
     WorkUnit unit;
     std::vector<double> moments;

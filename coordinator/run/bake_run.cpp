@@ -36,7 +36,8 @@ Status check_cancelled(const BakeRequest& request) {
 Status check_going_on(const BakeRequest& request, const Stopwatch& watch) {
   KILN_TRY_STATUS(check_cancelled(request));
   const double limit = request.settings.time_limit;
-  if (limit <= 0 || watch.seconds() <= limit) return {};
+  // Where little time went by there is little to be saved by ending now: a small map may still be done.
+  if (limit <= 0 || watch.seconds() <= std::max(limit, 1.0)) return {};
   return fail(ErrorKind::kTooShort,
               text("{}: --time-limit {} is too short: import and layout alone take longer; nothing was "
                    "published. Give it more time, or a lower --texels-per-metre",

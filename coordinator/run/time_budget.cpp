@@ -10,25 +10,26 @@ namespace {
 // Seconds by threads: what a stage took on the clock in report.json, times the threads
 // (tests/bench/real_scenes.py, the largest maps).
 constexpr double kDenoisePerSite[] = {10e-6, 4e-6, 2.2e-6, 0.8e-6};  // over luminance, by levels
-constexpr double kDenoisePerSmallSite = 4.5e-6;                      // of surfaces too small to join texels
+constexpr double kDenoisePerSmallSite = 5.5e-6;                      // of surfaces too small to join texels
 constexpr double kNeighboursPerSite = 2e-6;                          // at least; many small charts take more
 constexpr double kLeastForPasses = 0.05;                             // of the limit
 constexpr double kPlanesShare = 2.5;                                 // over all planes, by that
 constexpr double kViewsShare = 0.05;                                 // of the limit
 constexpr double kDenoiseShare = 0.15;      // of the limit, at most: with less time it is coarser
-constexpr double kResolvePerSite = 1.4e-6;  // means, errors, fill and dilate
+constexpr double kResolvePerSite = 1.0e-6;  // means, errors, fill and dilate
 constexpr double kSeamsPerSite = 4e-6;
 constexpr double kSeamsPerPoint = 4e-6, kTexturesPerSeamPoint = 4e-6;  // of both threads: the solve has one
 constexpr double kMastersPerTexel = 4e-6, kQuickMastersPerTexel = 1.4e-6;
-constexpr double kTexturesPerTexel = 5.8e-6, kQuickTexturesPerTexel = 2.2e-6;  // of one encoding
+constexpr double kTexturesPerTexel = 5.8e-6, kQuickTexturesPerTexel = 1.7e-6;  // of one encoding
 constexpr double kFilesShare =
     0.25;  // of what is left after the layout, at most: with less time files are written the quick way
-constexpr double kPictures = 1.2;  // the search for a camera, all but pixels
-constexpr double kPicturesPerPixel = 4.5e-6;
-constexpr double kPage = 0.3;          // report.html, scene.glb
-constexpr double kPictureShare = 0.1;  // of the limit, at most: pictures that take longer become smaller
-constexpr double kSeamsShare = 0.3;    // of what is left when the passes begin, at most
-constexpr double kMargin = 0.03;       // of the limit
+constexpr double kPictures = 1.0;  // the search for a camera, all but pixels
+constexpr double kPicturesPerPixel = 8e-6;
+constexpr double kPage = 0.3;               // report.html
+constexpr double kScenePerTriangle = 1e-6;  // scene.glb, of one thread
+constexpr double kPictureShare = 0.1;       // of the limit, at most: pictures that take longer become smaller
+constexpr double kSeamsShare = 0.3;         // of what is left when the passes begin, at most
+constexpr double kMargin = 0.03;            // of the limit
 
 // Seconds that a fixed piece of work takes on every thread at once: how fast this machine is, and how busy.
 double probe_seconds() {
@@ -50,6 +51,7 @@ TimeBudget::TimeBudget(const BakeRequest& request, const Preflight& pre, const S
       watch_(watch),
       sites_(static_cast<double>(pre.atlas.sites.size())),
       texels_(static_cast<double>(pre.atlas.texel_count())),
+      triangles_(static_cast<double>(pre.imported.scene.triangle_count())),
       threads_(hardware_threads()),
       denoises_(request.settings.denoise) {
   if (request.settings.time_limit > 0) slowness_ = std::clamp(probe_seconds() / kProbeSeconds, 0.9, 4.0);
@@ -117,7 +119,8 @@ double TimeBudget::textures_seconds(bool seams) const {
 }
 
 double TimeBudget::masters_seconds() const {
-  return slowness_ * ((quick_ ? kQuickMastersPerTexel : kMastersPerTexel) * texels_ / threads_ + kPage);
+  return slowness_ * ((quick_ ? kQuickMastersPerTexel : kMastersPerTexel) * texels_ / threads_ +
+                      kScenePerTriangle * triangles_ + kPage);
 }
 
 double TimeBudget::pictures_seconds(double scale) const {
@@ -161,7 +164,7 @@ bool TimeBudget::has_time_for_seams() const {
 
 double TimeBudget::picture_scale() const {
   for (const double scale : {1.0, 0.5, 0.25})
-    if (pictures_seconds(scale) <= seconds_left()) return scale;
+    if ((whole_ || scale <= 0.25) && pictures_seconds(scale) <= seconds_left()) return scale;
   return 0;
 }
 

@@ -60,7 +60,7 @@ class TimeBudget {
   const Stopwatch& watch_;
   void choose_levels();
 
-  double sites_ = 0, texels_ = 0, threads_ = 1, seam_points_ = 0, joined_share_ = 1;
+  double sites_ = 0, texels_ = 0, triangles_ = 0, threads_ = 1, seam_points_ = 0, joined_share_ = 1;
   bool denoises_ = false;
   bool whole_ = true;
   bool quick_ = false;
