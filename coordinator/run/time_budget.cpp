@@ -9,13 +9,14 @@ namespace {
 
 // Seconds by threads: what a stage took on the clock in report.json, times the threads
 // (tests/bench/real_scenes.py, the largest maps).
-constexpr double kDenoisePerSite[] = {10e-6, 4e-6, 2.2e-6, 0.8e-6};  // over luminance, by levels
+constexpr double kDenoisePerSite[] = {10e-6, 4e-6, 2.4e-6, 1.2e-6};  // over luminance, by levels
 constexpr double kDenoisePerSmallSite = 5.5e-6;                      // of surfaces too small to join texels
 constexpr double kNeighboursPerSite = 2e-6;                          // at least; many small charts take more
 constexpr double kLeastForPasses = 0.05;                             // of the limit
 constexpr double kPlanesShare = 2.5;                                 // over all planes, by that
 constexpr double kViewsShare = 0.05;                                 // of the limit
 constexpr double kDenoiseShare = 0.15;      // of the limit, at most: with less time it is coarser
+constexpr double kFillPerSite = 3e-6;       // without the denoiser, which fills too
 constexpr double kResolvePerSite = 1.0e-6;  // means, errors, fill and dilate
 constexpr double kSeamsPerSite = 4e-6;
 constexpr double kSeamsPerPoint = 4e-6, kTexturesPerSeamPoint = 4e-6;  // of both threads: the solve has one
@@ -132,9 +133,9 @@ double TimeBudget::pictures_seconds(double scale) const {
 
 // Of what every map needs.
 double TimeBudget::least_seconds_after() const {
-  const double denoise = denoises_ ? kPlanesShare * denoise_seconds(last_levels_) : 0;
-  return denoise + slowness_ * kResolvePerSite * sites_ / threads_ + textures_seconds(false) +
-         masters_seconds();
+  const double fill =
+      denoises_ ? kPlanesShare * denoise_seconds(last_levels_) : slowness_ * kFillPerSite * sites_ / threads_;
+  return fill + slowness_ * kResolvePerSite * sites_ / threads_ + textures_seconds(false) + masters_seconds();
 }
 
 double TimeBudget::seconds_after() const {
