@@ -1,36 +1,38 @@
-// Large arrays of zeros whose pages cost nothing until they are written.
+// Large arrays of zeros whose pages cost nothing until they are touched.
 #pragma once
 
 #include <cstdlib>
-#include <memory>
 #include <new>
 #include <type_traits>
+#include <utility>
+#include <vector>
 
 namespace kiln {
 
-// `size` values of 0. Sums of millions of texels take seconds to clear by hand on a machine that has to fetch
-// the pages first; the system hands out zeroed ones as they are touched.
+// Memory that the system hands out zeroed, page by page as it is touched: by the threads that fill it, or
+// never.
 template <class T>
-class Zeroed {
+struct ZeroedAllocator {
   static_assert(std::is_arithmetic_v<T>);
-
- public:
-  Zeroed() = default;
-  explicit Zeroed(size_t size)
-      : size_(size), data_(static_cast<T*>(std::calloc(size ? size : 1, sizeof(T)))) {
-    if (!data_) throw std::bad_alloc();
+  using value_type = T;
+  ZeroedAllocator() = default;
+  template <class U>
+  ZeroedAllocator(const ZeroedAllocator<U>&) {}
+  T* allocate(size_t count) {
+    if (void* p = std::calloc(count, sizeof(T))) return static_cast<T*>(p);
+    throw std::bad_alloc();
   }
-  size_t size() const { return size_; }
-  T& operator[](size_t i) { return data_.get()[i]; }
-  const T& operator[](size_t i) const { return data_.get()[i]; }
-  void clear() { *this = Zeroed(size_); }  // all 0 again
-
- private:
-  struct Free {
-    void operator()(T* p) const { std::free(p); }
-  };
-  size_t size_ = 0;
-  std::unique_ptr<T, Free> data_;
+  void deallocate(T* p, size_t) { std::free(p); }
+  template <class U, class... Values>
+  void construct(U* p, Values&&... values) {
+    if constexpr (sizeof...(Values) > 0) ::new (static_cast<void*>(p)) U(std::forward<Values>(values)...);
+  }
+  bool operator==(const ZeroedAllocator&) const { return true; }
 };
+
+// Of `n` zeros: ZeroedVector<T>(n). Growing a vector that was made otherwise may find what was there before,
+// so it is made once, at its size.
+template <class T>
+using ZeroedVector = std::vector<T, ZeroedAllocator<T>>;
 
 }  // namespace kiln

@@ -156,7 +156,7 @@ TexelStatistics joined_statistics(const TexelStatistics& s, const Joined& joined
   const size_t n = out.sites = joined.count();
   out.planes = planes ? s.planes : 0;
   for (uint32_t r = 0; r < kReplicates; ++r) {
-    out.mean[r].assign(n * out.planes, 0);
+    out.mean[r] = ZeroedVector<float>(n * out.planes);
     out.luminance[r].assign(n, 0);
   }
   out.variance.assign(n, 0);
@@ -277,7 +277,7 @@ class Refinement {
   }
 
   Denoised run() {
-    out_.mean.assign(s_.sites * planes_, 0);
+    out_.mean = ZeroedVector<float>(s_.sites * planes_);
     for (auto* v : {&out_.luminance, &out_.standard_error, &out_.raw_error, &out_.strength})
       v->assign(s_.sites, 0);
     out_.filled.assign(s_.sites, 0);

@@ -183,7 +183,7 @@ Denoised run(const TexelStatistics& s, std::span<const DirectionBound> bounds, b
   out.raw_error.assign(s.sites, 0);
   out.strength.assign(s.sites, 0);
   out.filled.assign(s.sites, 0);
-  if (planes) out.mean.resize(s.sites * s.planes);
+  if (planes) out.mean = ZeroedVector<float>(s.sites * s.planes);
   for_each_run(s.sites, threads, [&](size_t begin, size_t end) {
     Blend blend(candidates, choice, sites, links);
     for (size_t i = begin; i < end; ++i) {
@@ -196,7 +196,7 @@ Denoised run(const TexelStatistics& s, std::span<const DirectionBound> bounds, b
       } else {
         out.luminance[i] = 0.5f * s.luminance[0][i] + 0.5f * s.luminance[1][i];
         if (s.known[i]) out.raw_error[i] = out.standard_error[i] = lonely_error(s, i);
-        if (!planes) continue;
+        if (!planes || s.samples[i] == 0) continue;
         for (size_t p = i * s.planes; p < (i + 1) * s.planes; ++p)
           out.mean[p] = 0.5f * s.mean[0][p] + 0.5f * s.mean[1][p];
       }

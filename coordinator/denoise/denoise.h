@@ -10,7 +10,7 @@ namespace kiln {
 
 struct Denoised {
   // [site][plane], from both replicates; sites that are not known have the mean of both.
-  std::vector<float> mean;
+  ZeroedVector<float> mean;
   std::vector<float> luminance;  // [site] of E, filtered
   // [site] of the luminance of E: root of the estimated mean squared error, bias included; of the mean of
   // both replicates as measured, from the replicates' differences around the site. 0 where nothing is known;

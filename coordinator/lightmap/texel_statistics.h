@@ -7,13 +7,14 @@
 #include <cstdint>
 #include <vector>
 
+#include "common/base/zeroed.h"
 #include "common/job/unit.h"
 
 namespace kiln {
 
 struct TexelStatistics {
   size_t sites = 0, planes = 0;               // planes: E.R E.G E.B, then the basis' (function major, R G B)
-  std::vector<float> mean[kReplicates];       // [site][plane] of each replicate
+  ZeroedVector<float> mean[kReplicates];      // [site][plane] of each replicate
   std::vector<float> luminance[kReplicates];  // [site] mean luminance of E of each replicate
   std::vector<float> variance;  // [site] of the luminance of E of one sample, as if samples were independent
   std::vector<uint32_t> samples;  // [site] of each replicate: both have as many

@@ -19,7 +19,7 @@ Accumulator::Accumulator(size_t sites, uint32_t basis)
     : basis_(basis), planes_(moment_plane_names(basis).size()) {
   for (uint32_t r = 0; r < kReplicates; ++r) {
     samples_[r].assign(sites, 0);
-    sums_[r] = Zeroed<double>(sites * planes_);
+    sums_[r] = ZeroedVector<double>(sites * planes_);
   }
 }
 
@@ -47,7 +47,7 @@ Status Accumulator::add(const WorkUnit& unit, const UnitResult& result) {
 
 void Accumulator::add_in_order(const WorkUnit& unit, const std::vector<double>& moments) {
   std::vector<uint32_t>& samples = samples_[unit.replicate];
-  Zeroed<double>& sums = sums_[unit.replicate];
+  ZeroedVector<double>& sums = sums_[unit.replicate];
   for (size_t i = 0; i < unit.sites.size(); ++i) {
     const uint32_t site = unit.sites[i];
     KILN_CHECK(samples[site] == unit.first_sample);
@@ -59,7 +59,7 @@ void Accumulator::add_in_order(const WorkUnit& unit, const std::vector<double>& 
 void Accumulator::clear() {
   for (uint32_t r = 0; r < kReplicates; ++r) {
     std::fill(samples_[r].begin(), samples_[r].end(), 0u);
-    sums_[r].clear();
+    sums_[r] = ZeroedVector<double>(sums_[r].size());
   }
   waiting_.clear();
 }
@@ -88,7 +88,7 @@ TexelStatistics Accumulator::statistics(bool planes) const {
   out.samples.assign(count, 0);
   out.known.assign(count, 0);
   for (uint32_t r = 0; r < kReplicates; ++r) {
-    out.mean[r].assign(count * out.planes, 0.0f);
+    out.mean[r] = ZeroedVector<float>(count * out.planes);
     out.luminance[r].assign(count, 0.0f);
   }
   for_each_index(count, 0, [&](size_t index) {

@@ -57,7 +57,7 @@ class Accumulator {
   uint32_t basis_;
   size_t planes_;
   std::vector<uint32_t> samples_[kReplicates];  // by site
-  Zeroed<double> sums_[kReplicates];            // [site][plane]
+  ZeroedVector<double> sums_[kReplicates];      // [site][plane]
   struct Waiting {
     WorkUnit unit;
     std::vector<double> moments;

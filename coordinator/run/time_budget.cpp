@@ -9,7 +9,7 @@ namespace {
 
 // Seconds by threads: what a stage took on the clock in report.json, times the threads
 // (tests/bench/real_scenes.py, the largest maps).
-constexpr double kDenoisePerSite[] = {10e-6, 4e-6, 2.4e-6, 1.2e-6};  // over luminance, by levels
+constexpr double kDenoisePerSite[] = {10e-6, 4e-6, 2.4e-6, 1.0e-6};  // over luminance, by levels
 constexpr double kDenoisePerSmallSite = 5.5e-6;                      // of surfaces too small to join texels
 constexpr double kNeighboursPerSite = 2e-6;                          // at least; many small charts take more
 constexpr double kLeastForPasses = 0.05;                             // of the limit

@@ -139,7 +139,7 @@ TEST(JudgeCharts, AColourThatChangesIsKept) {
   Moments m;
   m.add([](uint32_t, uint32_t) { return 1.0; }, 0);
   TexelStatistics& s = m.statistics();
-  for (std::vector<float>& mean : s.mean)
+  for (auto& mean : s.mean)
     for (size_t site = 0; site < s.sites / 2; ++site) mean[site * s.planes + 2] *= 0.8f;  // blue: 1.4 % of E
   EXPECT_EQ(m.judge()[0].why, kNotCollapsed);
 }

@@ -4,6 +4,7 @@
 #include "common/base/json.h"
 #include "common/base/parallel.h"
 #include "common/base/statistics.h"
+#include "common/base/zeroed.h"
 
 namespace kiln {
 namespace {
@@ -94,6 +95,19 @@ TEST(Parallel, EveryIndexOnce) {
 TEST(Statistics, NormalInterval) {
   EXPECT_NEAR(normal_interval(0.95), 1.9599639845400545, 1e-12);
   EXPECT_NEAR(normal_interval(0.6826894921370859), 1.0, 1e-12);
+}
+
+// Memory that was used before is handed out again: it has to be 0 all the same.
+TEST(Zeroed, IsZeroInMemoryThatWasUsed) {
+  for (const size_t size : {size_t{1}, size_t{100}, size_t{5000}, size_t{1} << 20}) {
+    for (int round = 0; round < 3; ++round) {
+      ZeroedVector<double> v(size);
+      for (const double x : v) ASSERT_EQ(x, 0.0) << size;
+      std::fill(v.begin(), v.end(), 3.0);
+      const ZeroedVector<double> copy = v;
+      ASSERT_EQ(copy, v);
+    }
+  }
 }
 
 }  // namespace
