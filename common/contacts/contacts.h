@@ -36,12 +36,11 @@ class ContactFinder {
   ContactFinder(const Scene& scene, std::span<const double> texel, unsigned threads);
   ~ContactFinder();
 
-  // Ends early where `is_stopped`, asked from any thread, says so: what it returns is then of no use.
-  //
   // Contacts of all instances. What rises less than kContactRise texels, hovers more than kContactGap of one
   // above the surface, or whose contact as a whole reaches less than kContactReach texels (the foot of a
   // chair) is no contact; nor is a surface that lets light through. The same scene gives the same contacts
-  // whatever the number of threads.
+  // whatever the number of threads. `is_stopped` is asked from any thread; once it says yes the search ends,
+  // and the result is incomplete.
   Contacts find(const std::function<bool()>& is_stopped = {}) const;
 
   // Does a ray upwards from just above a point of an instance's triangle meet the inner side of something?

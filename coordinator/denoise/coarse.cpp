@@ -54,8 +54,7 @@ std::vector<uint8_t> on_large_pieces(const SurfaceLinks& links) {
   const size_t n = links.first.size() - 1;
   const std::vector<uint8_t> all(n, 1);
   const std::vector<uint32_t> pieces = surface_pieces(all, links);
-  std::vector<uint32_t> size(n);
-  for (const uint32_t p : pieces) ++size[p];
+  const std::vector<uint32_t> size = piece_sizes(pieces);
   std::vector<uint8_t> out(n);
   for (size_t i = 0; i < n; ++i) out[i] = size[pieces[i]] >= kLeastPiece;
   return out;

@@ -20,10 +20,12 @@ constexpr float kNear = 2.0f, kWide = 6.4f;  // texels: windows that are counted
 struct Counts {
   double lit = 0, half = 0, dark = 0;  // in both, in one of them, in none
 
-  // Of all samples of a lit texel's replicate none has met light. Of few texels nobody knows that chance
-  // never does it: they are added to kPrior replicates of which the share `elsewhere` missed it.
+  void add(int dark_replicates) { (dark_replicates == 0 ? lit : dark_replicates == 1 ? half : dark) += 1; }
+
+  // How often a replicate of a lit texel meets no light by chance. A few texels do not tell, so kPrior
+  // replicates are added of which the share `elsewhere` met none.
   double missed(double elsewhere) const { return (half + kPrior * elsewhere) / (half + 2 * lit + kPrior); }
-  // Of those dark in both, how many chance has made.
+  // Share of the texels dark in both that chance has made.
   double false_share(double elsewhere) const {
     const double missed = this->missed(elsewhere);
     const double by_chance = (lit + half) * missed * missed / (1 - missed * missed);
@@ -61,25 +63,24 @@ class DarkTexels {
   }
 
  private:
-  // Of a small piece there is little to count: all of them together.
+  // A small piece has too few texels to count: all small ones are counted together.
   static constexpr uint32_t kSmallPiece = 64;
 
   void count_pieces(const std::vector<float>& around) {
-    piece_ = surface_pieces(known_, links_);
-    std::vector<uint32_t> size(s_.sites);
-    for (const uint32_t p : piece_) ++size[p];
-    std::vector<Counts> counts(s_.sites);
-    Counts small;
+    group_ = surface_pieces(known_, links_);
+    const std::vector<uint32_t> size = piece_sizes(group_);
+    std::vector<uint32_t> number(s_.sites, 0);
+    uint32_t large = 0;
+    for (size_t p = 0; p < s_.sites; ++p)
+      if (size[p] >= kSmallPiece) number[p] = ++large;
+    std::vector<Counts> counts(size_t{large} + 1);
     for (size_t i = 0; i < s_.sites; ++i) {
+      group_[i] = number[group_[i]];
       if (!known_[i] || !(around[i] > 0)) continue;
       const float threshold = kDarkShare * around[i];
-      const int dark = below(0, i, threshold) + below(1, i, threshold);
-      Counts& of = size[piece_[i]] < kSmallPiece ? small : counts[piece_[i]];
-      (dark == 0 ? of.lit : dark == 1 ? of.half : of.dark) += 1;
+      counts[group_[i]].add(below(0, i, threshold) + below(1, i, threshold));
     }
-    missed_.resize(s_.sites);
-    for (size_t p = 0; p < s_.sites; ++p)
-      missed_[p] = static_cast<float>((size[p] < kSmallPiece ? small : counts[p]).missed(0.5));
+    for (const Counts& of : counts) missed_.push_back(of.missed(0.5));
   }
 
   bool below(int replicate, size_t i, float light) const {
@@ -105,10 +106,9 @@ class DarkTexels {
     for (const uint32_t j : around) {
       // Of more samples fewer are dark by chance: they do not speak for this texel.
       if (!known_[j] || s_.samples[j] > 2 * s_.samples[site]) continue;
-      const int dark = below(0, j, threshold) + below(1, j, threshold);
-      (dark == 0 ? counts.lit : dark == 1 ? counts.half : counts.dark) += 1;
+      counts.add(below(0, j, threshold) + below(1, j, threshold));
     }
-    return counts.false_share(missed_[piece_[site]]);
+    return counts.false_share(missed_[group_[site]]);
   }
 
   const TexelStatistics& s_;
@@ -117,8 +117,8 @@ class DarkTexels {
   unsigned threads_;
   std::vector<float> light_;
   std::vector<uint8_t> known_;
-  std::vector<uint32_t> piece_;
-  std::vector<float> missed_;  // by piece
+  std::vector<uint32_t> group_;  // by site: 0 on small pieces, else the number of its piece
+  std::vector<double> missed_;   // by group
 };
 
 }  // namespace

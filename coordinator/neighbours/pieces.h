@@ -29,4 +29,11 @@ inline std::vector<uint32_t> surface_pieces(std::span<const uint8_t> known, cons
   return piece;
 }
 
+// Sites of each piece, by its least site; 0 for other sites.
+inline std::vector<uint32_t> piece_sizes(std::span<const uint32_t> pieces) {
+  std::vector<uint32_t> size(pieces.size());
+  for (const uint32_t p : pieces) ++size[p];
+  return size;
+}
+
 }  // namespace kiln

@@ -71,8 +71,7 @@ class SmallPieces {
       : sites_(sites), views_(views) {
     const std::vector<uint8_t> all(sites.size(), 1);
     piece_ = surface_pieces(all, links);
-    std::vector<uint32_t> size(sites.size());
-    for (const uint32_t p : piece_) ++size[p];
+    const std::vector<uint32_t> size = piece_sizes(piece_);
     for (uint32_t i = 0; i < sites.size(); ++i)
       if (size[piece_[i]] < kSmallPiece && sites.texel_size[i] > 0) {
         small_.push_back(i);

@@ -195,17 +195,21 @@ Expected<BakeReport> run_bake(const BakeRequest& request, const Progress& progre
   report.settings = request.settings;
   const auto may_go_on = [&] { return check_going_on(request, watch); };
   KILN_TRY(Preflight pre, run_preflight(request.scene, request.settings, report.stages, progress, may_go_on));
+  {
+    TimeBudget first(request, pre, watch);
+    first.take_time_for_denoiser();
+    if (first.is_hopeless()) return too_short(request, pre, first, watch);
+  }
+  KILN_TRY_STATUS(prepare_output_folder(request.output, pre.plan.output_bytes));
   Workplace workplace(request);
   KILN_TRY(const std::vector<ChartLight> light,
            lay_out_by_light({request, workplace, watch, report, progress, may_go_on}, pre));
   TimeBudget budget(request, pre, watch);
   const bool denoises = budget.take_time_for_denoiser();
-  if (budget.is_hopeless()) return too_short(request, pre, budget, watch);
   if (request.settings.denoise && !denoises)
     report.warnings.push_back(
         "the map was not denoised: the time limit left no time for it; give it more, or a lower "
         "--texels-per-metre");
-  KILN_TRY_STATUS(prepare_output_folder(request.output, pre.plan.output_bytes));
   begin_report(pre, report);
 
   KILN_TRY_STATUS(check_cancelled(request));

@@ -162,8 +162,7 @@ void print_worst(const Lab& lab, const TexelStatistics& s, const Denoised& d,
                  const TexelStatistics& reference, size_t count) {
   const std::vector<uint8_t> all(s.sites, 1);
   const std::vector<uint32_t> piece = surface_pieces(all, lab.links);
-  std::vector<uint32_t> size(s.sites);
-  for (const uint32_t p : piece) ++size[p];
+  const std::vector<uint32_t> size = piece_sizes(piece);
   double mean = 0, total = 0;
   for (size_t i = lab.part.first; i < lab.part.first + lab.part.count; ++i)
     mean += mean_of(reference, i) / static_cast<double>(lab.part.count);

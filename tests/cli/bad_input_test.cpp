@@ -254,9 +254,7 @@ struct Outcome {
 // Lines that matter to a user: errors, warnings; paths shortened to file names.
 Outcome run(const Case& c, const fs::path& dir) {
   const std::string arguments = c.make(dir);
-  const auto result =
-      test::run_command("cd '" + dir.string() + "' && '" + (test::binary_dir() / "bin/kiln").string() +
-                        "' bake " + arguments + " --quiet");
+  const auto result = test::run_kiln(dir, "bake " + arguments + " --quiet");
   Outcome out{result.exit_status, {}};
   std::istringstream lines(result.output);
   for (std::string line; std::getline(lines, line);)
@@ -301,9 +299,7 @@ TEST(BadInputDisk, NotEnoughSpaceIsSaidBeforeTheBake) {
   if (::mount("none", small.c_str(), "tmpfs", 0, "size=16k") != 0)
     GTEST_SKIP() << "no right to mount a small file system";
   SmallScene().write(dir.path());
-  const auto result =
-      test::run_command("cd '" + dir.path().string() + "' && '" + (test::binary_dir() / "bin/kiln").string() +
-                        "' bake x.gltf -o small/out --quiet --texels-per-metre 64");
+  const auto result = test::run_kiln(dir.path(), "bake x.gltf -o small/out --quiet --texels-per-metre 64");
   const bool clean = !fs::exists(small / "out") || fs::is_empty(small / "out");
   ::umount(small.c_str());
   EXPECT_EQ(result.exit_status, 2) << result.output;

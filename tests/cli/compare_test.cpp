@@ -6,8 +6,7 @@ namespace kiln {
 namespace {
 
 std::string compare(const test::TempDir& dir, const std::string& arguments, int status) {
-  const auto r = test::run_command("cd '" + dir.path().string() + "' && '" +
-                                   (test::binary_dir() / "bin/kiln").string() + "' compare " + arguments);
+  const auto r = test::run_kiln(dir.path(), "compare " + arguments);
   EXPECT_EQ(r.exit_status, status) << r.output;
   return r.output;
 }

@@ -16,8 +16,7 @@ using test::square_meshes;
 namespace fs = std::filesystem;
 
 test::CommandResult kiln(const test::TempDir& dir, const std::string& arguments) {
-  return test::run_command("cd '" + dir.path().string() + "' && '" +
-                           (test::binary_dir() / "bin/kiln").string() + "' " + arguments);
+  return test::run_kiln(dir.path(), arguments);
 }
 
 json read_json(const fs::path& path) {

@@ -48,4 +48,9 @@ CommandResult run_command(const std::string& command) {
   return result;
 }
 
+CommandResult run_kiln(const fs::path& folder, const std::string& arguments) {
+  return run_command("cd '" + folder.string() + "' && '" + (binary_dir() / "bin/kiln").string() + "' " +
+                     arguments);
+}
+
 }  // namespace kiln::test

@@ -33,6 +33,8 @@ struct CommandResult {
 };
 // Runs a shell command and waits for it.
 CommandResult run_command(const std::string& command);
+// bin/kiln with these arguments, in that folder.
+CommandResult run_kiln(const std::filesystem::path& folder, const std::string& arguments);
 
 }  // namespace kiln::test
 

@@ -10,10 +10,7 @@ using nlohmann::json;
 
 class UnseenCommand : public testing::Test {
  protected:
-  test::CommandResult kiln(const std::string& arguments) {
-    return test::run_command("cd '" + dir_.path().string() + "' && '" +
-                             (test::binary_dir() / "bin/kiln").string() + "' " + arguments);
-  }
+  test::CommandResult kiln(const std::string& arguments) { return test::run_kiln(dir_.path(), arguments); }
   std::string read(const std::string& file) {
     const auto bytes = read_file(dir_.path() / file);
     EXPECT_TRUE(bytes) << file;

@@ -25,7 +25,7 @@ class SitePlaces {
   // kAsked of its points, evenly over the texel, that is open; where none is, a place beside the first of
   // kMoved of them that has one; else the next that is at least outside. Nothing if the point is not inside,
   // or if no point is of use. A function of scene, texel and point; what was found is kept: most texels
-  // inside walls are inside with all of their points, which takes two hundred rays to know, once.
+  // inside walls are inside with all of their points, which takes some hundred rays to know, once a worker.
   std::optional<Place> instead_of(SitePicker& picker, uint32_t index, uint64_t& rays);
 
  private:
