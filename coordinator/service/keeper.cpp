@@ -73,6 +73,22 @@ void ServiceImpl::begin_jobs() {
       });
     }
     if (id == 0) return;
+    // Whoever cancels from here on finds it.
+    Active* active = nullptr;
+    {
+      const std::lock_guard lock(mutex_);
+      active = (active_[id] = std::make_unique<Active>()).get();
+      active->progress.stage = "begin";
+    }
+    const auto forget = [&] {
+      std::string cancelled_by;
+      {
+        const std::lock_guard lock(mutex_);
+        if (active->cancelled) cancelled_by = active->who;
+        active_.erase(id);
+      }
+      return cancelled_by;
+    };
     // Counted before it begins: a job that brings the coordinator down must not do so for ever.
     bool given_up = false;
     const Status s = store_->change(id, [&](JobRecord& job) -> Status {
@@ -87,17 +103,19 @@ void ServiceImpl::begin_jobs() {
       if (!job.started_ms) job.started_ms = unix_ms();
       return {};
     });
-    if (!s) return;
+    if (!s) {
+      if (const std::string who = forget(); !who.empty())
+        if (const Status done = cancel(id, who); !done) log_warning(done.error().message);
+      return;
+    }
     if (given_up) {
+      forget();
       note(id, std::string("failed: ") + kGivenUp);
       wake();
       continue;
     }
     const std::lock_guard lock(mutex_);
-    auto& active = active_[id];
-    active = std::make_unique<Active>();
-    active->progress.stage = "begin";
-    active->thread = std::thread([this, id, a = active.get()] { conduct(id, *a); });
+    active->thread = std::thread([this, id, active] { conduct(id, *active); });
   }
 }
 
