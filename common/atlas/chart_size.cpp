@@ -9,7 +9,7 @@ namespace kiln {
 namespace {
 
 // A chart is never stretched more than this to one side, whatever its map looks like.
-constexpr double kMostRatio = 64.0;
+constexpr double kMaxRatio = 64.0;
 
 // Sums over the triangles of one placed chart.
 struct Measure {
@@ -33,7 +33,7 @@ DVec2 metres_of(const Measure& m, const ChartBox& box) {
   const double scale = std::sqrt(m.area / box.area);
   double ratio = m.along_v > 0 ? std::sqrt(std::sqrt(m.along_u / m.along_v)) : 1.0;
   if (!std::isfinite(ratio)) ratio = 1.0;
-  ratio = std::clamp(ratio, 1 / kMostRatio, kMostRatio);
+  ratio = std::clamp(ratio, 1 / kMaxRatio, kMaxRatio);
   return box.extent * DVec2(scale * ratio, scale / ratio);
 }
 

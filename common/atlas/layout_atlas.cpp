@@ -14,8 +14,8 @@ namespace {
 constexpr float kOutside = 1e-4f;
 // Overlap is refused when a quarter of one texel is claimed twice, or a thousandth of all texels by more
 // than bare contact. Less is what adjoining charts do that share a border up to rounding.
-constexpr uint32_t kMostPoints = 16;
-constexpr double kMostTexels = 0.001;
+constexpr uint32_t kMaxPoints = 16;
+constexpr double kMaxTexels = 0.001;
 
 // Instances that get texels and whose mesh `is_bad`, by name.
 template <class IsBad>
@@ -110,8 +110,8 @@ std::string overlap_sentence(const Scene& scene, const Atlas& atlas, const SiteO
 Status judge_overlap(const Scene& scene, const SiteOverlap& overlap, Atlas& atlas) {
   if (overlap.points == 0) return {};
   std::string sentence = overlap_sentence(scene, atlas, overlap);
-  const double most = kMostTexels * static_cast<double>(atlas.sites.size());
-  if (overlap.worst_points >= kMostPoints || static_cast<double>(overlap.texels) > most)
+  const double most = kMaxTexels * static_cast<double>(atlas.sites.size());
+  if (overlap.worst_points >= kMaxPoints || static_cast<double>(overlap.texels) > most)
     return fail(ErrorKind::kInvalidInput,
                 text("layout atlas needs every point to belong to one object: {}", sentence));
   atlas.warnings.push_back(sentence + "; the first object has those points: part them, or --layout pack");

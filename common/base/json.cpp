@@ -144,7 +144,7 @@ namespace {
 // Builds the values as they are read, so that depth and number are bounded before memory is.
 class TreeReader final : public nlohmann::json_sax<nlohmann::json> {
  public:
-  static constexpr size_t kDeepest = 16, kMost = size_t{1} << 20;
+  static constexpr size_t kDeepest = 16, kMax = size_t{1} << 20;
   JsonValue root;
   std::string error;
 
@@ -203,7 +203,7 @@ class TreeReader final : public nlohmann::json_sax<nlohmann::json> {
     return add(std::move(v)) != nullptr;
   }
   JsonValue* add(JsonValue value) {
-    if (++count_ > kMost) {
+    if (++count_ > kMax) {
       refuse("it has too many values");
       return nullptr;
     }

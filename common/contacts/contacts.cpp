@@ -18,7 +18,7 @@
 namespace kiln {
 namespace {
 
-constexpr double kLeastLength = 1e-3;  // texels
+constexpr double kMinLength = 1e-3;  // texels
 constexpr double kParallel =
     0.94;  // |cosine| between normals from which surfaces count as parallel: 20 degrees
 
@@ -199,7 +199,7 @@ class ContactFinder::Search {
         a = whole_a, b = whole_b;
         if (!clip(a, b, slack)) return;
       }
-      if (length(ground.at(a) - ground.at(b)) < kLeastLength * texel) return;
+      if (length(ground.at(a) - ground.at(b)) < kMinLength * texel) return;
       // The next face of a surface that bends upwards: no one stands there.
       if (on.instance == by.instance && common_corners(on, by) == 2 && on_a_side(a, b)) return;
       if (b.x < a.x || (b.x == a.x && b.y < a.y)) std::swap(a, b);

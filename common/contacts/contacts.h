@@ -56,8 +56,8 @@ constexpr double kContactGap = 0.02, kContactRise = 0.04, kContactReach = 2;
 // parts on the two sides of a contact are in different charts. `base` are the charts of its mesh. Nothing is
 // cut: the result has no faces. What nobody sees below what stands there (`is_buried` of triangle and
 // barycentrics) gets no texels: its faces shrink to a point of a neighbour. `refused`: triangles with more
-// contacts than kMostParts allows, left whole.
-constexpr size_t kMostParts = 256;
+// contacts than kMaxParts allows, left whole.
+constexpr size_t kMaxParts = 256;
 MeshCharts cut_charts(const Mesh& mesh, const Mat4x3& to_world, const MeshCharts& base,
                       std::span<const Contact> contacts, double texel,
                       const std::function<bool(uint32_t, const DVec2&)>& is_buried, size_t& refused);

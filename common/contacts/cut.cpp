@@ -20,7 +20,7 @@ namespace {
 
 using namespace cut;
 
-constexpr double kLeastChart = 8;  // texels: smaller ones are not cut
+constexpr double kMinChart = 8;  // texels: smaller ones are not cut
 class Cutter {
  public:
   Cutter(const Mesh& mesh, const Mat4x3& to_world, const MeshCharts& base, std::span<const Contact> contacts,
@@ -189,9 +189,9 @@ class Cutter {
         for (Polygon& p : parts)
           if (!part(p, flat, a, (b - a) / size, size, next)) next.push_back(std::move(p));
         parts = std::move(next);
-        if (parts.size() > kMostParts) break;
+        if (parts.size() > kMaxParts) break;
       }
-      if (parts.size() > kMostParts) {
+      if (parts.size() > kMaxParts) {
         ++refused;
         continue;
       }
@@ -568,7 +568,7 @@ MeshCharts cut_charts(const Mesh& mesh, const Mat4x3& to_world, const MeshCharts
   std::vector<Contact> needed;
   for (const Contact& c : contacts)
     if (divided[base.chart_of_face[c.triangle]] &&
-        area[base.chart_of_face[c.triangle]] >= kLeastChart * texel * texel)
+        area[base.chart_of_face[c.triangle]] >= kMinChart * texel * texel)
       needed.push_back(c);
   if (needed.empty()) return {};
   size_t again = 0;

@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "common/base/format.h"
-#include "common/basis/basis.h"
 #include "common/math/samplers.h"
+#include "common/responses/basis.h"
 
 namespace kiln {
 namespace {
@@ -116,7 +116,7 @@ std::string print_suns(const BakeSettings& b) {
 
 // Several are separated by blanks, as print gives them.
 Status parse_importance_boxes(BakeSettings& b, const std::string& s) {
-  constexpr size_t kMost = 256;
+  constexpr size_t kMax = 256;
   const auto no_box = [] { return refuse("an importance box is X,Y,Z:X,Y,Z:F (two corners, factor)"); };
   for (size_t at = 0; at <= s.size();) {
     const size_t end = std::min(s.find(' ', at), s.size());
@@ -133,8 +133,8 @@ Status parse_importance_boxes(BakeSettings& b, const std::string& s) {
       box.high[k] = std::max(low[k], high[k]);
     }
     KILN_TRY_STATUS(store_number(box.factor, word.substr(second + 1), 1.0 / 64, 64));
-    if (b.importance_boxes.size() == kMost)
-      return refuse(text("there are more than {} importance boxes", kMost));
+    if (b.importance_boxes.size() == kMax)
+      return refuse(text("there are more than {} importance boxes", kMax));
     b.importance_boxes.push_back(box);
   }
   return {};

@@ -99,7 +99,7 @@ struct Setting {
 
 std::span<const Setting> settings_table();
 
-// What --encode may name; coordinator/textures has what each is made of.
+// What --encode may name; coordinator/output/textures has what each is made of.
 std::span<const std::string_view> encoding_names();
 
 // Sets one option by name; errors name the option, the value and what is allowed.

@@ -15,7 +15,7 @@ namespace kiln {
 
 // By what emissive triangles and the environment's image are found: both, weighted against each other, or one
 // alone. Other lights have one way only, which stays.
-enum class Strategies { kBoth, kLights, kPaths };
+enum class MisMode { kBoth, kLights, kPaths };
 
 // What every unit of a job shares; shipped once. Everything that decides a byte of the result is here or
 // in the unit.
@@ -28,7 +28,7 @@ struct TransportSettings {
   bool watertight = false;   // no ray passes between triangles that share an edge; slower
   std::string isa = "avx2";  // Embree's kernels: "sse2", "sse4.2", "avx", "avx2", "avx512"
   PrimaryDensity primary = PrimaryDensity::kMixed;  // not sent: tests/bench/convergence.cpp alone changes it
-  Strategies strategies = Strategies::kBoth;        // not sent: tests/equivalence alone changes it
+  MisMode mis_mode = MisMode::kBoth;                // not sent: tests/equivalence alone changes it
 };
 
 struct JobSpec {

@@ -62,7 +62,7 @@ void SampleBatch::pairs(uint32_t dimension, const uint32_t* chosen, size_t count
     }
     return;
   }
-  uint32_t samples[kMost];
+  uint32_t samples[kMax];
   for (size_t k = 0; k < count; ++k) samples[k] = reversed_[chosen[k]];
   const uint64_t seed = stream_.seed_of(dimension);
   owen_pairs(
@@ -76,7 +76,7 @@ void SampleBatch::singles(uint32_t dimension, const uint32_t* chosen, size_t cou
     for (size_t k = 0; k < count; ++k) x[k] = stream(chosen[k]).single(dimension);
     return;
   }
-  uint32_t samples[kMost];
+  uint32_t samples[kMax];
   for (size_t k = 0; k < count; ++k) samples[k] = reversed_[chosen[k]];
   const uint64_t seed = stream_.seed_of(dimension);
   owen_singles(samples, count, {static_cast<uint32_t>(seed), SampleStream::first_scramble(seed), 0}, x);

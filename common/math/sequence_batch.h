@@ -11,7 +11,7 @@ namespace kiln {
 
 class SampleBatch {
  public:
-  static constexpr size_t kMost = 64;
+  static constexpr size_t kMax = 64;
 
   // Samples that are added share the sampler.
   void clear() {
@@ -32,8 +32,8 @@ class SampleBatch {
   SampleStream stream(size_t i) const;
   bool is_vectorised() const { return one_texel_ && stream_.sampler_ == Sampler::kOwen; }
   SampleStream stream_;  // of the first sample
-  uint64_t key_[kMost];
-  uint32_t reversed_[kMost];
+  uint64_t key_[kMax];
+  uint32_t reversed_[kMax];
   size_t count_ = 0;
   bool one_texel_ = true;
 };

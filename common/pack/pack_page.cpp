@@ -29,7 +29,7 @@ uint32_t longest_run(const uint64_t* words, uint32_t count, bool inverted, uint3
 }  // namespace
 
 PackShape::PackShape(const MaskView& m, bool is_turned) : mask(m), turned(is_turned) {
-  constexpr size_t kMost = 40;
+  constexpr size_t kMax = 40;
   std::vector<Probe> bits;
   for_each_bit(mask, [&](uint32_t x, uint32_t y) { bits.push_back({x, y}); });
   for (uint32_t y = 0; y < mask.height; ++y)
@@ -37,8 +37,8 @@ PackShape::PackShape(const MaskView& m, bool is_turned) : mask(m), turned(is_tur
   std::sort(runs.begin(), runs.end(), [](const Run& a, const Run& b) {
     return a.length != b.length ? a.length > b.length : a.y < b.y;
   });
-  complete = bits.size() <= kMost;
-  const size_t count = std::min(bits.size(), kMost);
+  complete = bits.size() <= kMax;
+  const size_t count = std::min(bits.size(), kMax);
   // Multiples of the golden ratio spread over the list however many are asked for before one fails.
   constexpr uint32_t kGolden = 2654435769u;
   for (uint32_t k = 0, turn = 0; k < count; ++k, turn += kGolden) {

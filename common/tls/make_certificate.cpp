@@ -12,7 +12,7 @@ namespace {
 using namespace openssl;
 
 constexpr size_t kMaxRequestBytes = 16 << 10;
-constexpr int kLeastSecurityBits = 112;  // NIST SP 800-57: RSA of 2048 bits, EC of 224
+constexpr int kMinSecurityBits = 112;  // NIST SP 800-57: RSA of 2048 bits, EC of 224
 
 tl::unexpected<Error> library_error(const char* doing) {
   char reason[256];
@@ -67,7 +67,7 @@ Expected<RequestPtr> read_request(std::string_view pem) {
   if (!request) return fail(ErrorKind::kInvalidInput, "the request is not one in PEM form");
   if (!signed_by_itself)
     return fail(ErrorKind::kInvalidInput, "the request is not signed with the key that it holds");
-  if (EVP_PKEY_get_security_bits(key) < kLeastSecurityBits)
+  if (EVP_PKEY_get_security_bits(key) < kMinSecurityBits)
     return fail(ErrorKind::kInvalidInput,
                 "the request's key is too weak: EC P-256 is what kiln makes, RSA of 2048 bits the least");
   return request;

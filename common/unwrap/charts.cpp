@@ -11,8 +11,8 @@ namespace {
 
 // Above this share of its area a mesh's TEXCOORD_1 counts as unusable. What nobody sees may have none: our
 // own scene.glb gives faces below walls no area.
-constexpr double kMostDegenerate = 0.25;
-constexpr double kMostOverlap = 0.005;
+constexpr double kMaxDegenerate = 0.25;
+constexpr double kMaxOverlap = 0.005;
 
 // Moves charts that lie far from the unit square back by whole numbers: offsets are floats, and at
 // 8192 texels a chart at u = 1000 would be placed to within a texel only.
@@ -143,7 +143,7 @@ Expected<MeshCharts> authored_charts(const Mesh& mesh) {
     if (!(std::abs(uv.x) < 1e6f && std::abs(uv.y) < 1e6f))
       return refuse("has a TEXCOORD_1 that is not a number or is beyond any atlas");
   const double flat = degenerate_share(mesh, charts);
-  if (flat > kMostDegenerate)
+  if (flat > kMaxDegenerate)
     return refuse(text("has a TEXCOORD_1 in which {:.3g} % of its surface have no area", 100 * flat));
 
   charts.chart_of_face.resize(mesh.triangles.size());
@@ -174,7 +174,7 @@ ChartsForPacking charts_for_packing(const Mesh& mesh, const UnwrapChoice& choice
     if (own) {
       bring_near(*own);
       const double share = self_overlap(*own);
-      if (share <= kMostOverlap) {
+      if (share <= kMaxOverlap) {
         result.charts = std::move(*own);
         return result;
       }

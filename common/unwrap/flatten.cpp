@@ -15,13 +15,13 @@ constexpr double kFlat = 0.995;    // cosine: faces within 5.7 degrees of a plan
 constexpr double kSteepest = 0.2;  // cosine: beyond 78 degrees no face is projected
 constexpr double kUpright = 0.02;  // what lies below it is not worth making rigid
 constexpr double kEasyL2 = 1.02, kEasyLinf = 1.5;  // a projection so good is taken without a solve
-constexpr size_t kMostSolved = 12000;              // faces of one solve
-constexpr size_t kMostRigid = 200000;              // the matrix of making rigid is a quarter of that
-constexpr double kMostToMend = 1.4;                // L2 from which making rigid is not tried
+constexpr size_t kMaxSolved = 12000;               // faces of one solve
+constexpr size_t kMaxRigid = 200000;               // the matrix of making rigid is a quarter of that
+constexpr double kMaxToMend = 1.4;                 // L2 from which making rigid is not tried
 constexpr int kRigidRounds = 6;
 constexpr uint64_t kRigidWork = 16;
-constexpr uint64_t kSolveWork = 16;     // a face of a solve costs as much as this many projected ones
-constexpr size_t kMostHullSides = 256;  // directions tried for the smallest box
+constexpr uint64_t kSolveWork = 16;    // a face of a solve costs as much as this many projected ones
+constexpr size_t kMaxHullSides = 256;  // directions tried for the smallest box
 
 struct Patch {
   std::vector<DVec3> vertices;
@@ -108,7 +108,7 @@ DVec2 best_direction(const std::vector<Triangle2>& flat) {
   const std::vector<DVec2> hull = hull_of(flat);
   DVec2 best(1, 0);
   double least = std::numeric_limits<double>::infinity();
-  const size_t step = hull.size() / kMostHullSides + 1;
+  const size_t step = hull.size() / kMaxHullSides + 1;
   for (size_t i = 0; i < hull.size(); i += step) {
     const DVec2 side = hull[(i + 1) % hull.size()] - hull[i];
     const double size = std::sqrt(dot(side, side));
@@ -225,15 +225,15 @@ std::optional<FlatChart> flatten(const Surface& surface, ChartState& state, std:
   };
   if (steepest >= kFlat) return accept_projected(limits) ? std::optional(std::move(chart)) : std::nullopt;
   if (accept_projected({std::min(limits.l2, kEasyL2), std::min(limits.linf, kEasyLinf)})) return chart;
-  if (chart.faces.size() > kMostRigid)
+  if (chart.faces.size() > kMaxRigid)
     return accept_projected(limits) ? std::optional(std::move(chart)) : std::nullopt;
   const Patch patch = make_patch(surface, state, chart.faces);
   std::vector<DVec2> uv;
-  if (chart.faces.size() <= kMostSolved) {
+  if (chart.faces.size() <= kMaxSolved) {
     work += kSolveWork * chart.faces.size();
     uv = lscm(patch.vertices, patch.faces);
     if (!uv.empty() && accept(faces_at(patch, uv), limits)) return chart;
-    if (!(chart.stretch.l2 < kMostToMend)) uv.clear();
+    if (!(chart.stretch.l2 < kMaxToMend)) uv.clear();
   }
   if (accept_projected(limits)) return chart;
   if (uv.empty()) {

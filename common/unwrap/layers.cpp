@@ -7,9 +7,9 @@
 namespace kiln {
 namespace {
 
-constexpr size_t kMostLayers = 64;
+constexpr size_t kMaxLayers = 64;
 // A layer that takes less than this share of what is left ends the dealing: the rest lies in one heap.
-constexpr size_t kLeastShare = 256;
+constexpr size_t kMinShare = 256;
 
 // 0 to 5: +x, -x, +y, -y, +z, -z.
 uint32_t dominant(const DVec3& n) {
@@ -40,7 +40,7 @@ FlatChart chart_of_layer(const Surface& surface, std::vector<uint32_t> faces, st
 
 void deal(const Surface& surface, std::vector<uint32_t> faces, uint32_t direction,
           std::vector<FlatChart>& charts) {
-  for (size_t layer = 0; layer < kMostLayers && !faces.empty(); ++layer) {
+  for (size_t layer = 0; layer < kMaxLayers && !faces.empty(); ++layer) {
     std::vector<Triangle2> flat(faces.size());
     DVec2 lo(std::numeric_limits<double>::infinity());
     for (size_t i = 0; i < faces.size(); ++i)
@@ -60,7 +60,7 @@ void deal(const Surface& surface, std::vector<uint32_t> faces, uint32_t directio
         out.push_back(faces[i]);
     }
     if (in.empty()) break;
-    const bool heap = in.size() * kLeastShare < faces.size();
+    const bool heap = in.size() * kMinShare < faces.size();
     charts.push_back(chart_of_layer(surface, std::move(in), std::move(placed)));
     faces = std::move(out);
     if (heap) break;

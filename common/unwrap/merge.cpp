@@ -10,7 +10,7 @@
 namespace kiln {
 namespace {
 
-constexpr double kLeastShared = 0.05;  // of the shorter boundary
+constexpr double kMinShared = 0.05;  // of the shorter boundary
 
 struct Pair {
   uint32_t a, b;                // charts, a < b
@@ -112,7 +112,7 @@ void merge_charts(const Surface& surface, ChartState& state, std::vector<FlatCha
   while (work < settings.work) {
     std::vector<Pair> pairs = neighbours(surface, charts);
     std::erase_if(pairs, [&](const Pair& p) {
-      return p.score < kLeastShared || failed.count(name(p)) ||
+      return p.score < kMinShared || failed.count(name(p)) ||
              charts[p.a].faces.size() + charts[p.b].faces.size() > settings.max_faces;
     });
     std::sort(pairs.begin(), pairs.end(), [](const Pair& p, const Pair& q) {

@@ -31,8 +31,8 @@ namespace {
 // sides, and copies of a sheet stay apart.
 void pair_flattest(const std::vector<DVec3>& normal, std::vector<uint32_t>& left,
                    std::vector<uint32_t>& right) {
-  constexpr size_t kMost = 4096;  // beyond, in the order of their numbers
-  if (left.size() * right.size() > kMost) return;
+  constexpr size_t kMax = 4096;  // beyond, in the order of their numbers
+  if (left.size() * right.size() > kMax) return;
   struct Pair {
     double cosine;
     uint32_t left, right;

@@ -3,9 +3,9 @@
 #include <sstream>
 
 #include "common/base/format.h"
-#include "coordinator/bench/results.h"
 #include "coordinator/cli/command.h"
 #include "coordinator/cli/progress.h"
+#include "coordinator/measure/bench/results.h"
 
 namespace kiln {
 namespace {

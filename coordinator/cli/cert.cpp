@@ -7,10 +7,10 @@
 #include "common/base/files.h"
 #include "common/base/format.h"
 #include "common/base/json.h"
-#include "coordinator/authority/authority.h"
-#include "coordinator/authority/tokens.h"
 #include "coordinator/cli/command.h"
-#include "coordinator/client/service_client.h"
+#include "coordinator/farm/authority/authority.h"
+#include "coordinator/farm/authority/tokens.h"
+#include "coordinator/farm/client/service_client.h"
 
 namespace kiln {
 namespace {

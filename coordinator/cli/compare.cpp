@@ -5,10 +5,10 @@
 #include "common/base/files.h"
 #include "common/base/format.h"
 #include "coordinator/cli/command.h"
-#include "coordinator/compare/difference_picture.h"
-#include "coordinator/compare/places.h"
-#include "coordinator/compare/summary.h"
-#include "coordinator/imageio/imageio.h"
+#include "coordinator/measure/compare/difference_picture.h"
+#include "coordinator/measure/compare/places.h"
+#include "coordinator/measure/compare/summary.h"
+#include "coordinator/scene/imageio/imageio.h"
 
 namespace kiln {
 namespace {

@@ -15,9 +15,9 @@
 namespace kiln {
 namespace {
 
-constexpr int64_t kMostClockMs = 60'000;  // certificates and tokens are dated
-constexpr uint64_t kLeastFree = uint64_t{1} << 30;
-constexpr uint64_t kLeastFiles = 1024, kLeastMemoryMiB = 1024;
+constexpr int64_t kMaxClockMs = 60'000;  // certificates and tokens are dated
+constexpr uint64_t kMinFree = uint64_t{1} << 30;
+constexpr uint64_t kMinFiles = 1024, kMinMemoryMiB = 1024;
 
 DoctorStep good(std::string name, std::string finding) {
   return {std::move(name), std::move(finding), true, {}};
@@ -141,7 +141,7 @@ std::vector<DoctorStep> look_at_greeting(const DoctorPlan& plan, const Greeting&
   const int64_t off = *theirs - (g.asked_ms + g.answered_ms) / 2;
   const std::string finding = text("the coordinator's is {:.1f} s {} this one's", std::abs(off) / 1000.0,
                                    off < 0 ? "behind" : "ahead of");
-  steps.push_back(std::abs(off) <= kMostClockMs
+  steps.push_back(std::abs(off) <= kMaxClockMs
                       ? good("clock", finding)
                       : bad("clock", finding, "set both clocks by NTP: certificates and tokens are dated"));
   return steps;
@@ -165,7 +165,7 @@ DoctorStep look_at_data(const std::string& folder) {
   std::error_code code;
   if (!std::filesystem::is_directory(folder, code))
     return bad("data folder", text("{} is not a folder", folder), "make it: kiln serve --data makes it too");
-  if (const Status s = prepare_output_folder(folder, kLeastFree); !s)
+  if (const Status s = prepare_output_folder(folder, kMinFree); !s)
     return bad("data folder", s.error().message,
                "give the coordinator's user the folder, and a gigabyte at least");
   return good("data folder",
@@ -176,7 +176,7 @@ DoctorStep look_at_data(const std::string& folder) {
 DoctorStep look_at_machine(const DoctorPlan& plan) {
   rlimit files{};
   ::getrlimit(RLIMIT_NOFILE, &files);
-  if (files.rlim_cur < kLeastFiles)
+  if (files.rlim_cur < kMinFiles)
     return bad("limits", text("{} files may be open", files.rlim_cur),
                "a connection each, chunks and logs: ulimit -n 4096, or LimitNOFILE= of the unit");
   uint64_t memory = 0;
@@ -188,7 +188,7 @@ DoctorStep look_at_machine(const DoctorPlan& plan) {
     std::fclose(info);
   }
   const std::string finding = text("{} files may be open, {} MiB of memory are free", files.rlim_cur, memory);
-  if (plan.worker && memory > 0 && memory < kLeastMemoryMiB)
+  if (plan.worker && memory > 0 && memory < kMinMemoryMiB)
     return bad("limits", finding,
                "a worker keeps scenes in memory: free a gigabyte, or take another machine");
   return good("limits", finding);

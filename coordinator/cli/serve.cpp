@@ -10,8 +10,8 @@
 #include "common/base/parallel.h"
 #include "common/wire/listener.h"
 #include "coordinator/cli/service_options.h"
+#include "coordinator/farm/web/web_server.h"
 #include "coordinator/service/service.h"
-#include "coordinator/web/web_server.h"
 
 namespace kiln {
 namespace {

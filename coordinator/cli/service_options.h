@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "coordinator/cli/command.h"
-#include "coordinator/client/service_client.h"
+#include "coordinator/farm/client/service_client.h"
 
 namespace kiln {
 

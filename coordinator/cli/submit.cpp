@@ -3,8 +3,8 @@
 
 #include "common/base/format.h"
 #include "coordinator/cli/service_options.h"
+#include "coordinator/farm/snapshot/snapshot.h"
 #include "coordinator/service/job_settings.h"
-#include "coordinator/snapshot/snapshot.h"
 
 namespace kiln {
 namespace {

@@ -6,7 +6,7 @@
 #include <algorithm>
 
 #include "common/base/parallel.h"
-#include "coordinator/look/surface_look.h"
+#include "coordinator/output/look/surface_look.h"
 #include "coordinator/report/view_score.h"
 
 namespace kiln {
@@ -34,10 +34,10 @@ struct Extent {
 };
 
 Extent extent_of(const Scene& scene) {
-  constexpr size_t kMostPoints = 30000;
+  constexpr size_t kMaxPoints = 30000;
   size_t vertices = 0, at = 0;
   for (const Instance& i : scene.instances) vertices += scene.meshes[i.mesh].positions.size();
-  const size_t step = std::max<size_t>(1, vertices / kMostPoints);
+  const size_t step = std::max<size_t>(1, vertices / kMaxPoints);
   std::vector<float> axis[3];
   for (const Instance& i : scene.instances) {
     const auto& positions = scene.meshes[i.mesh].positions;

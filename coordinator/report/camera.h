@@ -4,8 +4,8 @@
 #include <string>
 
 #include "common/atlas/atlas.h"
-#include "coordinator/import/import.h"
-#include "coordinator/lightmap/lightmap.h"
+#include "coordinator/bake/lightmap/lightmap.h"
+#include "coordinator/scene/import/import.h"
 
 namespace kiln {
 

@@ -2,7 +2,7 @@
 #include <optional>
 
 #include "common/base/format.h"
-#include "coordinator/look/surface_look.h"
+#include "coordinator/output/look/surface_look.h"
 #include "coordinator/report/camera.h"
 #include "coordinator/report/view_score.h"
 

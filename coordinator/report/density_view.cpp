@@ -5,10 +5,10 @@
 
 #include "common/base/format.h"
 #include "common/base/parallel.h"
-#include "coordinator/look/surface_look.h"
-#include "coordinator/plan/objects.h"
-#include "coordinator/report/label.h"
-#include "coordinator/report/ramp.h"
+#include "coordinator/bake/plan/objects.h"
+#include "coordinator/output/look/surface_look.h"
+#include "coordinator/picture/label.h"
+#include "coordinator/picture/ramp.h"
 
 namespace kiln {
 namespace {
@@ -34,7 +34,7 @@ struct Scale {
 
 // The scene's own density is a tick, and the ends are where 2 % of what is seen lie beyond.
 Scale scale_of(const std::vector<Sample>& samples, double density) {
-  constexpr double kMostOctaves = 8;
+  constexpr double kMaxOctaves = 8;
   std::vector<float> seen;
   for (const Sample& s : samples)
     if (s.density > 0) seen.push_back(s.density);
@@ -46,8 +46,8 @@ Scale scale_of(const std::vector<Sample>& samples, double density) {
   // A fifth of an octave is what rounding charts to whole texels does to them.
   const double low = std::floor(std::log2(at(0.02) / density) + 0.2);
   const double high = std::ceil(std::log2(at(0.98) / density) - 0.2);
-  return {density * std::exp2(std::clamp(low, -kMostOctaves, -1.0)),
-          density * std::exp2(std::clamp(high, 1.0, kMostOctaves))};
+  return {density * std::exp2(std::clamp(low, -kMaxOctaves, -1.0)),
+          density * std::exp2(std::clamp(high, 1.0, kMaxOctaves))};
 }
 
 class Shader {

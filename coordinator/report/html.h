@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "coordinator/plan/objects.h"
+#include "coordinator/bake/plan/objects.h"
 
 namespace kiln {
 

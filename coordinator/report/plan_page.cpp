@@ -2,8 +2,8 @@
 
 #include "common/base/format.h"
 #include "common/base/json.h"
-#include "coordinator/imageio/imageio.h"
 #include "coordinator/report/html.h"
+#include "coordinator/scene/imageio/imageio.h"
 
 namespace kiln {
 namespace {

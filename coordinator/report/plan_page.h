@@ -4,10 +4,10 @@
 #include <filesystem>
 #include <string>
 
-#include "coordinator/display/display.h"
-#include "coordinator/import/import.h"
-#include "coordinator/plan/plan.h"
-#include "coordinator/report/picture.h"
+#include "coordinator/bake/plan/plan.h"
+#include "coordinator/picture/picture.h"
+#include "coordinator/scene/display/display.h"
+#include "coordinator/scene/import/import.h"
 
 namespace kiln {
 

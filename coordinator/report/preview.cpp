@@ -3,9 +3,9 @@
 #include <algorithm>
 
 #include "common/base/parallel.h"
-#include "coordinator/look/surface_look.h"
-#include "coordinator/look/tone.h"
-#include "coordinator/report/raster.h"
+#include "coordinator/output/look/surface_look.h"
+#include "coordinator/output/look/tone.h"
+#include "coordinator/picture/raster.h"
 
 namespace kiln {
 namespace {

@@ -8,14 +8,14 @@
 #include "common/atlas/atlas.h"
 #include "common/base/figures.h"
 #include "common/job/settings.h"
-#include "coordinator/dispatch/farm.h"
-#include "coordinator/display/display.h"
-#include "coordinator/encode/output.h"
-#include "coordinator/import/import.h"
-#include "coordinator/lightmap/lightmap.h"
-#include "coordinator/plan/plan.h"
+#include "coordinator/bake/lightmap/lightmap.h"
+#include "coordinator/bake/plan/plan.h"
+#include "coordinator/farm/dispatch/farm.h"
+#include "coordinator/output/encode/output.h"
+#include "coordinator/output/textures/textures.h"
 #include "coordinator/report/report_pictures.h"
-#include "coordinator/textures/textures.h"
+#include "coordinator/scene/display/display.h"
+#include "coordinator/scene/import/import.h"
 
 namespace kiln {
 

@@ -2,11 +2,11 @@
 #include <cmath>
 
 #include "common/base/format.h"
-#include "coordinator/imageio/imageio.h"
+#include "coordinator/picture/ramp.h"
 #include "coordinator/report/html.h"
-#include "coordinator/report/ramp.h"
 #include "coordinator/report/report.h"
 #include "coordinator/report/texture_report.h"
+#include "coordinator/scene/imageio/imageio.h"
 
 namespace kiln {
 namespace {

@@ -4,11 +4,11 @@
 
 #include "common/base/clock.h"
 #include "common/base/files.h"
-#include "coordinator/imageio/imageio.h"
-#include "coordinator/look/surface_look.h"
+#include "coordinator/output/look/surface_look.h"
 #include "coordinator/report/density_view.h"
 #include "coordinator/report/preview.h"
 #include "coordinator/report/validity_view.h"
+#include "coordinator/scene/imageio/imageio.h"
 
 namespace kiln {
 namespace {

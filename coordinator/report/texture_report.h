@@ -4,7 +4,7 @@
 #include <span>
 
 #include "common/base/json.h"
-#include "coordinator/textures/textures.h"
+#include "coordinator/output/textures/textures.h"
 
 namespace kiln {
 

@@ -1,8 +1,8 @@
 #include "coordinator/report/validity_view.h"
 
 #include "common/base/format.h"
-#include "coordinator/look/surface_look.h"
-#include "coordinator/report/label.h"
+#include "coordinator/output/look/surface_look.h"
+#include "coordinator/picture/label.h"
 #include "coordinator/report/report.h"
 
 namespace kiln {

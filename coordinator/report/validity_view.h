@@ -3,9 +3,9 @@
 #pragma once
 
 #include "common/atlas/atlas.h"
-#include "coordinator/import/import.h"
-#include "coordinator/report/picture.h"
-#include "coordinator/report/raster.h"
+#include "coordinator/picture/picture.h"
+#include "coordinator/picture/raster.h"
+#include "coordinator/scene/import/import.h"
 
 namespace kiln {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "coordinator/look/tone.h"
+#include "coordinator/output/look/tone.h"
 
 namespace kiln {
 namespace {

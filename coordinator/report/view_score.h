@@ -4,9 +4,9 @@
 #include <optional>
 #include <vector>
 
-#include "coordinator/import/import.h"
-#include "coordinator/look/surface_look.h"
-#include "coordinator/sight/scene_rays.h"
+#include "coordinator/output/look/surface_look.h"
+#include "coordinator/scene/import/import.h"
+#include "coordinator/scene/sight/scene_rays.h"
 
 namespace kiln {
 

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "common/job/settings.h"
-#include "coordinator/dispatch/farm.h"
+#include "coordinator/farm/dispatch/farm.h"
 #include "coordinator/report/plan_page.h"
 #include "coordinator/report/report.h"
 

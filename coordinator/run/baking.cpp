@@ -8,11 +8,11 @@
 #include "common/base/clock.h"
 #include "common/base/format.h"
 #include "common/base/statistics.h"
-#include "coordinator/plan/allocation.h"
-#include "coordinator/plan/schedule.h"
-#include "coordinator/run/first_look.h"
+#include "coordinator/bake/sampling/allocation.h"
+#include "coordinator/bake/sampling/first_look.h"
+#include "coordinator/bake/sampling/pace.h"
+#include "coordinator/bake/sampling/schedule.h"
 #include "coordinator/run/nonfinite.h"
-#include "coordinator/run/pace.h"
 
 namespace kiln {
 namespace {
@@ -22,15 +22,15 @@ constexpr uint32_t kFilterFrom = 8;     // samples of a replicate from which on 
 constexpr double kFilterShare = 0.1;    // of the time that is left: what filtering inside passes may take
 constexpr uint32_t kFirstSamples = 32;
 constexpr size_t kRoughLooks = 2;     // after which caches are made of what is known so far
-constexpr uint32_t kMostRounds = 4;   // of passes that only make the cache better
+constexpr uint32_t kMaxRounds = 4;    // of passes that only make the cache better
 constexpr double kRoughCache = 0.1;   // rms relative error of what is better made again: all texels share it
 constexpr double kRoundShare = 0.25;  // of all samples that are foretold: a round takes no more
 constexpr double kGrowth = 4;         // a texel's samples grow by this much at most: then is looked again
-constexpr uint32_t kMostPasses = 64;
+constexpr uint32_t kMaxPasses = 64;
 constexpr double kRenewal = 1.5;  // caches are made anew when this many times the samples were taken
 constexpr double kSureToRenew = 2;
 constexpr double kStragglers = 0.01;  // share of all samples so far
-constexpr double kLeastPassSeconds = 0.02;
+constexpr double kMinPassSeconds = 0.02;
 
 TexelErrors filtered_errors(const TexelStatistics& statistics, const SurfaceGraph& surface, uint32_t levels) {
   Denoised d = denoise_joined_luminance(statistics, surface.sites, surface.links, levels, 0);
@@ -92,7 +92,7 @@ class Baking {
     first_cache_error_.clear();
     most_ = std::max(1u, settings_.max_samples / kReplicates);
     least_ = std::max(1u, (settings_.min_samples + 1) / 2);
-    fall_ = {};
+    convergence_ = {};
     grew_ = false;
     whole_ = true;
     later_ = -1;
@@ -112,7 +112,7 @@ class Baking {
         if (made != PassEnd::kComplete) return made;
       }
     }
-    while (!work.empty() && pass_ < kMostPasses) {
+    while (!work.empty() && pass_ < kMaxPasses) {
       KILN_TRY(const PassEnd end, run_pass(std::move(work)));
       record();
       if (end != PassEnd::kComplete) return end;
@@ -185,9 +185,9 @@ class Baking {
         const std::vector<double> needed = all_needed(asked_error());
         const uint32_t more = std::min(2 * count, least_);
         const bool enough =
-            report_.passes.back().rms_relative <= kRoughCache || round == kMostRounds ||
+            report_.passes.back().rms_relative <= kRoughCache || round == kMaxRounds ||
             kReplicates * more * static_cast<double>(sums_.sites()) > kRoundShare * all_of(needed);
-        foretell(needed, enough ? work : all_sites({0, more}), 0);
+        predict_remaining(needed, enough ? work : all_sites({0, more}), 0);
         if (enough) return PassEnd::kComplete;
         count = more;
       }
@@ -218,11 +218,12 @@ class Baking {
     return sum;
   }
   // Filters narrow as samples come: what is denoised gains less from them.
-  double fall() const { return surface_ ? fall_.get() : 1; }
+  double fall() const { return surface_ ? convergence_.get() : 1; }
 
   // How long it will take from here, the next pass being of `work`: said with the last point, and while the
   // next pass runs. `kept`: share of the present samples that last.
-  void foretell(const std::vector<double>& needed, const std::vector<SiteSamples>& work, double kept) {
+  void predict_remaining(const std::vector<double>& needed, const std::vector<SiteSamples>& work,
+                         double kept) {
     double samples = 0, growth = 1;
     for (size_t i = 0; i < needed.size(); ++i) {
       const double have = kept * samples_[i], to = std::min<double>(needed[i], most_samples());
@@ -277,7 +278,7 @@ class Baking {
       error = affordable_error(state(), norm_, error, z_, most_samples(),
                                pace_.limit_left() * pace_.samples_per_second(), fall());
       report_.complete = reached_error(state(), norm_, z_) <= settings_.error;
-      if (pace_.limit_left() < kLeastPassSeconds) {
+      if (pace_.limit_left() < kMinPassSeconds) {
         report_.passes.back().seconds_left = budget_.seconds_after();
         return {};
       }
@@ -291,7 +292,7 @@ class Baking {
       most_ *= 4;
       return next_work(false);
     }
-    foretell(needed, work, 1);
+    predict_remaining(needed, work, 1);
     return work;
   }
 
@@ -374,7 +375,7 @@ class Baking {
     b.rays = f.rays;
     b.rays_per_second = pace_.seconds() > 0 ? static_cast<double>(f.rays) / pace_.seconds() : 0;
     b.workers = f.workers;
-    pace_.heard_of_threads(f.threads);
+    pace_.set_thread_count(f.threads);
     b.converged_share = report_.passes.empty() ? 0 : report_.passes.back().converged_share;
     b.seconds_left = pace_.seconds_left(b.done);
     if (b.seconds_left >= 0) b.seconds_left += budget_.seconds_after();
@@ -430,7 +431,7 @@ class Baking {
       if (is_limited()) errors.mean = neighbourhood_means(statistics, charts_);
     }
     if (grew_ && filters == filtered_)
-      fall_.observe(state(), {errors.mean, errors.standard_error, statistics.samples});
+      convergence_.observe(state(), {errors.mean, errors.standard_error, statistics.samples});
     grew_ = true;
     filtered_ = filters;
     errors_ = std::move(errors);
@@ -486,7 +487,7 @@ class Baking {
   TexelErrors errors_;
   std::vector<float> first_cache_error_;
   std::vector<uint32_t> samples_;  // by site, of each replicate
-  ErrorFall fall_;
+  ConvergenceRate convergence_;
   bool filtered_ = false;    // the present errors are of filtered texels
   bool grew_ = false;        // the next record is of the same samples and more
   bool whole_ = true;        // every chart has met its first look

@@ -6,9 +6,9 @@
 // are replaced by, and the error of the first cache is shared by all texels that see it.
 #pragma once
 
-#include "coordinator/denoise/coarse.h"
-#include "coordinator/estimate/texel_errors.h"
-#include "coordinator/merge/accumulator.h"
+#include "coordinator/bake/denoise/coarse.h"
+#include "coordinator/bake/merge/accumulator.h"
+#include "coordinator/bake/sampling/texel_errors.h"
 #include "coordinator/run/bake_run.h"
 #include "coordinator/run/time_budget.h"
 

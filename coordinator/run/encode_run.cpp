@@ -7,18 +7,18 @@
 #include "common/base/files.h"
 #include "common/base/format.h"
 #include "common/base/json.h"
-#include "common/basis/basis.h"
-#include "coordinator/chart_table/chart_table.h"
-#include "coordinator/collapse/same_charts.h"
-#include "coordinator/imageio/exr.h"
+#include "common/responses/basis.h"
+#include "coordinator/bake/collapse/same_charts.h"
+#include "coordinator/output/chart_table/chart_table.h"
 #include "coordinator/report/texture_report.h"
+#include "coordinator/scene/imageio/exr.h"
 
 namespace kiln {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr uint64_t kMostReportBytes = uint64_t{1} << 28;
+constexpr uint64_t kMaxReportBytes = uint64_t{1} << 28;
 
 tl::unexpected<Error> refuse(std::string why) {
   return fail(ErrorKind::kInvalidInput, std::move(why));
@@ -26,7 +26,7 @@ tl::unexpected<Error> refuse(std::string why) {
 
 Expected<JsonValue> report_of(const fs::path& folder) {
   const fs::path path = folder / "report.json";
-  const auto text_of = read_file(path, kMostReportBytes);
+  const auto text_of = read_file(path, kMaxReportBytes);
   if (!text_of)
     return refuse(text("{}: it is no output folder of a bake: {}", folder.string(), text_of.error().message));
   auto json = parse_json(std::string_view(reinterpret_cast<const char*>(text_of->data()), text_of->size()));
@@ -155,7 +155,7 @@ Status check_layout(const EncodeRequest& r, const Preflight& pre, const Lightmap
              r.scene.string(), r.from.string(), what));
   };
   if (pre.atlas.packed) {
-    const auto table = read_file(r.from / "charts.json", kMostReportBytes);
+    const auto table = read_file(r.from / "charts.json", kMaxReportBytes);
     const std::string own = charts_json(pre.imported.scene, pre.atlas);
     if (!table || sha256(*table) != sha256(std::as_bytes(std::span(own))))
       return other("charts.json differs");

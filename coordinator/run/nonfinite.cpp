@@ -25,7 +25,7 @@ void NonfiniteLog::add(const WorkUnit& unit, const UnitResult& result) {
   const auto at = std::upper_bound(places_.begin(), places_.end(), place,
                                    [&](const auto& a, const auto& b) { return order(a) < order(b); });
   places_.insert(at, std::move(place));
-  if (places_.size() > kMost) places_.pop_back();
+  if (places_.size() > kMax) places_.pop_back();
 }
 
 std::string NonfiniteLog::sentence() const {

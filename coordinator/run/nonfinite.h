@@ -13,13 +13,13 @@ class NonfiniteLog {
   NonfiniteLog(const Atlas& atlas, const Scene& scene) : atlas_(atlas), scene_(scene) {}
   void add(const WorkUnit& unit, const UnitResult& result);
   void clear() { count_ = 0, places_.clear(); }
-  // By texel, then sample, whatever the order of arrival; the first kMost of them.
+  // By texel, then sample, whatever the order of arrival; the first kMax of them.
   const std::vector<NonfinitePlace>& places() const { return places_; }
   // One sentence for the user; empty if all was finite.
   std::string sentence() const;
 
  private:
-  static constexpr size_t kMost = 16;
+  static constexpr size_t kMax = 16;
   const Atlas& atlas_;
   const Scene& scene_;
   uint64_t count_ = 0;

@@ -5,16 +5,16 @@
 #include "common/base/format.h"
 #include "common/base/parallel.h"
 #include "common/unwrap/unwrap_cache.h"
-#include "coordinator/chart_table/chart_table.h"
-#include "coordinator/density/density.h"
-#include "coordinator/imageio/imageio.h"
-#include "coordinator/lods/lods.h"
-#include "coordinator/plan/advice.h"
+#include "coordinator/bake/plan/advice.h"
+#include "coordinator/output/chart_table/chart_table.h"
+#include "coordinator/output/textures/textures.h"
 #include "coordinator/report/camera.h"
 #include "coordinator/report/density_view.h"
 #include "coordinator/run/bake_run.h"
-#include "coordinator/textures/textures.h"
-#include "coordinator/unseen/unseen.h"
+#include "coordinator/scene/density/density.h"
+#include "coordinator/scene/imageio/imageio.h"
+#include "coordinator/scene/lods/lods.h"
+#include "coordinator/scene/unseen/unseen.h"
 
 namespace kiln {
 namespace {

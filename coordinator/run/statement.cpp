@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "common/base/format.h"
-#include "coordinator/plan/allocation.h"
+#include "coordinator/bake/sampling/allocation.h"
 
 namespace kiln {
 namespace {

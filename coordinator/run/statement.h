@@ -1,7 +1,7 @@
 // What is said of a finished map as a whole: the figures that people read first.
 #pragma once
 
-#include "coordinator/estimate/texel_errors.h"
+#include "coordinator/bake/sampling/texel_errors.h"
 #include "coordinator/report/report.h"
 
 namespace kiln {

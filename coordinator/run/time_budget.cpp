@@ -12,7 +12,7 @@ namespace {
 constexpr double kDenoisePerSite[] = {10e-6, 4e-6, 2.4e-6, 1.0e-6};  // over luminance, by levels
 constexpr double kDenoisePerSmallSite = 5.5e-6;                      // of surfaces too small to join texels
 constexpr double kNeighboursPerSite = 2e-6;                          // at least; many small charts take more
-constexpr double kLeastForPasses = 0.05;                             // of the limit
+constexpr double kMinForPasses = 0.05;                               // of the limit
 constexpr double kPlanesShare = 2.5;                                 // over all planes, by that
 constexpr double kViewsShare = 0.05;                                 // of the limit
 constexpr double kDenoiseShare = 0.15;      // of the limit, at most: with less time it is coarser
@@ -74,7 +74,7 @@ bool TimeBudget::take_time_for_denoiser() {
   const double limit = request_.settings.time_limit;
   if (denoises_ && limit > 0) {
     const double neighbours = slowness_ * kNeighboursPerSite * sites_ / threads_;
-    denoises_ = seconds_left() - least_seconds_after() - neighbours > kLeastForPasses * limit;
+    denoises_ = seconds_left() - least_seconds_after() - neighbours > kMinForPasses * limit;
   }
   return denoises_;
 }

@@ -8,11 +8,11 @@
 #include "common/base/statistics.h"
 #include "common/job/irradiance_cache.h"
 #include "common/math/sequence.h"
-#include "coordinator/collapse/same_charts.h"
-#include "coordinator/estimate/texel_errors.h"
-#include "coordinator/merge/accumulator.h"
-#include "coordinator/plan/schedule.h"
-#include "coordinator/run/pace.h"
+#include "coordinator/bake/collapse/same_charts.h"
+#include "coordinator/bake/merge/accumulator.h"
+#include "coordinator/bake/sampling/pace.h"
+#include "coordinator/bake/sampling/schedule.h"
+#include "coordinator/bake/sampling/texel_errors.h"
 #include "coordinator/run/time_budget.h"
 
 namespace kiln {
@@ -123,11 +123,11 @@ double seconds_for_first_pass(const TwoPassTask& task, const Preflight& pre) {
 
 std::vector<uint8_t> collapse_of(const ChartsToSize& charts, const Atlas& first,
                                  std::span<const uint8_t> reasons) {
-  constexpr uint64_t kLeastTexels = 4;
+  constexpr uint64_t kMinTexels = 4;
   const std::vector<uint32_t> same = same_charts(first, charts.atlas);
   std::vector<uint8_t> out(same.size(), kNotCollapsed);
   for (size_t p = 0; p < same.size(); ++p)
-    if (same[p] != kNoChart && charts.texels[p] > kLeastTexels) out[p] = reasons[same[p]];
+    if (same[p] != kNoChart && charts.texels[p] > kMinTexels) out[p] = reasons[same[p]];
   return out;
 }
 

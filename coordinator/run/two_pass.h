@@ -3,8 +3,8 @@
 #pragma once
 
 #include "common/base/clock.h"
-#include "coordinator/collapse/judge.h"
-#include "coordinator/estimate/texel_errors.h"
+#include "coordinator/bake/collapse/judge.h"
+#include "coordinator/bake/sampling/texel_errors.h"
 #include "coordinator/run/workplace.h"
 
 namespace kiln {

@@ -2,8 +2,8 @@
 
 #include "common/base/files.h"
 #include "common/base/parallel.h"
-#include "common/basis/basis.h"
 #include "common/math/samplers.h"
+#include "common/responses/basis.h"
 #include "common/scene/prepared.h"
 
 namespace kiln {

@@ -13,8 +13,8 @@ Expected<uint64_t> ClientFiles::begin_upload(const Digest& digest, uint64_t size
   const std::lock_guard lock(mutex_);
   const auto it = uploads_.find(digest);
   if (it == uploads_.end()) {
-    if (uploads_.size() == kMostUploads)
-      return fail(ErrorKind::kUsage, text("at most {} uploads at a time: end one first", kMostUploads));
+    if (uploads_.size() == kMaxUploads)
+      return fail(ErrorKind::kUsage, text("at most {} uploads at a time: end one first", kMaxUploads));
     KILN_TRY(const uint64_t have, blobs_.begin(digest, size));
     if (!blobs_.has(digest)) uploads_[digest] = {size, have, std::nullopt};
     return have;
@@ -69,8 +69,8 @@ Status ClientFiles::finish_upload(const Digest& digest) {
 
 Status ClientFiles::allow_download(const Digest& digest, uint64_t from) {
   const std::lock_guard lock(mutex_);
-  if (downloads_.size() >= kMostDownloads && !downloads_.count(digest))
-    return fail(ErrorKind::kUsage, text("at most {} files may wait to be sent", kMostDownloads));
+  if (downloads_.size() >= kMaxDownloads && !downloads_.count(digest))
+    return fail(ErrorKind::kUsage, text("at most {} files may wait to be sent", kMaxDownloads));
   downloads_[digest] = from;
   return {};
 }

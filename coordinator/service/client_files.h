@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "common/wire/messages.h"
-#include "coordinator/queue/blobs.h"
+#include "coordinator/farm/queue/blobs.h"
 
 namespace kiln {
 
@@ -25,7 +25,7 @@ class ClientFiles {
   std::optional<uint64_t> take_download(const Digest& digest);  // where to begin; nothing: not allowed
 
  private:
-  static constexpr size_t kMostUploads = 16, kMostDownloads = 4096;
+  static constexpr size_t kMaxUploads = 16, kMaxDownloads = 4096;
   struct Upload {
     uint64_t size = 0, have = 0;
     std::optional<Error> error;

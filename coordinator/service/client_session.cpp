@@ -14,9 +14,9 @@
 namespace kiln {
 namespace {
 
-constexpr size_t kMostRequests = 32;
-constexpr size_t kMostWaitingBytes = 32u << 20;  // of requests and pieces that wait for a thread
-constexpr size_t kMostFiles = 4096;              // that wait to be sent
+constexpr size_t kMaxRequests = 32;
+constexpr size_t kMaxWaitingBytes = 32u << 20;  // of requests and pieces that wait for a thread
+constexpr size_t kMaxFiles = 4096;              // that wait to be sent
 constexpr size_t kReadBytes = 1u << 20;
 
 struct Download {
@@ -98,13 +98,13 @@ void ClientSession::on_request(Request request) {
   bool full = false;
   {
     const std::lock_guard lock(shared_->mutex);
-    full = shared_->requests >= kMostRequests || shared_->bytes + bytes > kMostWaitingBytes;
+    full = shared_->requests >= kMaxRequests || shared_->bytes + bytes > kMaxWaitingBytes;
   }
   if (full)
     return shared_->link->send(
         Reply{request.id, false, ErrorKind::kUnavailable,
-              text("more than {} requests, or {} MiB, wait already: wait for their replies", kMostRequests,
-                   kMostWaitingBytes >> 20)});
+              text("more than {} requests, or {} MiB, wait already: wait for their replies", kMaxRequests,
+                   kMaxWaitingBytes >> 20)});
   give(std::move(request), bytes);
 }
 
@@ -113,13 +113,13 @@ void ClientSession::on_piece(ChunkPiece piece) {
   bool full = false;
   {
     const std::lock_guard lock(shared_->mutex);
-    full = shared_->bytes + piece.bytes.size() > kMostWaitingBytes;
+    full = shared_->bytes + piece.bytes.size() > kMaxWaitingBytes;
   }
   if (full)
     return shared_->files.refuse_piece(piece.id,
                                        text("pieces come faster than the disk takes them: at most {} MiB "
                                             "may be under way",
-                                            kMostWaitingBytes >> 20));
+                                            kMaxWaitingBytes >> 20));
   const size_t bytes = piece.bytes.size();
   give(std::move(piece), bytes);
 }
@@ -129,8 +129,8 @@ Status ClientSession::on_chunk_request(ChunkRequest request) {
     const auto from = shared_->files.take_download(digest);
     if (!from)
       return fail(ErrorKind::kUsage, "a file was asked for that was not fetched by its job and path before");
-    if (shared_->downloads.size() >= kMostFiles)
-      return fail(ErrorKind::kUsage, text("more than {} files were asked for at once", kMostFiles));
+    if (shared_->downloads.size() >= kMaxFiles)
+      return fail(ErrorKind::kUsage, text("more than {} files were asked for at once", kMaxFiles));
     shared_->downloads.push_back({digest, *from});
   }
   shared_->read_next();

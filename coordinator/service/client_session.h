@@ -7,7 +7,7 @@
 #include <mutex>
 #include <variant>
 
-#include "coordinator/dispatch/client_talk.h"
+#include "coordinator/farm/dispatch/client_talk.h"
 #include "coordinator/service/client_files.h"
 #include "coordinator/service/people.h"
 

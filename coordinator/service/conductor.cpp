@@ -4,11 +4,11 @@
 
 #include "common/base/format.h"
 #include "common/base/log.h"
+#include "coordinator/farm/snapshot/snapshot.h"
 #include "coordinator/service/job_settings.h"
 #include "coordinator/service/service_impl.h"
 #include "coordinator/service/turn.h"
 #include "coordinator/service/unix_time.h"
-#include "coordinator/snapshot/snapshot.h"
 
 namespace kiln {
 namespace fs = std::filesystem;

@@ -10,7 +10,7 @@
 namespace kiln {
 namespace {
 
-constexpr size_t kMostEvents = 1000;
+constexpr size_t kMaxEvents = 1000;
 
 void write_files(JsonWriter& w, const char* name, const std::vector<FileRecord>& files) {
   w.key(name).begin_array();
@@ -149,7 +149,7 @@ std::string status_document(ServiceImpl& service) {
 }
 
 std::string events_document(ServiceImpl& service, uint64_t cursor, JobId job) {
-  const std::vector<ServiceEvent> events = service.events().since(cursor, job, kMostEvents);
+  const std::vector<ServiceEvent> events = service.events().since(cursor, job, kMaxEvents);
   JsonWriter w;
   w.begin_object().key("events").begin_array();
   for (const ServiceEvent& e : events)

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "common/base/json.h"
-#include "coordinator/queue/records.h"
+#include "coordinator/farm/queue/records.h"
 
 namespace kiln {
 

@@ -9,8 +9,8 @@
 #include <mutex>
 #include <thread>
 
-#include "coordinator/dispatch/result_store.h"
-#include "coordinator/queue/store.h"
+#include "coordinator/farm/dispatch/result_store.h"
+#include "coordinator/farm/queue/store.h"
 
 namespace kiln {
 

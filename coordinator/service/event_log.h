@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "coordinator/ledger/rules.h"
+#include "coordinator/farm/ledger/rules.h"
 
 namespace kiln {
 
@@ -24,7 +24,7 @@ class EventLog {
 
   void add(int64_t at_ms, JobId job, std::string text) {
     const std::lock_guard lock(mutex_);
-    if (events_.size() == kMost) events_.pop_front();
+    if (events_.size() == kMax) events_.pop_front();
     events_.push_back({next_++, at_ms, job, std::move(text)});
   }
   // From `cursor` on, of one job or (0) all, at most `most`; `cursor` becomes the place to go on from.
@@ -44,7 +44,7 @@ class EventLog {
   }
 
  private:
-  static constexpr size_t kMost = 4096;
+  static constexpr size_t kMax = 4096;
   mutable std::mutex mutex_;
   std::deque<ServiceEvent> events_;
   uint64_t next_;

@@ -9,7 +9,7 @@ namespace kiln {
 namespace {
 
 using Kind = JsonValue::Kind;
-constexpr uint64_t kMostId = uint64_t{1} << 62;
+constexpr uint64_t kMaxId = uint64_t{1} << 62;
 
 tl::unexpected<Error> wrong(const char* name, const std::string& what) {
   return fail(ErrorKind::kInvalidInput, text("'{}' {}", name, what));
@@ -72,7 +72,7 @@ Expected<std::vector<uint64_t>> ids_field(const JsonValue& document, const char*
   if (value->items.size() > most)
     return wrong(name, text("has {} elements: {} are allowed", value->items.size(), most));
   for (const JsonValue& item : value->items) {
-    KILN_TRY(const int64_t id, whole_number(item, name, 1, static_cast<int64_t>(kMostId)));
+    KILN_TRY(const int64_t id, whole_number(item, name, 1, static_cast<int64_t>(kMaxId)));
     ids.push_back(static_cast<uint64_t>(id));
   }
   return ids;

@@ -4,7 +4,7 @@
 
 #include "common/base/format.h"
 #include "common/base/json.h"
-#include "coordinator/snapshot/option_files.h"
+#include "coordinator/farm/snapshot/option_files.h"
 
 namespace kiln {
 namespace {

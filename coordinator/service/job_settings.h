@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "common/job/settings.h"
-#include "coordinator/queue/records.h"
+#include "coordinator/farm/queue/records.h"
 
 namespace kiln {
 

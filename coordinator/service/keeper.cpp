@@ -14,7 +14,7 @@ constexpr auto kLook = std::chrono::seconds(1);
 constexpr int64_t kCollectMs = 3'600'000, kDayMs = 86'400'000;
 // So often that power cuts in a row do not end a job, so seldom that a scene that brings the coordinator down
 // does not keep the others from their turn for long.
-constexpr uint32_t kMostPreparations = 10;
+constexpr uint32_t kMaxPreparations = 10;
 constexpr const char* kGivenUp = "the coordinator died ten times in a row while preparing or publishing it";
 
 }  // namespace
@@ -92,7 +92,7 @@ void ServiceImpl::begin_jobs() {
     // Counted before it begins: a job that brings the coordinator down must not do so for ever.
     bool given_up = false;
     const Status s = store_->change(id, [&](JobRecord& job) -> Status {
-      given_up = job.preparations >= kMostPreparations;
+      given_up = job.preparations >= kMaxPreparations;
       if (job.state != JobState::kQueued || job.paused)
         return fail(ErrorKind::kUsage, "it was changed meanwhile");
       job.state = given_up ? JobState::kFailed : JobState::kPreparing;

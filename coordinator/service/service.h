@@ -7,8 +7,8 @@
 #include <memory>
 #include <string>
 
-#include "coordinator/dispatch/farm.h"
-#include "coordinator/queue/store.h"
+#include "coordinator/farm/dispatch/farm.h"
+#include "coordinator/farm/queue/store.h"
 
 namespace kiln {
 
@@ -33,7 +33,7 @@ class Service {
   // a job still runs after `patience`: everything durable is safe, the process may end.
   virtual bool stop(std::chrono::milliseconds patience) = 0;
 
-  // Read-only, for HTTP (coordinator/web); from any thread.
+  // Read-only, for HTTP (coordinator/farm/web); from any thread.
   virtual FarmStatus farm_status() = 0;
   virtual std::vector<JobRecord> jobs() = 0;  // by id
   virtual std::optional<JobRecord> job(JobId id) = 0;

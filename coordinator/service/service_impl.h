@@ -10,7 +10,7 @@
 #include <optional>
 #include <thread>
 
-#include "coordinator/queue/blobs.h"
+#include "coordinator/farm/queue/blobs.h"
 #include "coordinator/run/bake_run.h"
 #include "coordinator/service/durable_results.h"
 #include "coordinator/service/event_log.h"

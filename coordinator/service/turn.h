@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "coordinator/queue/records.h"
+#include "coordinator/farm/queue/records.h"
 
 namespace kiln {
 

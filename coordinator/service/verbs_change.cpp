@@ -6,11 +6,11 @@
 namespace kiln {
 namespace {
 
-constexpr int64_t kMostId = int64_t{1} << 62;
+constexpr int64_t kMaxId = int64_t{1} << 62;
 
 // The job that is meant, if it is the caller's to change.
 Expected<JobId> own_job(const Ask& ask) {
-  KILN_TRY(const int64_t number, number_field(ask.document, "id", 1, kMostId));
+  KILN_TRY(const int64_t number, number_field(ask.document, "id", 1, kMaxId));
   const auto id = static_cast<JobId>(number);
   const auto job = ask.service.store().job(id);
   if (!job) return fail(ErrorKind::kInvalidInput, text("there is no job {}", id));

@@ -1,7 +1,7 @@
 #include <ctime>
 
 #include "common/base/format.h"
-#include "coordinator/authority/tokens.h"
+#include "coordinator/farm/authority/tokens.h"
 #include "coordinator/service/documents.h"
 #include "coordinator/service/fields.h"
 #include "coordinator/service/service_impl.h"
@@ -11,7 +11,7 @@
 namespace kiln {
 namespace {
 
-constexpr int64_t kMostId = int64_t{1} << 62;
+constexpr int64_t kMaxId = int64_t{1} << 62;
 
 std::string lines_document(const std::vector<std::string>& lines) {
   JsonWriter w;
@@ -59,8 +59,8 @@ Expected<std::string> verb_why(const Ask& ask) {
   KILN_TRY_STATUS(only_fields(ask.document, {"job", "unit", "worker"}));
   KILN_TRY(const std::string worker, text_field(ask.document, "worker", 256, ""));
   if (!worker.empty()) return lines_document(ask.service.farm().why_worker(worker));
-  KILN_TRY(const int64_t number, number_field(ask.document, "job", 1, kMostId));
-  KILN_TRY(const int64_t unit, number_field(ask.document, "unit", 0, kMostId, -1));
+  KILN_TRY(const int64_t number, number_field(ask.document, "job", 1, kMaxId));
+  KILN_TRY(const int64_t unit, number_field(ask.document, "unit", 0, kMaxId, -1));
   const auto id = static_cast<JobId>(number);
   const auto job = ask.service.store().job(id);
   if (!job) return fail(ErrorKind::kInvalidInput, text("there is no job {}", id));
@@ -100,8 +100,8 @@ Expected<std::string> verb_status(const Ask& ask) {
 
 Expected<std::string> verb_events(const Ask& ask) {
   KILN_TRY_STATUS(only_fields(ask.document, {"since", "job"}));
-  KILN_TRY(const int64_t since, number_field(ask.document, "since", 0, kMostId, 0));
-  KILN_TRY(const int64_t job, number_field(ask.document, "job", 0, kMostId, 0));
+  KILN_TRY(const int64_t since, number_field(ask.document, "since", 0, kMaxId, 0));
+  KILN_TRY(const int64_t job, number_field(ask.document, "job", 0, kMaxId, 0));
   return events_document(ask.service, static_cast<uint64_t>(since), static_cast<JobId>(job));
 }
 

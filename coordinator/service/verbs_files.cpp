@@ -9,7 +9,7 @@
 namespace kiln {
 namespace {
 
-constexpr int64_t kMostId = int64_t{1} << 62, kMostSize = int64_t{1} << 40;
+constexpr int64_t kMaxId = int64_t{1} << 62, kMaxSize = int64_t{1} << 40;
 
 }  // namespace
 
@@ -18,7 +18,7 @@ constexpr int64_t kMostId = int64_t{1} << 62, kMostSize = int64_t{1} << 40;
 Expected<std::string> verb_upload(const Ask& ask) {
   KILN_TRY_STATUS(only_fields(ask.document, {"digest", "size"}));
   KILN_TRY(const Digest digest, digest_field(ask.document, "digest"));
-  KILN_TRY(const int64_t size, number_field(ask.document, "size", 0, kMostSize));
+  KILN_TRY(const int64_t size, number_field(ask.document, "size", 0, kMaxSize));
   KILN_TRY(const uint64_t offset, ask.files.begin_upload(digest, static_cast<uint64_t>(size)));
   return JsonWriter().begin_object().pair("offset", offset).end_object().take();
 }
@@ -35,9 +35,9 @@ Expected<std::string> verb_uploaded(const Ask& ask) {
 // and is answered with its bytes from there on.
 Expected<std::string> verb_fetch(const Ask& ask) {
   KILN_TRY_STATUS(only_fields(ask.document, {"id", "path", "from"}));
-  KILN_TRY(const int64_t id, number_field(ask.document, "id", 1, kMostId));
+  KILN_TRY(const int64_t id, number_field(ask.document, "id", 1, kMaxId));
   KILN_TRY(const std::string path, text_field(ask.document, "path", 4096, ""));
-  KILN_TRY(const int64_t from, number_field(ask.document, "from", 0, kMostSize, 0));
+  KILN_TRY(const int64_t from, number_field(ask.document, "from", 0, kMaxSize, 0));
   const auto job = ask.service.store().job(static_cast<JobId>(id));
   if (!job) return fail(ErrorKind::kInvalidInput, text("there is no job {}", id));
   if (job->state != JobState::kDone)

@@ -12,17 +12,17 @@
 namespace kiln {
 namespace {
 
-constexpr int64_t kMostId = int64_t{1} << 62, kMostSize = int64_t{1} << 40;
-constexpr size_t kMostInputs = 20000;  // so that the manifest fits a request
+constexpr int64_t kMaxId = int64_t{1} << 62, kMaxSize = int64_t{1} << 40;
+constexpr size_t kMaxInputs = 20000;  // so that the manifest fits a request
 constexpr size_t kMaxText = 256, kMaxPath = 4096;
 
 Expected<std::vector<FileRecord>> read_inputs(const JsonValue& document) {
   const JsonValue* list = document.find("inputs");
   if (!list || list->kind != JsonValue::Kind::kList)
     return fail(ErrorKind::kInvalidInput, "'inputs' must be a list of files");
-  if (list->items.empty() || list->items.size() > kMostInputs)
+  if (list->items.empty() || list->items.size() > kMaxInputs)
     return fail(ErrorKind::kInvalidInput,
-                text("'inputs' has {} files: 1 to {} are allowed", list->items.size(), kMostInputs));
+                text("'inputs' has {} files: 1 to {} are allowed", list->items.size(), kMaxInputs));
   std::vector<FileRecord> files;
   for (const JsonValue& item : list->items) {
     if (const Status s = only_fields(item, {"path", "digest", "size"}); !s)
@@ -30,7 +30,7 @@ Expected<std::vector<FileRecord>> read_inputs(const JsonValue& document) {
     FileRecord file;
     KILN_TRY(file.path, text_field(item, "path", kMaxPath));
     KILN_TRY(file.digest, digest_field(item, "digest"));
-    KILN_TRY(const int64_t size, number_field(item, "size", 0, kMostSize));
+    KILN_TRY(const int64_t size, number_field(item, "size", 0, kMaxSize));
     file.size = static_cast<uint64_t>(size);
     files.push_back(std::move(file));
   }
@@ -101,14 +101,14 @@ Expected<std::string> verb_submit(const Ask& ask) {
 
 Expected<std::string> verb_jobs(const Ask& ask) {
   KILN_TRY_STATUS(only_fields(ask.document, {"before", "most"}));
-  KILN_TRY(const int64_t before, number_field(ask.document, "before", 0, kMostId, 0));
+  KILN_TRY(const int64_t before, number_field(ask.document, "before", 0, kMaxId, 0));
   KILN_TRY(const int64_t most, number_field(ask.document, "most", 1, 1000, 200));
   return jobs_document(ask.service, {static_cast<JobId>(before), static_cast<size_t>(most)});
 }
 
 Expected<std::string> verb_job(const Ask& ask) {
   KILN_TRY_STATUS(only_fields(ask.document, {"id"}));
-  KILN_TRY(const int64_t id, number_field(ask.document, "id", 1, kMostId));
+  KILN_TRY(const int64_t id, number_field(ask.document, "id", 1, kMaxId));
   return job_document(ask.service, static_cast<JobId>(id));
 }
 

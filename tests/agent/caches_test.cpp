@@ -5,7 +5,7 @@
 #include <limits>
 #include <thread>
 
-#include "common/basis/basis.h"
+#include "common/responses/basis.h"
 #include "tests/farm/stub_caches.h"
 #include "tests/farm/worker_process.h"
 

@@ -86,14 +86,14 @@ TEST(DiskCache, TheChunksUsedLongestAgoGo) {
 
 TEST(DiskCache, TheBoundHoldsWhileItIsWritten) {
   const TempDir dir;
-  constexpr uint64_t kMost = 160000;
-  const auto cache = DiskCache::open(dir.path(), kMost);
+  constexpr uint64_t kMax = 160000;
+  const auto cache = DiskCache::open(dir.path(), kMax);
   for (int i = 0; i < 100; ++i) {
     const Bytes bytes = filled(5000, i);
     cache->write(sha256(bytes), bytes);
-    EXPECT_LE(files_in(dir.path()) * 5000, kMost + kMost / 16 + 5000);
+    EXPECT_LE(files_in(dir.path()) * 5000, kMax + kMax / 16 + 5000);
   }
-  const Bytes large = filled(kMost + 1, 200);
+  const Bytes large = filled(kMax + 1, 200);
   cache->write(sha256(large), large);
   EXPECT_FALSE(cache->read(sha256(large)));
 }

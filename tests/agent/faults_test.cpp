@@ -1,5 +1,5 @@
 // The stub worker misbehaves as it is told: what tests of the coordinator rely on.
-#include "common/basis/basis.h"
+#include "common/responses/basis.h"
 #include "tests/farm/stub_bake.h"
 #include "tests/farm/worker_process.h"
 

@@ -4,7 +4,7 @@
 #include <fstream>
 
 #include "common/base/files.h"
-#include "common/basis/basis.h"
+#include "common/responses/basis.h"
 #include "tests/farm/stub_caches.h"
 #include "tests/farm/worker_process.h"
 

@@ -4,7 +4,7 @@
 
 #include "common/base/check.h"
 #include "common/base/parallel.h"
-#include "common/basis/basis.h"
+#include "common/responses/basis.h"
 
 namespace kiln::test {
 namespace {

@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "common/atlas/atlas.h"
-#include "coordinator/merge/accumulator.h"
+#include "coordinator/bake/merge/accumulator.h"
 #include "worker/bake/baker.h"
 
 namespace kiln::test {

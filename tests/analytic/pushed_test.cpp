@@ -1,6 +1,6 @@
 // Texels whose sites lie inside other geometry. The sky is 1 and nothing reflects, so that E is pi times the
 // visible share: at least pi/2 beside a wall of any height, and what back faces darken lies below.
-#include "common/basis/basis.h"
+#include "common/responses/basis.h"
 #include "tests/analytic/in_process.h"
 #include "tests/analytic/scene_maker.h"
 

@@ -1,6 +1,6 @@
 // E(n) rebuilt from L1 moments against quadrature of the same reconstruction, for radiances whose L1
 // projection over the hemisphere is known.
-#include "common/basis/basis.h"
+#include "common/responses/basis.h"
 #include "tests/analytic/in_process.h"
 #include "tests/analytic/scene_maker.h"
 

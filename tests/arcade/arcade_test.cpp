@@ -3,7 +3,7 @@
 #include <set>
 
 #include "common/base/files.h"
-#include "coordinator/import/import.h"
+#include "coordinator/scene/import/import.h"
 #include "tests/support/paths.h"
 
 namespace kiln {

@@ -2,7 +2,7 @@
 #include <cstring>
 #include <fstream>
 
-#include "coordinator/import/import.h"
+#include "coordinator/scene/import/import.h"
 #include "tests/support/paths.h"
 
 namespace kiln {

@@ -1,5 +1,5 @@
 // ASTC through libastcenc: what goes in comes out within the format's error, for any size and any threads.
-#include "coordinator/astc/astc.h"
+#include "coordinator/output/astc/astc.h"
 
 #include <algorithm>
 #include <limits>

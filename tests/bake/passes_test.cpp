@@ -4,9 +4,9 @@
 #include <map>
 #include <set>
 
-#include "common/basis/basis.h"
 #include "common/job/irradiance_cache.h"
 #include "common/math/sequence.h"
+#include "common/responses/basis.h"
 #include "coordinator/run/bake_run.h"
 #include "tests/bake/scene_gltf.h"
 

@@ -3,7 +3,7 @@
 #include "common/base/check.h"
 #include "common/base/files.h"
 #include "common/base/json.h"
-#include "coordinator/document/gltf_document.h"
+#include "coordinator/scene/document/gltf_document.h"
 #include "tests/analytic/scene_maker.h"
 
 namespace kiln::test {

@@ -8,8 +8,8 @@
 #include <ctime>
 #include <string>
 
-#include "coordinator/blocks/blocks.h"
-#include "coordinator/imageio/exr.h"
+#include "coordinator/output/blocks/blocks.h"
+#include "coordinator/scene/imageio/exr.h"
 
 namespace kiln {
 namespace {

@@ -3,10 +3,10 @@
 // NAME=VALUE: settings by their names of the job file (texels_per_metre=8 environment=1,1,1 ...), and
 //   sites=N   so many texels that lie together (30000), `at`=0..1 where in the order of the atlas (0.5)
 //   reference=N  samples a replicate of the reference (256)
-//   views=0|1    links between texels that see other things are parted (1; coordinator/neighbours/views.h)
-//   worst=N      names so many texels with the largest relative errors (0)
-//   levels=N     texels are joined so many times two by two (-1: as a bake does;
-//   coordinator/denoise/coarse.h)
+//   views=0|1    links between texels that see other things are parted (1;
+//   coordinator/bake/neighbours/views.h) worst=N      names so many texels with the largest relative errors
+//   (0) levels=N     texels are joined so many times two by two (-1: as a bake does;
+//   coordinator/bake/denoise/coarse.h)
 // The samples are kept in FOLDER, so that a second run only filters. Prints relMSE raw and denoised, their
 // ratio, SSIM, coverage of 95 % and true / stated error, and writes pictures of the atlas around the texels.
 #include <chrono>
@@ -17,13 +17,13 @@
 #include "common/base/files.h"
 #include "common/base/format.h"
 #include "common/base/parallel.h"
-#include "coordinator/denoise/coarse.h"
-#include "coordinator/estimate/texel_errors.h"
-#include "coordinator/imageio/imageio.h"
-#include "coordinator/merge/accumulator.h"
-#include "coordinator/neighbours/pieces.h"
-#include "coordinator/neighbours/views.h"
+#include "coordinator/bake/denoise/coarse.h"
+#include "coordinator/bake/merge/accumulator.h"
+#include "coordinator/bake/neighbours/pieces.h"
+#include "coordinator/bake/neighbours/views.h"
+#include "coordinator/bake/sampling/texel_errors.h"
 #include "coordinator/run/bake_run.h"
+#include "coordinator/scene/imageio/imageio.h"
 #include "worker/bake/baker.h"
 
 namespace kiln {

@@ -7,8 +7,8 @@
 #include <filesystem>
 
 #include "common/base/format.h"
-#include "coordinator/denoise/denoise.h"
-#include "coordinator/imageio/imageio.h"
+#include "coordinator/bake/denoise/denoise.h"
+#include "coordinator/scene/imageio/imageio.h"
 #include "tests/denoise/replicates.h"
 #include "tests/denoise/scenes.h"
 #include "tests/leaks/leak_scenes.h"

@@ -13,11 +13,11 @@
 #include <string>
 
 #include "common/base/files.h"
-#include "coordinator/astc/astc.h"
-#include "coordinator/blocks/blocks.h"
-#include "coordinator/container/container.h"
-#include "coordinator/imageio/exr.h"
-#include "coordinator/imageio/imageio.h"
+#include "coordinator/output/astc/astc.h"
+#include "coordinator/output/blocks/blocks.h"
+#include "coordinator/output/container/container.h"
+#include "coordinator/scene/imageio/exr.h"
+#include "coordinator/scene/imageio/imageio.h"
 
 namespace kiln {
 namespace {

@@ -12,8 +12,8 @@
 
 #include "common/base/check.h"
 #include "common/base/format.h"
-#include "common/basis/basis.h"
-#include "coordinator/dispatch/farm.h"
+#include "common/responses/basis.h"
+#include "coordinator/farm/dispatch/farm.h"
 #include "tests/bench/share_error.h"
 #include "tests/bench/spool_results.h"
 #include "tests/bench/stub_peers.h"

@@ -9,7 +9,7 @@
 #include "common/base/files.h"
 #include "common/raster/bit_image.h"
 #include "common/raster/footprint.h"
-#include "coordinator/import/import.h"
+#include "coordinator/scene/import/import.h"
 #include "tests/unwrap/hard_meshes.h"
 
 namespace kiln {

@@ -2,8 +2,8 @@
 // outside, so that something is to be seen; before and after, side by side.
 #include <cstdio>
 
-#include "coordinator/imageio/imageio.h"
 #include "coordinator/report/preview.h"
+#include "coordinator/scene/imageio/imageio.h"
 #include "tests/leaks/leak_bake.h"
 #include "tests/leaks/leak_scenes.h"
 

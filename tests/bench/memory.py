@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Most memory that a texel takes: memory.py BUILD_FOLDER [SCENE]. Bakes at two densities, without and with the
 denoiser, and prints the slope of the peak resident set of coordinator and worker over sampled texels: what
-texel_memory() in coordinator/plan/plan.cpp says."""
+texel_memory() in coordinator/bake/plan/plan.cpp says."""
 import json
 import os
 import subprocess

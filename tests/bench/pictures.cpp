@@ -5,11 +5,11 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "coordinator/imageio/imageio.h"
 #include "coordinator/report/camera.h"
 #include "coordinator/report/density_view.h"
 #include "coordinator/report/report_pictures.h"
 #include "coordinator/run/bake_run.h"
+#include "coordinator/scene/imageio/imageio.h"
 
 namespace kiln {
 namespace {

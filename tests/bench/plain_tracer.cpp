@@ -15,8 +15,8 @@
 #include "common/base/format.h"
 #include "common/base/json.h"
 #include "common/base/parallel.h"
-#include "coordinator/imageio/exr.h"
 #include "coordinator/run/bake_run.h"
+#include "coordinator/scene/imageio/exr.h"
 #include "worker/accel/embree_api.h"
 
 namespace kiln {

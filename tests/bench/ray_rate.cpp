@@ -9,7 +9,7 @@
 #include "common/atlas/site_picker.h"
 #include "common/base/clock.h"
 #include "common/base/format.h"
-#include "coordinator/import/import.h"
+#include "coordinator/scene/import/import.h"
 #include "worker/integrators/integrator.h"
 
 namespace kiln {
@@ -86,7 +86,7 @@ double run_integrator(const Workload& w, const Tracer& tracer) {
         }
         integrator->sample(std::span(tasks, count), *workspace);
         for (size_t t = 0; t < count; ++t)
-          for (int k = 0; k < tasks[t].splats.count; ++k) sum += tasks[t].splats.items[k].contribution.x;
+          for (int k = 0; k < tasks[t].radiance.count; ++k) sum += tasks[t].radiance.items[k].contribution.x;
       }
     }
   return sum;

@@ -6,11 +6,11 @@
 #include <cstdio>
 
 #include "common/base/format.h"
-#include "coordinator/compare/measures.h"
-#include "coordinator/imageio/exr.h"
-#include "coordinator/output/context.h"
+#include "coordinator/bake/seams/join.h"
+#include "coordinator/measure/compare/measures.h"
+#include "coordinator/output/context/context.h"
 #include "coordinator/run/bake_run.h"
-#include "coordinator/seams/join.h"
+#include "coordinator/scene/imageio/exr.h"
 
 namespace kiln {
 namespace {

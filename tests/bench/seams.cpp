@@ -8,10 +8,10 @@
 
 #include "common/base/clock.h"
 #include "common/base/format.h"
-#include "coordinator/imageio/imageio.h"
-#include "coordinator/post/stage.h"
+#include "coordinator/bake/post/stage.h"
+#include "coordinator/bake/seams/join.h"
 #include "coordinator/report/preview.h"
-#include "coordinator/seams/join.h"
+#include "coordinator/scene/imageio/imageio.h"
 #include "tests/seams/baked_room.h"
 #include "tests/seams/pieces.h"
 #include "tests/seams/plain_seams.h"

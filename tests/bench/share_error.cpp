@@ -9,7 +9,7 @@
 #include "common/base/check.h"
 #include "common/base/clock.h"
 #include "common/base/format.h"
-#include "coordinator/ledger/farm_ledger.h"
+#include "coordinator/farm/ledger/farm_ledger.h"
 
 namespace kiln::bench {
 namespace {

@@ -71,7 +71,7 @@ class BareIntegrator final : public Integrator {
   };
   void gather(Wave& w, std::span<Task> tasks, uint32_t first_dimension, bool texel) const;
   void finish(const Path& p, Task& task) const {
-    if (!(max_component(p.sum) <= 0.0f)) task.splats.add(p.first_direction, p.sum / p.first_pdf);
+    if (!(max_component(p.sum) <= 0.0f)) task.radiance.add(p.first_direction, p.sum / p.first_pdf);
   }
   const Workload& w_;
   Vec3 albedo_;
@@ -93,11 +93,11 @@ void BareIntegrator::gather(Wave& w, std::span<Task> tasks, uint32_t first_dimen
   w_.tracer->transmittance(std::span(w.rays, shadows), w.passed);
   for (size_t k = 0; k < shadows; ++k) {
     Task& task = tasks[w.shadow_path[k]];
-    ++task.splats.rays;
+    ++task.radiance.rays;
     if (!(max_component(w.passed[k]) > 0.0f)) continue;
     Path& p = w.paths[w.shadow_path[k]];
     if (texel)
-      task.splats.add(w.rays[k].direction, w.light[k] * w.passed[k]);
+      task.radiance.add(w.rays[k].direction, w.light[k] * w.passed[k]);
     else
       p.sum += p.throughput * (w.light[k] * w.passed[k]);
   }
@@ -131,7 +131,7 @@ void BareIntegrator::sample(std::span<Task> tasks, Workspace& workspace, const K
     for (size_t k = 0; k < w.count; ++k) {
       Path& p = w.paths[w.live[k]];
       Task& task = tasks[w.live[k]];
-      ++task.splats.rays;
+      ++task.radiance.rays;
       w.hits[w.live[k]] = w_.tracer->intersect({offset_origin(p.position, p.ng, p.error), p.direction},
                                                task.stream.bits(here));
       const Hit& hit = w.hits[w.live[k]];
@@ -146,7 +146,7 @@ void BareIntegrator::sample(std::span<Task> tasks, Workspace& workspace, const K
       if (goes_on) {
         const SurfacePoint at = w_.surfaces->at(hit.instance, hit.triangle, hit.b1, hit.b2);
         if (dot(p.direction, at.ng) > 0.0f) {
-          if (bounces == 0) tasks[i].splats.inside = true;
+          if (bounces == 0) tasks[i].radiance.inside = true;
           goes_on = false;
         } else {
           p.position = at.position, p.ng = at.ng, p.error = at.error;
@@ -204,8 +204,8 @@ double run(const Workload& w, const Integrator& integrator, double& sum) {
       }
       integrator.sample(tasks, *workspace);
       for (const Task& task : tasks)
-        for (int i = 0; i < task.splats.count; ++i)
-          sum += task.splats.items[i].contribution.x * task.splats.items[i].direction.y;
+        for (int i = 0; i < task.radiance.count; ++i)
+          sum += task.radiance.items[i].contribution.x * task.radiance.items[i].direction.y;
     }
   }
   return watch.seconds();

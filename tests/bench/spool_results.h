@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <memory>
 
-#include "coordinator/dispatch/farm.h"
+#include "coordinator/farm/dispatch/farm.h"
 #include "coordinator/service/durable_results.h"
 
 namespace kiln::bench {

@@ -6,7 +6,7 @@
 #include <fstream>
 
 #include "common/unwrap/charts.h"
-#include "coordinator/import/import.h"
+#include "coordinator/scene/import/import.h"
 #include "tests/unwrap/solids.h"
 
 namespace kiln {

@@ -8,7 +8,7 @@
 #include "common/base/clock.h"
 #include "common/wire/limits.h"
 #include "common/wire/listener.h"
-#include "coordinator/authority/authority.h"
+#include "coordinator/farm/authority/authority.h"
 
 namespace kiln {
 namespace {

@@ -1,5 +1,5 @@
 // BC1: the decoder against OpenImageIO's, bit for bit, and the encoder.
-#include "coordinator/blocks/bc1.h"
+#include "coordinator/output/blocks/bc1.h"
 
 #include <algorithm>
 #include <cstring>

@@ -4,8 +4,8 @@
 #include <cstring>
 #include <random>
 
-#include "coordinator/blocks/bc6h.h"
-#include "coordinator/blocks/bc6h_block.h"
+#include "coordinator/output/blocks/bc6h.h"
+#include "coordinator/output/blocks/bc6h_block.h"
 #include "tests/blocks/foreign_decoder.h"
 
 namespace kiln {

@@ -1,7 +1,7 @@
 #include <cmath>
 
-#include "coordinator/blocks/bc6h.h"
-#include "coordinator/blocks/bc6h_modes.h"
+#include "coordinator/output/blocks/bc6h.h"
+#include "coordinator/output/blocks/bc6h_modes.h"
 #include "tests/blocks/bc6h_maker.h"
 
 namespace kiln {

@@ -2,7 +2,7 @@
 #include <cmath>
 #include <limits>
 
-#include "coordinator/blocks/bc6h.h"
+#include "coordinator/output/blocks/bc6h.h"
 #include "tests/blocks/bc6h_maker.h"
 
 namespace kiln {

@@ -1,6 +1,6 @@
 // What docs/encoding.md promises of smooth maps: effort normal, relMSE at most 1e-5 on texels with weight,
 // none off by more than 2 % of its block's largest value, and what block-aware fill is worth.
-#include "coordinator/blocks/blocks.h"
+#include "coordinator/output/blocks/blocks.h"
 
 namespace kiln {
 namespace {

@@ -1,6 +1,6 @@
 // The encoder as the loader picked it (AVX2 where there is such a processor) writes what the plain one
 // writes.
-#include "coordinator/blocks/bc6h.h"
+#include "coordinator/output/blocks/bc6h.h"
 #include "tests/blocks/bc6h_maker.h"
 
 namespace kiln_plain {

@@ -2,7 +2,7 @@
 #include <cstring>
 #include <random>
 
-#include "coordinator/blocks/bc7.h"
+#include "coordinator/output/blocks/bc7.h"
 #include "tests/blocks/foreign_decoder.h"
 
 namespace kiln {

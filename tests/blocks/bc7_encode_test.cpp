@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cstring>
 
-#include "coordinator/blocks/bc7.h"
+#include "coordinator/output/blocks/bc7.h"
 #include "tests/blocks/samples.h"
 
 namespace kiln {

@@ -2,8 +2,8 @@
 // write.
 #include <array>
 
-#include "coordinator/blocks/bc1.h"
-#include "coordinator/blocks/bc7.h"
+#include "coordinator/output/blocks/bc1.h"
+#include "coordinator/output/blocks/bc7.h"
 #include "tests/blocks/samples.h"
 
 namespace kiln_plain {

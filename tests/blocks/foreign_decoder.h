@@ -1,7 +1,7 @@
 // Blocks through OpenImageIO's reader of DDS files.
 #pragma once
 
-#include "coordinator/container/container.h"
+#include "coordinator/output/container/container.h"
 
 namespace kiln::test {
 

@@ -3,7 +3,7 @@
 
 #include <random>
 
-#include "coordinator/blocks/blocks.h"
+#include "coordinator/output/blocks/blocks.h"
 
 namespace kiln::test {
 

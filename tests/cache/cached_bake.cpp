@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "common/base/parallel.h"
-#include "common/basis/basis.h"
+#include "common/responses/basis.h"
 
 namespace kiln::test {
 

@@ -3,7 +3,7 @@
 // reads meets what would have been met had the wall emitted E albedo / pi.
 #include <cmath>
 
-#include "common/basis/basis.h"
+#include "common/responses/basis.h"
 #include "tests/analytic/scene_maker.h"
 #include "tests/cache/cached_bake.h"
 
@@ -19,7 +19,7 @@ const Vec3 kKnown(3, 2, 1);           // of the cache: not what light there is
 
 TransportSettings paths() {
   TransportSettings s;
-  s.strategies = Strategies::kPaths;
+  s.strategies = MisMode::kPaths;
   return s;
 }
 
@@ -154,7 +154,7 @@ Scene turned(float degrees) {
 
 TEST(Reading, PathsGoOnWhereANormalMapTurnsFar) {
   EXPECT_EQ(with_cache(turned(40)), without(turned(40)));
-  EXPECT_NE(with_cache(turned(10)), without(turned(10)));  // cos 10 degrees is above kLeastAgreement
+  EXPECT_NE(with_cache(turned(10)), without(turned(10)));  // cos 10 degrees is above kMinAgreement
 }
 
 TEST(Reading, NoReflectionsNoReading) {

@@ -11,8 +11,8 @@
 #include <sstream>
 
 #include "common/base/files.h"
-#include "coordinator/document/gltf_document.h"
-#include "coordinator/imageio/exr.h"
+#include "coordinator/scene/document/gltf_document.h"
+#include "coordinator/scene/imageio/exr.h"
 
 namespace kiln {
 namespace {

@@ -1,6 +1,6 @@
 #include <fstream>
 
-#include "coordinator/imageio/exr.h"
+#include "coordinator/scene/imageio/exr.h"
 
 namespace kiln {
 namespace {

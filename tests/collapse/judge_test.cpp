@@ -1,5 +1,5 @@
 // Which charts collapse, on moments made up here: light of any shape, with noise of a known size.
-#include "coordinator/collapse/judge.h"
+#include "coordinator/bake/collapse/judge.h"
 
 #include <cmath>
 
@@ -163,8 +163,8 @@ TEST(JudgeCharts, ChartsOfWhichLittleIsKnownAreKept) {
   const auto dark = [](uint32_t, uint32_t) { return 0.0; };
   m.add(lit, 0, {}, 1);
   m.add(dark, 0, {}, 1);
-  m.add(lit, kNoise, {}, kLeastEven - 1);
-  m.add(dark, 0, {}, kLeastBlackSamples / 32 - 1);
+  m.add(lit, kNoise, {}, kMinEven - 1);
+  m.add(dark, 0, {}, kMinBlackSamples / 32 - 1);
   for (const ChartLight& chart : m.judge()) EXPECT_EQ(chart.why, kNotCollapsed);
 }
 

@@ -1,6 +1,6 @@
 // Charts of one layout in another: by their numbers, and by their places where another density cuts them
 // elsewhere.
-#include "coordinator/collapse/same_charts.h"
+#include "coordinator/bake/collapse/same_charts.h"
 
 #include "tests/unseen/world.h"
 

@@ -2,8 +2,8 @@
 #include "coordinator/run/two_pass.h"
 
 #include "common/base/files.h"
-#include "coordinator/collapse/same_charts.h"
-#include "coordinator/compare/error_map.h"
+#include "coordinator/bake/collapse/same_charts.h"
+#include "coordinator/measure/compare/error_map.h"
 #include "tests/bake/scene_gltf.h"
 #include "tests/import/gltf_builder.h"
 #include "tests/unseen/world.h"

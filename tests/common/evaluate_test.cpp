@@ -1,11 +1,11 @@
-// What renderers do with sh_l1 (common/basis/evaluate.h), against quadrature over the sphere.
-#include "common/basis/evaluate.h"
+// What renderers do with sh_l1 (common/responses/evaluate.h), against quadrature over the sphere.
+#include "common/responses/evaluate.h"
 
 #include <functional>
 #include <random>
 
-#include "common/basis/basis.h"
 #include "common/math/trig.h"
+#include "common/responses/basis.h"
 
 namespace kiln {
 namespace {

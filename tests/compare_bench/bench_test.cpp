@@ -1,9 +1,9 @@
-#include "coordinator/bench/bench.h"
+#include "coordinator/measure/bench/bench.h"
 
 #include <fstream>
 #include <sstream>
 
-#include "coordinator/bench/results.h"
+#include "coordinator/measure/bench/results.h"
 #include "tests/bake/scene_gltf.h"
 
 namespace kiln {

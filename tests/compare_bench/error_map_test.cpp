@@ -1,10 +1,10 @@
 // Folders of bakes and lone files, whole and damaged.
-#include "coordinator/compare/error_map.h"
+#include "coordinator/measure/compare/error_map.h"
 
 #include <fstream>
 
-#include "coordinator/compare/places.h"
-#include "coordinator/imageio/exr.h"
+#include "coordinator/measure/compare/places.h"
+#include "coordinator/scene/imageio/exr.h"
 
 namespace kiln {
 namespace {

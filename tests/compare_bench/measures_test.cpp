@@ -1,12 +1,12 @@
 // Measures against closed forms.
-#include "coordinator/compare/measures.h"
+#include "coordinator/measure/compare/measures.h"
 
 #include <functional>
 #include <random>
 
-#include "coordinator/compare/difference_picture.h"
-#include "coordinator/compare/ssim.h"
-#include "coordinator/compare/summary.h"
+#include "coordinator/measure/compare/difference_picture.h"
+#include "coordinator/measure/compare/ssim.h"
+#include "coordinator/measure/compare/summary.h"
 
 namespace kiln {
 namespace {

@@ -1,6 +1,6 @@
 #include <regex>
 
-#include "coordinator/bench/error_plot.h"
+#include "coordinator/measure/bench/error_plot.h"
 
 namespace kiln {
 namespace {

@@ -1,9 +1,9 @@
 // References are baked once, told apart by what went in, and refused when damaged.
-#include "coordinator/bench/reference.h"
+#include "coordinator/measure/bench/reference.h"
 
 #include <fstream>
 
-#include "coordinator/compare/measures.h"
+#include "coordinator/measure/compare/measures.h"
 #include "tests/bake/scene_gltf.h"
 
 namespace kiln {

@@ -1,7 +1,7 @@
 // Textures of every format, with bytes that differ from image to image.
 #pragma once
 
-#include "coordinator/container/container.h"
+#include "coordinator/output/container/container.h"
 
 namespace kiln::test {
 

@@ -1,10 +1,10 @@
-#include "coordinator/merge/accumulator.h"
+#include "coordinator/bake/merge/accumulator.h"
 
 #include <algorithm>
 #include <random>
 
-#include "common/basis/basis.h"
-#include "coordinator/plan/schedule.h"
+#include "common/responses/basis.h"
+#include "coordinator/bake/sampling/schedule.h"
 
 namespace kiln {
 namespace {

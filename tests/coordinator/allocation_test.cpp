@@ -1,4 +1,4 @@
-#include "coordinator/plan/allocation.h"
+#include "coordinator/bake/sampling/allocation.h"
 
 #include <cmath>
 #include <limits>
@@ -185,7 +185,7 @@ TEST(Allocation, FallIsLearntFromPasses) {
     const SampleState a = state_at(32, fall, error[0], samples[0], mean),
                       b = state_at(128, fall, error[1], samples[1], mean),
                       c = state_at(160, fall, error[2], samples[2], mean);
-    ErrorFall learnt;
+    ConvergenceRate learnt;
     learnt.observe(a, b);
     EXPECT_NEAR(learnt.get(), fall, 0.005 + 0.5 / 64);
     learnt.observe(b, c);
@@ -195,7 +195,7 @@ TEST(Allocation, FallIsLearntFromPasses) {
     EXPECT_EQ(learnt.get(), before);
   }
   // What is not light, or has no error, says nothing.
-  ErrorFall none;
+  ConvergenceRate none;
   const double expected = none.get();
   const Texels dark = Texels().add(0, 1, 10).add(1, 0, 10);
   const Texels more = Texels().add(0, 0.1, 20).add(1, 0, 20);

@@ -5,7 +5,7 @@
 #include "coordinator/report/density_view.h"
 #include "coordinator/report/report_pictures.h"
 #include "coordinator/report/view_score.h"
-#include "coordinator/sight/scene_rays.h"
+#include "coordinator/scene/sight/scene_rays.h"
 #include "tests/atlas/shapes.h"
 #include "tests/bake/scene_gltf.h"
 

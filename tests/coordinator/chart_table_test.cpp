@@ -1,5 +1,5 @@
 // charts.json: what is written reads back as it was, and what others wrote is checked.
-#include "coordinator/chart_table/chart_table.h"
+#include "coordinator/output/chart_table/chart_table.h"
 
 #include <cstdlib>
 #include <functional>

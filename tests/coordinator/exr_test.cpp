@@ -1,4 +1,4 @@
-#include "coordinator/imageio/exr.h"
+#include "coordinator/scene/imageio/exr.h"
 
 #include "common/base/files.h"
 

@@ -4,10 +4,10 @@
 #include <set>
 
 #include "common/base/files.h"
-#include "coordinator/document/gltf_document.h"
-#include "coordinator/encode/output.h"
-#include "coordinator/imageio/imageio.h"
-#include "coordinator/import/import.h"
+#include "coordinator/output/encode/output.h"
+#include "coordinator/scene/document/gltf_document.h"
+#include "coordinator/scene/imageio/imageio.h"
+#include "coordinator/scene/import/import.h"
 #include "tests/atlas/shapes.h"
 #include "tests/bake/scene_gltf.h"
 

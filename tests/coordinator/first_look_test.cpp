@@ -1,8 +1,8 @@
-#include "coordinator/run/first_look.h"
+#include "coordinator/bake/sampling/first_look.h"
 
 #include <gtest/gtest.h>
 
-#include "coordinator/estimate/texel_errors.h"
+#include "coordinator/bake/sampling/texel_errors.h"
 #include "tests/analytic/scene_maker.h"
 
 namespace kiln {

@@ -4,8 +4,8 @@
 
 #include "common/atlas/atlas_lookup.h"
 #include "common/base/files.h"
-#include "coordinator/encode/output.h"
-#include "coordinator/import/import.h"
+#include "coordinator/output/encode/output.h"
+#include "coordinator/scene/import/import.h"
 #include "tests/bake/scene_gltf.h"
 
 namespace kiln {

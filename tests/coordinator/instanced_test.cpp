@@ -4,9 +4,9 @@
 #include <map>
 
 #include "common/base/files.h"
-#include "coordinator/chart_table/chart_table.h"
-#include "coordinator/document/glb.h"
-#include "coordinator/encode/output.h"
+#include "coordinator/output/chart_table/chart_table.h"
+#include "coordinator/output/encode/output.h"
+#include "coordinator/scene/document/glb.h"
 #include "tests/import/gltf_builder.h"
 
 namespace kiln {

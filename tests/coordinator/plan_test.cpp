@@ -1,5 +1,5 @@
 // What the plan says a scene does not need.
-#include "coordinator/plan/plan.h"
+#include "coordinator/bake/plan/plan.h"
 
 #include <algorithm>
 

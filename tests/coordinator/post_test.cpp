@@ -1,4 +1,4 @@
-#include "coordinator/post/stage.h"
+#include "coordinator/bake/post/stage.h"
 
 namespace kiln {
 namespace {

@@ -1,4 +1,4 @@
-#include "coordinator/plan/schedule.h"
+#include "coordinator/bake/sampling/schedule.h"
 
 #include <cmath>
 #include <set>

@@ -1,7 +1,7 @@
 // Intervals of 1.96 stated standard errors hold the truth as often as they say, for samples of which the
 // truth is known. Coverage is counted over all texels of many maps; its bound is 0.95 less what a count of
 // as many independent texels scatters by, widened by how far an estimated error makes neighbours alike.
-#include "coordinator/estimate/texel_errors.h"
+#include "coordinator/bake/sampling/texel_errors.h"
 
 #include <cmath>
 #include <random>

@@ -1,8 +1,8 @@
 // The validity view: every surface in the colour of its texel's class.
 #include "coordinator/report/validity_view.h"
 
-#include "coordinator/report/label.h"
-#include "coordinator/report/raster.h"
+#include "coordinator/picture/label.h"
+#include "coordinator/picture/raster.h"
 #include "tests/bake/scene_gltf.h"
 
 namespace kiln {

@@ -1,8 +1,8 @@
-#include "coordinator/denoise/dark.h"
+#include "coordinator/bake/denoise/dark.h"
 
 #include <gtest/gtest.h>
 
-#include "coordinator/denoise/coarse.h"
+#include "coordinator/bake/denoise/coarse.h"
 #include "tests/denoise/fields.h"
 
 namespace kiln {

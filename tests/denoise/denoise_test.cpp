@@ -1,4 +1,4 @@
-#include "coordinator/denoise/denoise.h"
+#include "coordinator/bake/denoise/denoise.h"
 
 #include <cmath>
 #include <functional>
@@ -6,7 +6,7 @@
 #include <numeric>
 #include <random>
 
-#include "coordinator/neighbours/surface_window.h"
+#include "coordinator/bake/neighbours/surface_window.h"
 #include "tests/analytic/scene_maker.h"
 #include "tests/denoise/fields.h"
 #include "tests/denoise/replicates.h"

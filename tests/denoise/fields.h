@@ -5,7 +5,7 @@
 #include <functional>
 #include <random>
 
-#include "coordinator/denoise/denoise.h"
+#include "coordinator/bake/denoise/denoise.h"
 #include "tests/denoise/scenes.h"
 #include "tests/seams/pieces.h"
 

@@ -1,7 +1,7 @@
 #include <numeric>
 
-#include "coordinator/denoise/coarse.h"
-#include "coordinator/neighbours/views.h"
+#include "coordinator/bake/denoise/coarse.h"
+#include "coordinator/bake/neighbours/views.h"
 #include "tests/analytic/scene_maker.h"
 #include "tests/denoise/fields.h"
 

@@ -1,7 +1,7 @@
 #include <set>
 
 #include "common/atlas/site_picker.h"
-#include "coordinator/neighbours/surface_window.h"
+#include "coordinator/bake/neighbours/surface_window.h"
 #include "tests/analytic/scene_maker.h"
 #include "tests/seams/pieces.h"
 

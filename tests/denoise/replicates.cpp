@@ -4,8 +4,8 @@
 
 #include "common/base/check.h"
 #include "common/base/parallel.h"
-#include "common/basis/basis.h"
 #include "common/math/frame.h"
+#include "common/responses/basis.h"
 #include "worker/bake/baker.h"
 #include "worker/surface/surfaces.h"
 

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "common/atlas/atlas.h"
-#include "coordinator/lightmap/texel_statistics.h"
-#include "coordinator/neighbours/surface_window.h"
+#include "coordinator/bake/lightmap/texel_statistics.h"
+#include "coordinator/bake/neighbours/surface_window.h"
 
 namespace kiln::test {
 

@@ -1,6 +1,6 @@
-#include "coordinator/denoise/spikes.h"
+#include "coordinator/bake/denoise/spikes.h"
 
-#include "coordinator/neighbours/pieces.h"
+#include "coordinator/bake/neighbours/pieces.h"
 
 namespace kiln {
 namespace {

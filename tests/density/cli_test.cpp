@@ -2,8 +2,8 @@
 #include <cmath>
 
 #include "common/base/files.h"
-#include "coordinator/imageio/imageio.h"
-#include "coordinator/report/ramp.h"
+#include "coordinator/picture/ramp.h"
+#include "coordinator/scene/imageio/imageio.h"
 #include "tests/density/squares.h"
 
 namespace kiln {

@@ -152,7 +152,8 @@ TEST(Docs, ListEveryExtra) {
   const std::string page = read(test::source_dir() / "docs/scenes.md");
   const std::regex extra(R"(extras\.kiln\.([a-z_]+))");
   std::set<std::string> names;
-  for (const auto& file : std::filesystem::directory_iterator(test::source_dir() / "coordinator/import")) {
+  for (const auto& file :
+       std::filesystem::directory_iterator(test::source_dir() / "coordinator/scene/import")) {
     const std::string code = read(file.path());
     for (std::sregex_iterator at(code.begin(), code.end(), extra), end; at != end; ++at)
       names.insert((*at)[1]);

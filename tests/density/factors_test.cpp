@@ -1,9 +1,9 @@
 // The parts of an object's density, on scenes of squares.
-#include "coordinator/density/factors.h"
+#include "coordinator/scene/density/factors.h"
 
 #include <cmath>
 
-#include "coordinator/density/density.h"
+#include "coordinator/scene/density/density.h"
 
 namespace kiln {
 namespace {

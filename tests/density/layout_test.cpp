@@ -2,8 +2,8 @@
 // with surface points: its corners lie on texel centres.
 #include <cmath>
 
-#include "coordinator/density/density.h"
-#include "coordinator/plan/advice.h"
+#include "coordinator/bake/plan/advice.h"
+#include "coordinator/scene/density/density.h"
 #include "tests/density/squares.h"
 
 namespace kiln {

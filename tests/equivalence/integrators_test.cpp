@@ -10,7 +10,7 @@ namespace {
 
 constexpr uint32_t kSamples = 96;
 
-using Taken = std::vector<Splats>;
+using Taken = std::vector<RadianceSamples>;
 
 // Samples in the order of the list, `batch` at a time, given by their number.
 Taken take(const test::ReadyScene& scene, const Integrator& integrator, uint32_t site,
@@ -23,14 +23,14 @@ Taken take(const test::ReadyScene& scene, const Integrator& integrator, uint32_t
     const size_t end = std::min(order.size(), first + batch);
     for (size_t i = first; i < end; ++i) tasks.push_back(scene.task({}, site, order[i]));
     integrator.sample(tasks, *workspace);
-    for (size_t i = first; i < end; ++i) taken[order[i]] = tasks[i - first].splats;
+    for (size_t i = first; i < end; ++i) taken[order[i]] = tasks[i - first].radiance;
   }
   return taken;
 }
 
-bool same_bits(const Splats& a, const Splats& b) {
+bool same_bits(const RadianceSamples& a, const RadianceSamples& b) {
   return a.count == b.count && a.inside == b.inside && a.rays == b.rays &&
-         std::memcmp(a.items, b.items, a.count * sizeof(Splats::Splat)) == 0;
+         std::memcmp(a.items, b.items, a.count * sizeof(RadianceSamples::RadianceSample)) == 0;
 }
 
 void expect_equal(const Taken& a, const Taken& b, const std::string& what) {
@@ -54,7 +54,7 @@ double expect_integrators_agree(const test::ReadyScene& scene) {
     expect_equal(taken, take(scene, *special, site, forward, 1), "batches of 32 and 1");
     expect_equal(taken, take(scene, *special, site, backward, 7), "other company");
     expect_equal(taken, take(scene, *general, site, backward, 7), "general, other company");
-    for (const Splats& s : taken) found += s.count > 0, ++samples;
+    for (const RadianceSamples& s : taken) found += s.count > 0, ++samples;
   }
   return found / samples;
 }

@@ -45,7 +45,7 @@ ReadyScene::Estimate ReadyScene::mean_e(TransportSettings settings, uint32_t sam
       tasks.clear();
       for (uint32_t k = 0; k < Integrator::kBatch; ++k) tasks.push_back(task(settings, site, done + k));
       path->sample(tasks, *workspace);
-      for (const auto& t : tasks) EXPECT_TRUE(film.add(t.splats, t.receiver.ns));
+      for (const auto& t : tasks) EXPECT_TRUE(film.add(t.radiance, t.receiver.ns));
     }
     const double mean = film.sums()[kMomentLum] / samples;
     e.mean += mean;

@@ -60,15 +60,15 @@ class Agreement {
   double largest_ = 0, worst_error_ = 0, weighted_ = 0, weights_ = 0;
 };
 
-TransportSettings settings(Strategies strategies, uint64_t seed) {
+TransportSettings settings(MisMode mis_mode, uint64_t seed) {
   TransportSettings s;
-  s.strategies = strategies;
+  s.mis_mode = mis_mode;
   s.seed = seed;
   s.max_bounces = 8;
   return s;
 }
 
-TEST(Strategies, LightsAlonePathsAloneAndBothAgree) {
+TEST(MisMode, LightsAlonePathsAloneAndBothAgree) {
   // Each estimate has random numbers of its own; the pairs of one scene share estimates, which Bonferroni's
   // bound allows.
   Agreement lights_both("light sampling alone against both"), paths_both("paths alone against both"),
@@ -76,9 +76,9 @@ TEST(Strategies, LightsAlonePathsAloneAndBothAgree) {
   for (uint32_t seed = 0; seed < test::kRandomScenes; ++seed) {
     SCOPED_TRACE(seed);
     const test::ReadyScene scene(test::random_scene(seed, false));
-    const Estimate lights = scene.mean_e(settings(Strategies::kLights, 1), kSamples, kStep);
-    const Estimate paths = scene.mean_e(settings(Strategies::kPaths, 2), 4 * kSamples, kStep);
-    const Estimate both = scene.mean_e(settings(Strategies::kBoth, 3), kSamples, kStep);
+    const Estimate lights = scene.mean_e(settings(MisMode::kLights, 1), kSamples, kStep);
+    const Estimate paths = scene.mean_e(settings(MisMode::kPaths, 2), 4 * kSamples, kStep);
+    const Estimate both = scene.mean_e(settings(MisMode::kBoth, 3), kSamples, kStep);
     lights_both.expect(lights, both);
     paths_both.expect(paths, both);
     lights_paths.expect(lights, paths);
@@ -86,14 +86,14 @@ TEST(Strategies, LightsAlonePathsAloneAndBothAgree) {
   for (Agreement* a : {&lights_both, &paths_both, &lights_paths}) a->finish();
 }
 
-TEST(Strategies, LightTreeAndUniformChoiceAgree) {
+TEST(MisMode, LightTreeAndUniformChoiceAgree) {
   Agreement agreement("uniform choice against the tree");
   for (uint32_t seed = 0; seed < test::kRandomScenes; ++seed) {
     SCOPED_TRACE(seed);
     const test::ReadyScene tree(test::random_scene(seed, true));
     const test::ReadyScene uniform(test::random_scene(seed, true), LightChoice::kUniform);
-    agreement.expect(uniform.mean_e(settings(Strategies::kBoth, 4), kSamples, kStep),
-                     tree.mean_e(settings(Strategies::kBoth, 5), kSamples, kStep));
+    agreement.expect(uniform.mean_e(settings(MisMode::kBoth, 4), kSamples, kStep),
+                     tree.mean_e(settings(MisMode::kBoth, 5), kSamples, kStep));
   }
   agreement.finish();
 }

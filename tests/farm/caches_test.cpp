@@ -4,7 +4,7 @@
 
 #include <thread>
 
-#include "common/basis/basis.h"
+#include "common/responses/basis.h"
 #include "tests/farm/farm_support.h"
 #include "tests/farm/raw_peer.h"
 #include "tests/farm/stub_caches.h"

@@ -3,7 +3,7 @@
 #include <set>
 #include <thread>
 
-#include "common/basis/basis.h"
+#include "common/responses/basis.h"
 #include "common/wire/limits.h"
 #include "tests/farm/farm_support.h"
 #include "tests/farm/raw_peer.h"

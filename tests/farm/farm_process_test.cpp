@@ -8,7 +8,7 @@
 #include <thread>
 
 #include "common/base/clock.h"
-#include "common/basis/basis.h"
+#include "common/responses/basis.h"
 #include "tests/farm/farm_support.h"
 #include "tests/farm/stub_bake.h"
 

@@ -6,7 +6,7 @@
 #include <functional>
 #include <map>
 
-#include "coordinator/dispatch/farm.h"
+#include "coordinator/farm/dispatch/farm.h"
 
 namespace kiln::test {
 

@@ -24,7 +24,7 @@
 #include <map>
 #include <thread>
 
-#include "common/basis/basis.h"
+#include "common/responses/basis.h"
 #include "common/wire/listener.h"
 #include "tests/farm/fault_proxy.h"
 #include "tests/farm/stub_bake.h"

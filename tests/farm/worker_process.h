@@ -1,7 +1,7 @@
 // A real worker process and the coordinator's side of its conversation, played by a test.
 #pragma once
 
-#include "coordinator/dispatch/child_process.h"
+#include "coordinator/farm/dispatch/child_process.h"
 #include "tests/farm/farm_support.h"
 #include "tests/farm/raw_peer.h"
 

@@ -13,7 +13,7 @@
 #include "common/base/format.h"
 #include "common/base/json.h"
 #include "common/tls/identity.h"
-#include "coordinator/dispatch/farm.h"
+#include "coordinator/farm/dispatch/farm.h"
 
 namespace kiln::test {
 namespace {

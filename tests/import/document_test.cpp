@@ -1,7 +1,7 @@
 // The container: GLB chunks, buffers, URIs.
 #include "common/base/files.h"
-#include "coordinator/document/glb.h"
-#include "coordinator/document/uri.h"
+#include "coordinator/scene/document/glb.h"
+#include "coordinator/scene/document/uri.h"
 #include "tests/import/gltf_builder.h"
 
 namespace kiln {

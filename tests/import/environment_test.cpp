@@ -2,7 +2,7 @@
 #include <cstring>
 
 #include "common/base/files.h"
-#include "coordinator/import/cube_map.h"
+#include "coordinator/scene/import/cube_map.h"
 #include "tests/import/gltf_builder.h"
 
 namespace kiln {

@@ -1,4 +1,4 @@
-#include "coordinator/import/geometry.h"
+#include "coordinator/scene/import/geometry.h"
 
 #include "tests/import/gltf_builder.h"
 

@@ -1,7 +1,7 @@
 #include "tests/import/gltf_builder.h"
 
 #include "common/base/files.h"
-#include "coordinator/imageio/imageio.h"
+#include "coordinator/scene/imageio/imageio.h"
 
 namespace kiln::test {
 namespace fs = std::filesystem;

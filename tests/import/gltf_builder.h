@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "coordinator/import/import.h"
+#include "coordinator/scene/import/import.h"
 
 namespace kiln::test {
 

@@ -4,8 +4,8 @@
 
 #include "common/base/files.h"
 #include "common/base/format.h"
-#include "coordinator/import/hot_spots.h"
-#include "coordinator/import/ies_profile.h"
+#include "coordinator/scene/import/hot_spots.h"
+#include "coordinator/scene/import/ies_profile.h"
 #include "tests/import/gltf_builder.h"
 
 namespace kiln {

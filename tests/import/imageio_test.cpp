@@ -1,4 +1,4 @@
-#include "coordinator/imageio/imageio.h"
+#include "coordinator/scene/imageio/imageio.h"
 
 #include <array>
 #include <cstring>

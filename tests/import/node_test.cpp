@@ -1,5 +1,5 @@
 // The node tree: transforms, instancing, and trees that are none.
-#include "coordinator/import/affine.h"
+#include "coordinator/scene/import/affine.h"
 #include "tests/import/gltf_builder.h"
 
 namespace kiln {

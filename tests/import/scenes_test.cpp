@@ -2,7 +2,7 @@
 #include <chrono>
 
 #include "common/scene/prepared.h"
-#include "coordinator/import/import.h"
+#include "coordinator/scene/import/import.h"
 #include "tests/import/gltf_builder.h"
 
 namespace kiln {

@@ -1,7 +1,7 @@
 #include <cstring>
 
 #include "common/base/files.h"
-#include "coordinator/imageio/imageio.h"
+#include "coordinator/scene/imageio/imageio.h"
 #include "tests/import/gltf_builder.h"
 
 namespace kiln {

@@ -2,8 +2,8 @@
 
 #include "common/base/check.h"
 #include "common/base/parallel.h"
-#include "coordinator/merge/accumulator.h"
-#include "coordinator/post/stage.h"
+#include "coordinator/bake/merge/accumulator.h"
+#include "coordinator/bake/post/stage.h"
 #include "worker/bake/baker.h"
 
 namespace kiln::test {

@@ -1,7 +1,7 @@
 // A ledger with its clock, and workers that do what they are told.
 #pragma once
 
-#include "coordinator/ledger/farm_ledger.h"
+#include "coordinator/farm/ledger/farm_ledger.h"
 
 namespace kiln::test {
 

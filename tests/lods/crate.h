@@ -1,8 +1,8 @@
 // A bevelled crate in three levels of detail, made in code, in a place with a lamp.
 #pragma once
 
-#include "coordinator/lods/lods.h"
-#include "coordinator/lods/refine.h"
+#include "coordinator/scene/lods/lods.h"
+#include "coordinator/scene/lods/refine.h"
 #include "tests/leaks/leak_bake.h"
 
 namespace kiln::test {

@@ -1,6 +1,6 @@
 // From the file to scene.glb: every level of a node gets its own coordinates, at two places and mirrored.
 #include "common/base/files.h"
-#include "coordinator/encode/output.h"
+#include "coordinator/output/encode/output.h"
 #include "tests/import/gltf_builder.h"
 #include "tests/lods/crate.h"
 

@@ -45,7 +45,7 @@ struct Integrals {
 };
 // Cells of 1/384 in r, a third of the narrowest lobe's width at most. Across, a lobe seen under a cosine is
 // that much narrower.
-Integrals integrate(const SeenBsdf& seen, float cos) {
+Integrals integrate(const BsdfAtWo& seen, float cos) {
   constexpr int kFine = 48;
   const int across = cos < 0.5f ? 6 * kFine : 2 * kFine;
   Integrals out;
@@ -73,7 +73,7 @@ TEST(Roster, DirectionsFollowTheirDensity) {
   Random random;
   for_roster(0.7, [&](const Bsdf& bsdf, const Vec3& wo, const std::string& label) {
     if (wo.z < 0.1f) return;  // the quadrature's cells are too coarse for lobes at grazing angles
-    const SeenBsdf seen(bsdf, wo);
+    const BsdfAtWo seen(bsdf, wo);
     const Integrals truth = integrate(seen, wo.z);
     EXPECT_LE(truth.total, 1.003) << label;
     int counts[kBins + 1] = {};
@@ -109,7 +109,7 @@ TEST(Roster, DirectionsFollowTheirDensity) {
 TEST(Roster, ReflectsNoMoreThanItReceives) {
   for (const double albedo : {0.0, 1.0})
     for_roster(albedo, [&](const Bsdf& bsdf, const Vec3& wo, const std::string& label) {
-      const SeenBsdf seen(bsdf, wo);
+      const BsdfAtWo seen(bsdf, wo);
       constexpr uint32_t kSamples = 4096;
       double mean = 0, square = 0;
       for (uint32_t i = 0; i < kSamples; ++i) {
@@ -131,7 +131,7 @@ TEST(Roster, ReflectsNoMoreThanItReceives) {
 TEST(Roster, IsReciprocalAndWeighsByItsDensity) {
   Random random;
   for_roster(0.7, [&](const Bsdf& bsdf, const Vec3& wo, const std::string& label) {
-    const SeenBsdf seen(bsdf, wo);
+    const BsdfAtWo seen(bsdf, wo);
     for (int i = 0; i < 64; ++i) {
       const float layer = random();
       const BsdfSample s = seen.sample(layer, {random(), random()});
@@ -141,7 +141,7 @@ TEST(Roster, IsReciprocalAndWeighsByItsDensity) {
       const Vec3 weight = v.f * (s.direction.z / v.pdf);
       ASSERT_LE(length(s.weight - weight), 1e-5f * length(weight)) << label;
       if (s.direction.z < 1e-3f) continue;
-      const Vec3 back = SeenBsdf(bsdf, s.direction).value(wo).f;
+      const Vec3 back = BsdfAtWo(bsdf, s.direction).value(wo).f;
       // A dozen roundings, and the half vector's in a lobe of width 0.02: 2^-23 / 0.02^2 of its height.
       ASSERT_LE(length(back - v.f), 2e-3f * length(v.f) + 1e-7f) << label;
     }
@@ -150,10 +150,10 @@ TEST(Roster, IsReciprocalAndWeighsByItsDensity) {
 
 TEST(Roster, BelowTheHorizonThereIsNothing) {
   for_roster(1, [&](const Bsdf& bsdf, const Vec3& wo, const std::string& label) {
-    EXPECT_EQ(SeenBsdf(bsdf, wo).value({0.6f, 0, -0.8f}).pdf, 0.0f) << label;
-    EXPECT_EQ(max_component(SeenBsdf(bsdf, -wo).sample(0.5f, {0.5f, 0.5f}).weight), 0.0f) << label;
+    EXPECT_EQ(BsdfAtWo(bsdf, wo).value({0.6f, 0, -0.8f}).pdf, 0.0f) << label;
+    EXPECT_EQ(max_component(BsdfAtWo(bsdf, -wo).sample(0.5f, {0.5f, 0.5f}).weight), 0.0f) << label;
     for (const float cos : {1e-6f, 1e-20f, 0.0f}) {
-      const BsdfSample s = SeenBsdf(bsdf, direction_at(cos)).sample(0.3f, {0.2f, 0.7f});
+      const BsdfSample s = BsdfAtWo(bsdf, direction_at(cos)).sample(0.3f, {0.2f, 0.7f});
       EXPECT_TRUE(is_finite(s.weight) && std::isfinite(s.pdf)) << label << cos;
     }
   });
@@ -192,7 +192,7 @@ TEST(Layers, HostileNumbersAreTamed) {
          put("sheen_roughness", {bad})});
     const Bsdf b = bsdf_at(m, {});
     for (const float cos : kCosines) {
-      const BsdfSample s = SeenBsdf(b, direction_at(cos)).sample(0.4f, {0.3f, 0.6f});
+      const BsdfSample s = BsdfAtWo(b, direction_at(cos)).sample(0.4f, {0.3f, 0.6f});
       EXPECT_TRUE(is_finite(s.weight) && max_component(-s.weight) <= 0.0f) << bad;
       EXPECT_LE(max_component(straight_through(b, cos)), 1.0f) << bad;
     }

@@ -16,7 +16,7 @@ constexpr float kCosines[] = {1.0f, 0.7f, 0.4f, 0.2f, 0.1f, 0.03f};
 
 // White furnace: what comes back of radiance 1 from everywhere, plus what goes through.
 double albedo(const Bsdf& bsdf, float cos) {
-  const SeenBsdf seen(bsdf, test::direction_at(cos));
+  const BsdfAtWo seen(bsdf, test::direction_at(cos));
   constexpr uint32_t kSamples = 1u << 15;
   double sum = 0;
   for (uint32_t i = 0; i < kSamples; ++i) {

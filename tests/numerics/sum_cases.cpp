@@ -1,4 +1,4 @@
-#include "common/basis/basis.h"
+#include "common/responses/basis.h"
 #include "tests/numerics/cases.h"
 #include "worker/bake/film.h"
 
@@ -13,7 +13,7 @@ double summed(const F& contribution) {
   Film film(1);
   double sum = 0;
   for (uint32_t i = 0; i < kSamples; ++i) {
-    Splats s;
+    RadianceSamples s;
     s.add({0, 1, 0}, Vec3(contribution(i)));
     EXPECT_TRUE(film.add(s, {0, 1, 0}));
     if ((i + 1) % kRange == 0 || i + 1 == kSamples) {
@@ -128,7 +128,7 @@ Measured spread() {
 
 // Each of the two is a float; together they are not. One of them is dropped, and counted.
 Measured overflowing_together() {
-  Splats s;
+  RadianceSamples s;
   s.add({0, 1, 0}, Vec3(3e38f));
   s.add({0, 1, 0}, Vec3(2e38f));
   Film film(1);

@@ -1,5 +1,5 @@
 // Blobs: uploads that break off, lie or are too big; and what is collected when.
-#include "coordinator/queue/blobs.h"
+#include "coordinator/farm/queue/blobs.h"
 
 #include <thread>
 

@@ -5,7 +5,7 @@
 #include <atomic>
 #include <cstdint>
 
-#include "coordinator/queue/disk_calls.h"
+#include "coordinator/farm/queue/disk_calls.h"
 
 namespace kiln::test {
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "coordinator/queue/store.h"
+#include "coordinator/farm/queue/store.h"
 
 namespace kiln::test {
 

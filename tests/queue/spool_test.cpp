@@ -5,7 +5,7 @@
 #include <fstream>
 
 #include "common/base/files.h"
-#include "coordinator/queue/spool_record.h"
+#include "coordinator/farm/queue/spool_record.h"
 #include "tests/queue/samples.h"
 
 namespace kiln::test {

@@ -1,12 +1,12 @@
 // The store without faults: what goes in comes out, after a restart too.
-#include "coordinator/queue/store.h"
+#include "coordinator/farm/queue/store.h"
 
 #include <atomic>
 #include <fstream>
 #include <thread>
 
 #include "common/base/files.h"
-#include "coordinator/queue/schema.h"
+#include "coordinator/farm/queue/schema.h"
 #include "tests/queue/samples.h"
 
 namespace kiln::test {

@@ -1,6 +1,6 @@
 // The promise, on a bake with noise: a wall of eight pieces, a cylinder, a bevelled box and a cube.
-#include "coordinator/post/stage.h"
-#include "coordinator/seams/join.h"
+#include "coordinator/bake/post/stage.h"
+#include "coordinator/bake/seams/join.h"
 #include "tests/seams/baked_room.h"
 #include "tests/seams/pieces.h"
 #include "tests/seams/plain_seams.h"

@@ -1,8 +1,8 @@
 // A patch of sun whose edges cross the seams of a doorstep: what joining does to them.
 #include "common/job/settings.h"
-#include "coordinator/import/import.h"
-#include "coordinator/post/stage.h"
-#include "coordinator/seams/join.h"
+#include "coordinator/bake/post/stage.h"
+#include "coordinator/bake/seams/join.h"
+#include "coordinator/scene/import/import.h"
 #include "tests/analytic/in_process.h"
 #include "tests/support/paths.h"
 

@@ -1,5 +1,5 @@
 // Which borders are seams, and which are not.
-#include "coordinator/seams/match.h"
+#include "coordinator/bake/seams/match.h"
 #include "tests/seams/pieces.h"
 #include "tests/seams/plain_seams.h"
 

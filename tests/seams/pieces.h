@@ -4,7 +4,7 @@
 #include <functional>
 
 #include "common/atlas/atlas.h"
-#include "coordinator/lightmap/lightmap.h"
+#include "coordinator/bake/lightmap/lightmap.h"
 
 namespace kiln::test {
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "common/atlas/atlas.h"
-#include "coordinator/lightmap/lightmap.h"
+#include "coordinator/bake/lightmap/lightmap.h"
 
 namespace kiln::test {
 

@@ -2,8 +2,8 @@
 #include <Eigen/Dense>
 
 #include "common/raster/footprint.h"
-#include "coordinator/post/stage.h"
-#include "coordinator/seams/join.h"
+#include "coordinator/bake/post/stage.h"
+#include "coordinator/bake/seams/join.h"
 #include "tests/atlas/shapes.h"
 #include "tests/seams/pieces.h"
 #include "tests/seams/plain_seams.h"

@@ -5,9 +5,9 @@
 #include <memory>
 #include <string>
 
-#include "coordinator/client/service_client.h"
+#include "coordinator/farm/client/service_client.h"
+#include "coordinator/farm/snapshot/snapshot.h"
 #include "coordinator/service/service.h"
-#include "coordinator/snapshot/snapshot.h"
 
 namespace kiln::test {
 

@@ -15,7 +15,7 @@
 #include <string>
 #include <vector>
 
-#include "coordinator/ledger/farm_ledger.h"
+#include "coordinator/farm/ledger/farm_ledger.h"
 
 namespace kiln::sim {
 

@@ -1,5 +1,5 @@
 // A scene from a snapshot is the scene: the same bytes go to the workers.
-#include "coordinator/snapshot/snapshot.h"
+#include "coordinator/farm/snapshot/snapshot.h"
 
 #include "common/base/files.h"
 #include "common/scene/prepared.h"

@@ -1,5 +1,5 @@
 // Smaller levels are made inside of charts.
-#include "coordinator/textures/levels.h"
+#include "coordinator/output/textures/levels.h"
 
 #include <set>
 

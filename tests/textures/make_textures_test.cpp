@@ -3,13 +3,13 @@
 #include <map>
 
 #include "common/base/files.h"
-#include "coordinator/container/container.h"
-#include "coordinator/imageio/exr.h"
-#include "coordinator/imageio/imageio.h"
-#include "coordinator/textures/encodings.h"
-#include "coordinator/textures/texel_codec.h"
-#include "coordinator/textures/texel_normals.h"
-#include "coordinator/textures/textures.h"
+#include "coordinator/output/container/container.h"
+#include "coordinator/output/textures/encodings.h"
+#include "coordinator/output/textures/texel_codec.h"
+#include "coordinator/output/textures/texel_normals.h"
+#include "coordinator/output/textures/textures.h"
+#include "coordinator/scene/imageio/exr.h"
+#include "coordinator/scene/imageio/imageio.h"
 #include "tests/textures/maps.h"
 
 namespace kiln::test {

@@ -5,7 +5,7 @@
 
 #include "common/atlas/atlas.h"
 #include "common/job/settings.h"
-#include "coordinator/lightmap/lightmap.h"
+#include "coordinator/bake/lightmap/lightmap.h"
 
 namespace kiln::test {
 

@@ -1,11 +1,11 @@
 // Codes of single texels: what they hold, and what they lose.
-#include "coordinator/textures/pixel_codes.h"
+#include "coordinator/output/textures/pixel_codes.h"
 
 #include <bit>
 
 #include "common/base/files.h"
-#include "coordinator/imageio/imageio.h"
-#include "coordinator/textures/radiance.h"
+#include "coordinator/output/textures/radiance.h"
+#include "coordinator/scene/imageio/imageio.h"
 #include "tests/atlas/shapes.h"
 
 namespace kiln::test {

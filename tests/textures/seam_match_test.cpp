@@ -1,5 +1,5 @@
 // Blocks on both sides of a seam.
-#include "coordinator/textures/seam_match.h"
+#include "coordinator/output/textures/seam_match.h"
 
 #include <numeric>
 

@@ -1,8 +1,8 @@
 // Scales, ratios and lookups of textures, and the error that is stated of them.
-#include "coordinator/textures/texel_codec.h"
-#include "coordinator/textures/texel_normals.h"
-#include "coordinator/textures/texture_error.h"
-#include "coordinator/textures/texture_values.h"
+#include "coordinator/output/textures/texel_codec.h"
+#include "coordinator/output/textures/texel_normals.h"
+#include "coordinator/output/textures/texture_error.h"
+#include "coordinator/output/textures/texture_values.h"
 #include "tests/textures/maps.h"
 
 namespace kiln::test {

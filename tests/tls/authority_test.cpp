@@ -1,12 +1,12 @@
 // The authority's folder: issuing, revoking, and join tokens that are never worth more than they say.
-#include "coordinator/authority/authority.h"
+#include "coordinator/farm/authority/authority.h"
 
 #include <sys/stat.h>
 
 #include <thread>
 
 #include "common/base/files.h"
-#include "coordinator/authority/tokens.h"
+#include "coordinator/farm/authority/tokens.h"
 #include "tests/tls/tls_pair.h"
 
 namespace kiln {

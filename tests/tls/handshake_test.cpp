@@ -5,7 +5,7 @@
 #include <thread>
 
 #include "common/base/files.h"
-#include "coordinator/authority/tokens.h"
+#include "coordinator/farm/authority/tokens.h"
 #include "tests/tls/tls_pair.h"
 
 namespace kiln {

@@ -6,7 +6,7 @@
 #include <deque>
 
 #include "common/wire/listener.h"
-#include "coordinator/authority/authority.h"
+#include "coordinator/farm/authority/authority.h"
 
 namespace kiln::test {
 

@@ -1,6 +1,6 @@
 // Who is reached by cameras, lamps and openings: slabs around a room, things on a floor, and what the layout
 // makes of it. A chart is told by where the middle of its faces looks.
-#include "coordinator/unseen/unseen.h"
+#include "coordinator/scene/unseen/unseen.h"
 
 #include "tests/unseen/world.h"
 

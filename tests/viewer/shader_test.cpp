@@ -1,10 +1,10 @@
-// docs/shaders/kiln_lightmap.glsl gives what common/basis/evaluate.h gives.
+// docs/shaders/kiln_lightmap.glsl gives what common/responses/evaluate.h gives.
 #include <cstring>
 #include <random>
 
 #include "common/base/files.h"
-#include "common/basis/evaluate.h"
-#include "coordinator/textures/pixel_codes.h"
+#include "common/responses/evaluate.h"
+#include "coordinator/output/textures/pixel_codes.h"
 #include "tests/viewer/node_tools.h"
 
 namespace kiln {

@@ -10,10 +10,10 @@
 #include <thread>
 
 #include "common/base/format.h"
-#include "coordinator/authority/authority.h"
 #include "coordinator/cli/doctor_server.h"
 #include "coordinator/cli/doctor_steps.h"
-#include "coordinator/dispatch/farm.h"
+#include "coordinator/farm/authority/authority.h"
+#include "coordinator/farm/dispatch/farm.h"
 
 namespace kiln {
 namespace {

@@ -1,6 +1,6 @@
 // The exposition against the format's own rules, by a strict reader of ours and by promtool where it is
 // installed.
-#include "coordinator/web/metrics.h"
+#include "coordinator/farm/web/metrics.h"
 
 #include <fstream>
 #include <map>

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "coordinator/web/web_server.h"
+#include "coordinator/farm/web/web_server.h"
 
 namespace kiln::test {
 

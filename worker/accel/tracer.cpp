@@ -155,8 +155,8 @@ class EmbreeTracer final : public Tracer {
 
  private:
   static constexpr size_t kStream = 256;  // shadow rays handed to Embree at once
-  template <size_t kMost, bool kGlass>
-  void occluded(std::span<const Ray> rays, Vec3* passed) const;  // at most kMost
+  template <size_t kMax, bool kGlass>
+  void occluded(std::span<const Ray> rays, Vec3* passed) const;  // at most kMax
   static void fill(RTCRay& q, const Ray& ray) {
     q.org_x = ray.origin.x, q.org_y = ray.origin.y, q.org_z = ray.origin.z;
     q.dir_x = ray.direction.x, q.dir_y = ray.direction.y, q.dir_z = ray.direction.z;
@@ -180,14 +180,14 @@ class EmbreeTracer final : public Tracer {
   ssize_t memory_ = 0;
 };
 
-template <size_t kMost, bool kGlass>
+template <size_t kMax, bool kGlass>
 void EmbreeTracer::occluded(std::span<const Ray> rays, Vec3* passed) const {
   QueryContext context;
   embree::init(context.head);
   context.passed = passed;
-  std::array<Glass, kGlass ? kMost : 0> glass;
+  std::array<Glass, kGlass ? kMax : 0> glass;
   context.glass = glass.data();
-  RTCRay q[kMost];
+  RTCRay q[kMax];
   for (unsigned i = 0; i < rays.size(); ++i) {
     fill(q[i], rays[i]);
     q[i].id = i;
@@ -197,7 +197,7 @@ void EmbreeTracer::occluded(std::span<const Ray> rays, Vec3* passed) const {
       glass[i] = {rays[i].direction / size, size};
     }
   }
-  if constexpr (kMost == 1)
+  if constexpr (kMax == 1)
     embree::occluded(root_, context.head, q[0]);
   else
     embree::occluded(root_, context.head, q, static_cast<unsigned>(rays.size()));

@@ -21,7 +21,7 @@ using std::chrono::milliseconds;
 
 constexpr auto kConnectPatience = milliseconds(10000);
 constexpr int64_t kFirstPauseMs = 50, kLongestPauseMs = 5000;
-constexpr uint32_t kLeastHeartbeatMs = 10, kMostHeartbeatMs = 60000;
+constexpr uint32_t kMinHeartbeatMs = 10, kMaxHeartbeatMs = 60000;
 constexpr auto kWatchPeriod = milliseconds(1000);
 constexpr uint32_t kBeatsToDeliver = 2;  // then results go out also of jobs that were not given again
 
@@ -214,7 +214,7 @@ void Agent::greet(const Welcome& welcome) {
 }
 
 void Agent::set_pace(uint32_t heartbeat_ms) {
-  heartbeat_ms_ = std::clamp(heartbeat_ms, kLeastHeartbeatMs, kMostHeartbeatMs);
+  heartbeat_ms_ = std::clamp(heartbeat_ms, kMinHeartbeatMs, kMaxHeartbeatMs);
   if (welcomed_) beat();
 }
 

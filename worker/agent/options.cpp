@@ -202,11 +202,11 @@ Status read_machine(const Table& table, bool local, AgentSettings& agent) {
   agent.unit_limit_ms = unit_limit * 1000;
   KILN_TRY(const int64_t drain_limit, number(table, "--drain-limit", 1000000, agent.drain_limit_ms / 1000));
   agent.drain_limit_ms = drain_limit * 1000;
-  constexpr int64_t kMostMiB = int64_t{1} << 30;
-  KILN_TRY(const int64_t memory, number(table, "--memory", kMostMiB, 0));
+  constexpr int64_t kMaxMiB = int64_t{1} << 30;
+  KILN_TRY(const int64_t memory, number(table, "--memory", kMaxMiB, 0));
   agent.memory_bytes = static_cast<uint64_t>(memory) << 20;
   KILN_TRY(const int64_t size,
-           number(table, "--cache-size", kMostMiB, static_cast<int64_t>(agent.cache_bytes >> 20)));
+           number(table, "--cache-size", kMaxMiB, static_cast<int64_t>(agent.cache_bytes >> 20)));
   agent.cache_bytes = static_cast<uint64_t>(size) << 20;
   // Local workers get their chunks over loopback, from the memory of the program that started them.
   agent.cache_folder = table["--cache"].empty() && !local ? default_cache() : table["--cache"];

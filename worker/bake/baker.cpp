@@ -106,12 +106,12 @@ class PathBaker final : public Baker {
     Integrator::Task again[kBatch];
     size_t from[kBatch], count = 0;
     for (size_t i = 0; i < tasks.size(); ++i) {
-      if (!tasks[i].splats.inside) continue;
+      if (!tasks[i].radiance.inside) continue;
       const std::optional<SitePlaces::Place> place = texel.places.instead_of(
           texel.picker, texel.picker.index(tasks[i].stream.single(0)), run.result.rays);
       if (!place) continue;
       again[count] = {place->point, tasks[i].stream, {}};
-      again[count].splats.rays = tasks[i].splats.rays;
+      again[count].radiance.rays = tasks[i].radiance.rays;
       from[count++] = i;
       if (place->moved) film.count_pushed();
     }
@@ -142,11 +142,11 @@ class PathBaker final : public Baker {
     for (size_t t = 0; t < texels.size(); ++t) {
       const std::span<Integrator::Task> own(tasks + t * count, count);
       Film& film = run.films[t];
-      if (std::any_of(own.begin(), own.end(), [](const auto& task) { return task.splats.inside; }))
+      if (std::any_of(own.begin(), own.end(), [](const auto& task) { return task.radiance.inside; }))
         take_again(texels[t], own, film, run);
       for (uint32_t i = 0; i < count; ++i) {
-        result.rays += own[i].splats.rays;
-        if (!film.add(own[i].splats, own[i].receiver.ns) && result.nonfinite++ == 0) {
+        result.rays += own[i].radiance.rays;
+        if (!film.add(own[i].radiance, own[i].receiver.ns) && result.nonfinite++ == 0) {
           result.nonfinite_texel = texels[t].index;
           result.nonfinite_sample = first + i;
         }

@@ -4,27 +4,27 @@
 
 #include <array>
 
-#include "common/basis/basis.h"
+#include "common/responses/basis.h"
 #include "worker/integrators/integrator.h"
 
 namespace kiln {
 
 class Film {
  public:
-  static constexpr size_t kMostPlanes = kMomentBasis + 3 * kMaxBasisFunctions;
+  static constexpr size_t kMaxPlanes = kMomentBasis + 3 * kMaxBasisFunctions;
 
   explicit Film(uint32_t basis) : basis_(basis), functions_(basis_roster()[basis].functions.size()) {}
   size_t planes() const { return kMomentBasis + 3 * functions_; }
   void clear() { sums_.fill(0.0); }
 
   // Adds one sample. Returns false if a contribution was not finite: it is dropped, the others count.
-  bool add(const Splats& splats, const Vec3& normal) {
+  bool add(const RadianceSamples& radiance, const Vec3& normal) {
     bool finite = true;
     Vec3 e(0.0f);
-    if (splats.inside) sums_[kMomentInside] += 1.0;
-    for (int i = 0; i < splats.count; ++i) {
-      const Vec3& d = splats.items[i].direction;
-      const Vec3& c = splats.items[i].contribution;
+    if (radiance.inside) sums_[kMomentInside] += 1.0;
+    for (int i = 0; i < radiance.count; ++i) {
+      const Vec3& d = radiance.items[i].direction;
+      const Vec3& c = radiance.items[i].contribution;
       const Vec3 with = e + c * std::max(0.0f, dot(d, normal));
       if (!is_finite(with)) {  // nor is it if c is not
         finite = false;
@@ -46,12 +46,12 @@ class Film {
     return finite;
   }
   void count_pushed() { sums_[kMomentPushed] += 1.0; }
-  const std::array<double, kMostPlanes>& sums() const { return sums_; }
+  const std::array<double, kMaxPlanes>& sums() const { return sums_; }
 
  private:
   uint32_t basis_;
   size_t functions_;
-  std::array<double, kMostPlanes> sums_{};
+  std::array<double, kMaxPlanes> sums_{};
 };
 
 }  // namespace kiln

@@ -59,8 +59,8 @@ Expected<std::string> numeric_class(const std::string& isa) {
   for (uint32_t i = 0; i < 64; ++i) {
     Integrator::Task task{surfaces->at(0, 4 * i, 0.25f, 0.5f), SampleStream(1, i, i), {}};
     integrator->sample(std::span(&task, 1), *workspace);
-    const Splats& splats = task.splats;
-    for (int k = 0; k < splats.count; ++k) hash.add(std::as_bytes(std::span(&splats.items[k], 1)));
+    const RadianceSamples& radiance = task.radiance;
+    for (int k = 0; k < radiance.count; ++k) hash.add(std::as_bytes(std::span(&radiance.items[k], 1)));
   }
   return isa + "-" + hash.finish().hex().substr(0, 16);
 }

@@ -19,7 +19,7 @@ uint32_t find_features(const Surfaces& surfaces, const Lights& lights) {
 std::unique_ptr<Integrator> Integrator::create(const Surfaces& surfaces, const Tracer& tracer,
                                                const Lights& lights, const TransportSettings& settings,
                                                uint32_t features) {
-  if (settings.strategies != Strategies::kBoth) features |= kOneStrategy;
+  if (settings.mis_mode != MisMode::kBoth) features |= kOneStrategy;
   const bool everything = features & (kGlass | kOneStrategy);
   const IntegratorFactory factory = everything           ? integrator_of_everything()
                                     : features & kLayers ? layered_integrators()[features & kAllLights]

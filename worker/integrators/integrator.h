@@ -1,7 +1,7 @@
 // ROOM: add an estimator. Unidirectional path tracing with next-event estimation and multiple importance
 // sampling (balance heuristic, Veach 1997 ch. 9), as seen from a texel.
 //
-// Every sample yields a few splats (direction d, contribution c): estimates of radiance L(d) dw, so that
+// Every sample yields a few radiance (direction d, contribution c): estimates of radiance L(d) dw, so that
 // any linear function of the incident light is the sum of c f(d). Dimensions: docs/maths.md.
 #pragma once
 
@@ -18,12 +18,12 @@
 
 namespace kiln {
 
-struct Splats {
-  struct Splat {
+struct RadianceSamples {
+  struct RadianceSample {
     Vec3 direction, contribution;
   };
-  static constexpr int kMost = 4;  // one for each light strategy and one for the path
-  Splat items[kMost];
+  static constexpr int kMax = 4;  // one for each light strategy and one for the path
+  RadianceSample items[kMax];
   int count = 0;
   bool inside = false;  // the primary ray met a back face
   uint32_t rays = 0;
@@ -39,7 +39,7 @@ enum Feature : uint32_t {
   kSkyImage = 4,      // an environment that is worth sampling
   kLayers = 8,        // a material that is more than a Lambert layer
   kGlass = 16,        // a material that light goes straight through
-  kOneStrategy = 32,  // other Strategies than both: of no scene, asked for by settings
+  kOneStrategy = 32,  // other MisMode than both: of no scene, asked for by settings
   kAllFeatures = 63,
 };
 uint32_t find_features(const Surfaces& surfaces, const Lights& lights);
@@ -57,7 +57,7 @@ class Integrator {
   struct Task {
     SurfacePoint receiver;
     SampleStream stream;
-    Splats splats;
+    RadianceSamples radiance;
   };
   // Samples that go through the scene side by side, stage by stage: one stage's code and data stay warm, one
   // sample waits for memory while the others are worked on, and shadow rays are traced together. What a

@@ -15,7 +15,7 @@ struct KnownIrradiance {
   // point beside it sees. (Ward et al. 1988 bound reuse by the distance of surfaces likewise.)
   static constexpr float kNearestTexels = 4.0f;
   // A normal map that turns the normal further than this asks for another irradiance than the surface's own.
-  static constexpr float kLeastAgreement = 0.9f;
+  static constexpr float kMinAgreement = 0.9f;
 
   // Irradiance of the front of the surface that was met, or null.
   const Vec3* find(const Hit& hit) const {

@@ -26,7 +26,7 @@ constexpr uint32_t dimension(uint32_t bounces, Dimension d) {
   return 1 + bounces * kPerVertex + d;
 }
 
-constexpr uint32_t kMostPasses = 64;    // surfaces of glass between two vertices; what goes further is lost
+constexpr uint32_t kMaxPasses = 64;     // surfaces of glass between two vertices; what goes further is lost
 constexpr uint32_t kRouletteAfter = 3;  // reflections that every path may make
 
 template <uint32_t kFeatures>
@@ -45,7 +45,7 @@ class PathIntegrator final : public Integrator {
   // reflections is number b mod kVertices.
   static constexpr uint32_t kVertices = has(kLocalLights) ? 2 : 1;
   static constexpr uint32_t slot(uint32_t bounces) { return bounces % kVertices; }
-  using Seen = std::conditional_t<has(kLayers), SeenBsdf, SeenLambert>;
+  using Seen = std::conditional_t<has(kLayers), BsdfAtWo, LambertAtWo>;
 
   // A ray's way through glass since the last vertex.
   struct Glass {
@@ -67,10 +67,10 @@ class PathIntegrator final : public Integrator {
     Vec3 first_direction;
     float first_pdf;
     // Of a vertex whose irradiance is known:
-    bool parted;           // its closure is made already, without the Lambert layer
-    bool reflected_known;  // only of light that was reflected before: what shines on it directly is still
-                           // wanted
-    Vec3 rest;             // what goes on past the next surface's own light: all but where the above holds
+    bool diffuse_dropped;    // its closure is made already, without the Lambert layer
+    bool reflected_known;    // only of light that was reflected before: what shines on it directly is still
+                             // wanted
+    Vec3 throughput_beyond;  // what goes on past the next surface's own light: all but where the above holds
     Hit hit;
     [[no_unique_address]] std::conditional_t<has(kGlass), Glass, NoGlass> glass;
   };
@@ -101,7 +101,7 @@ class PathIntegrator final : public Integrator {
   template <bool kTexel>
   void gather(Wave& w, uint32_t bounces) const;
   template <bool kTexel>
-  void consider(Wave& w, uint32_t i, uint32_t bounces, const LightSample& s) const;
+  void queue_shadow_ray(Wave& w, uint32_t i, uint32_t bounces, const LightSample& s) const;
   template <bool kTexel>
   void trace_shadows(Wave& w) const;
   void leave_texel(Wave& w) const;
@@ -110,7 +110,7 @@ class PathIntegrator final : public Integrator {
   bool ends_at_known(Path& p, const Task& task, const Vec3& irradiance, uint32_t bounces) const;
   bool passes_glass(Path& p, const SurfacePoint& at, const Bsdf& layers, bool leaves, Task& task,
                     uint32_t bounces) const;
-  void look(Path& p, uint32_t bounces) const;
+  void make_bsdf(Path& p, uint32_t bounces) const;
   void reflect(Wave& w, uint32_t bounces) const;
   void finish(Wave& w, uint32_t i) const;
   // Radiance of the emissive surface that was hit or of the environment, weighted against light sampling.
@@ -119,10 +119,10 @@ class PathIntegrator final : public Integrator {
 
   // Balance heuristic: the share of a find by a strategy of density `pdf`, where the other has `other`. What
   // the other cannot find stays, whichever is asked for.
-  float share(Strategies own, float pdf, float other) const {
+  float mis_weight(MisMode own, float pdf, float other) const {
     if constexpr (has(kOneStrategy))
-      if (settings_.strategies != Strategies::kBoth && other > 0.0f)
-        return settings_.strategies == own ? 1.0f : 0.0f;
+      if (settings_.mis_mode != MisMode::kBoth && other > 0.0f)
+        return settings_.mis_mode == own ? 1.0f : 0.0f;
     return pdf / (pdf + other);
   }
 
@@ -165,10 +165,11 @@ void PathIntegrator<kFeatures>::start(Wave& w) const {
   w.count = w.tasks.size();
 }
 
-// Takes up a light sample unless it carries nothing to the vertex.
+// Queues a shadow ray unless the contribution is zero.
 template <uint32_t kFeatures>
 template <bool kTexel>
-void PathIntegrator<kFeatures>::consider(Wave& w, uint32_t i, uint32_t bounces, const LightSample& s) const {
+void PathIntegrator<kFeatures>::queue_shadow_ray(Wave& w, uint32_t i, uint32_t bounces,
+                                                 const LightSample& s) const {
   if (!(max_component(s.weight) > 0.0f) || (kTexel && s.indirect_only)) return;
   const Path& p = w.paths[i];
   const SurfacePoint& vertex = p.vertices[slot(bounces)];
@@ -184,7 +185,7 @@ void PathIntegrator<kFeatures>::consider(Wave& w, uint32_t i, uint32_t bounces, 
     if (!(max_component(contribution) > 0.0f)) return;
     direction_pdf = value.pdf;
   }
-  if (s.pdf > 0.0f) contribution *= share(Strategies::kLights, s.pdf, direction_pdf);
+  if (s.pdf > 0.0f) contribution *= mis_weight(MisMode::kLights, s.pdf, direction_pdf);
   Ray& ray = w.rays[w.shadow_count];
   ray.origin = p.origin;
   ray.direction = s.far ? s.direction : vertex.position + s.segment - p.origin;
@@ -208,8 +209,8 @@ void PathIntegrator<kFeatures>::gather(Wave& w, uint32_t bounces) const {
         if (local.wants_point()) draw(w, dimension(bounces, kLocalPoint), w.v);
         for (size_t k = 0; k < w.count; ++k) {
           const SurfacePoint& at = w.paths[w.live[k]].vertices[slot(bounces)];
-          consider<kTexel>(w, w.live[k], bounces,
-                           local.sample(surfaces_, at.position, at.ns, w.u[0][k], pair(w.v, k)));
+          queue_shadow_ray<kTexel>(w, w.live[k], bounces,
+                                   local.sample(surfaces_, at.position, at.ns, w.u[0][k], pair(w.v, k)));
         }
       }
     }
@@ -220,14 +221,14 @@ void PathIntegrator<kFeatures>::gather(Wave& w, uint32_t bounces) const {
         if (suns.wants_point()) draw(w, dimension(bounces, kSunPoint), w.v);
         for (size_t k = 0; k < w.count; ++k)
           if (suns.may_light(w.paths[w.live[k]].vertices[slot(bounces)].ns))
-            consider<kTexel>(w, w.live[k], bounces, suns.sample(w.u[0][k], pair(w.v, k)));
+            queue_shadow_ray<kTexel>(w, w.live[k], bounces, suns.sample(w.u[0][k], pair(w.v, k)));
       }
     }
     if constexpr (has(kSkyImage)) {
       if (lights_.environment.wants_sampling()) {
         draw(w, dimension(bounces, kEnvironment), w.u);
         lights_.environment.sample(w.u[0], w.u[1], w.count, w.sky);
-        for (size_t k = 0; k < w.count; ++k) consider<kTexel>(w, w.live[k], bounces, w.sky[k]);
+        for (size_t k = 0; k < w.count; ++k) queue_shadow_ray<kTexel>(w, w.live[k], bounces, w.sky[k]);
       }
     }
     trace_shadows<kTexel>(w);
@@ -240,11 +241,11 @@ void PathIntegrator<kFeatures>::trace_shadows(Wave& w) const {
   tracer_.transmittance(std::span(w.rays, w.shadow_count), w.passed);
   for (size_t k = 0; k < w.shadow_count; ++k) {
     const Shadow& s = w.shadows[k];
-    Splats& splats = w.tasks[s.path].splats;
-    ++splats.rays;
+    RadianceSamples& radiance = w.tasks[s.path].radiance;
+    ++radiance.rays;
     if (!(max_component(w.passed[k]) > 0.0f)) continue;
     if constexpr (kTexel) {
-      splats.add(s.direction, s.contribution * w.passed[k]);
+      radiance.add(s.direction, s.contribution * w.passed[k]);
     } else {
       Path& p = w.paths[s.path];
       p.sum += p.throughput * (s.contribution * w.passed[k]);
@@ -261,7 +262,7 @@ void PathIntegrator<kFeatures>::leave_texel(Wave& w) const {
     const Vec3 local = primary_direction(settings_.primary, pair(w.u, k));
     p.direction = p.first_direction = p.frame.to_world(local);
     p.pdf = p.first_pdf = primary_pdf(settings_.primary, local.z);
-    // Below the surface no light arrives from.
+    // Directions below the geometric horizon receive no light.
     if (dot(p.direction, p.vertices[0].ng) > 0.0f) w.live[kept++] = w.live[k];
   }
   w.count = kept;
@@ -276,7 +277,7 @@ Vec3 PathIntegrator<kFeatures>::emitted(const Path& p, const SurfacePoint& at, u
   if constexpr (has(kGlass)) distance = p.glass.distance;
   const float other = lights_.local.pdf(vertex.position, vertex.ns, p.hit.instance, p.hit.triangle,
                                         std::abs(dot(p.direction, at.ng)), distance);
-  return emission * share(Strategies::kPaths, p.pdf, other);
+  return emission * mis_weight(MisMode::kPaths, p.pdf, other);
 }
 
 template <uint32_t kFeatures>
@@ -286,7 +287,7 @@ Vec3 PathIntegrator<kFeatures>::missed(const Path& p, uint32_t bounces) const {
     return Vec3(0.0f);
   if constexpr (has(kSkyImage)) {
     const uint32_t texel = p.hit.triangle;  // put there by trace()
-    return environment.radiance(texel) * share(Strategies::kPaths, p.pdf, environment.pdf(texel));
+    return environment.radiance(texel) * mis_weight(MisMode::kPaths, p.pdf, environment.pdf(texel));
   }
   return environment.radiance(p.direction);
 }
@@ -304,7 +305,7 @@ void PathIntegrator<kFeatures>::trace(Wave& w, uint32_t bounces) const {
       Task& task = w.tasks[todo[k]];
       uint32_t key = dimension(bounces, kDirection);
       if constexpr (has(kGlass)) key += p.glass.passes << 24;
-      ++task.splats.rays;
+      ++task.radiance.rays;
       ::new (&p.hit) Hit(tracer_.intersect({p.origin, p.direction}, task.stream.bits(key)));
       if (p.hit.valid()) {
         surfaces_.prefetch(p.hit.instance, p.hit.triangle);
@@ -346,7 +347,7 @@ auto PathIntegrator<kFeatures>::arrive(Path& p, Task& task, const KnownIrradianc
   if (kind.normal_map && may_reflect(bounces)) {
     const Vec3 smooth = at.ns;
     at.ns = surfaces_.mapped_normal(hit.instance, hit.triangle, at);
-    agrees = dot(smooth, at.ns) > KnownIrradiance::kLeastAgreement;
+    agrees = dot(smooth, at.ns) > KnownIrradiance::kMinAgreement;
   }
   if constexpr (has(kGlass)) {
     p.glass.distance += hit.t;
@@ -356,7 +357,7 @@ auto PathIntegrator<kFeatures>::arrive(Path& p, Task& task, const KnownIrradianc
   const bool leaves = dot(p.direction, at.ng) > 0.0f;  // a back face
   if (leaves) {
     if (!kind.double_sided && !kind.glass) {
-      if (bounces == 0) task.splats.inside = true;
+      if (bounces == 0) task.radiance.inside = true;
       return Arrival::kEnds;
     }
     at.ng = -at.ng;
@@ -371,12 +372,12 @@ auto PathIntegrator<kFeatures>::arrive(Path& p, Task& task, const KnownIrradianc
     p.glass = {0.0f, p.glass.absorption, 0};
   }
   if (p.reflected_known) {
-    p.throughput *= p.rest;
+    p.throughput *= p.throughput_beyond;
     p.reflected_known = false;
     if (!(max_component(p.throughput) > 0.0f)) return Arrival::kEnds;
   }
   if (!may_reflect(bounces)) return Arrival::kEnds;
-  p.parted = false;
+  p.diffuse_dropped = false;
   if (known && agrees && !leaves && !kind.glass)
     if (const Vec3* irradiance = known->find(hit); irradiance && ends_at_known(p, task, *irradiance, bounces))
       return Arrival::kEnds;
@@ -396,7 +397,7 @@ bool PathIntegrator<kFeatures>::ends_at_known(Path& p, const Task& task, const V
     p.reflected_known = !settings_.direct;
     return settings_.direct;
   } else {
-    look(p, bounces + 1);
+    make_bsdf(p, bounces + 1);
     const Vec3 share = p.bsdf.diffuse_share();
     if (!(max_component(share) > 0.0f)) return false;
     p.sum += p.throughput * share * irradiance * kInvPi;
@@ -408,23 +409,23 @@ bool PathIntegrator<kFeatures>::ends_at_known(Path& p, const Task& task, const V
     const float u = unit_float(task.stream.bits(dimension(bounces + 1, kLayer) | 1u << 31));
     if (!(u < chance)) return true;
     p.throughput /= chance;
-    p.parted = true;
+    p.diffuse_dropped = true;
     return false;
   }
 }
 
 // Makes the closure of the vertex that was met.
 template <uint32_t kFeatures>
-void PathIntegrator<kFeatures>::look(Path& p, uint32_t bounces) const {
+void PathIntegrator<kFeatures>::make_bsdf(Path& p, uint32_t bounces) const {
   SurfacePoint& at = p.vertices[slot(bounces)];
   if (dot(p.direction, at.ns) >= 0.0f) at.ns = at.ng;  // seen from below the shading horizon
   p.frame = Frame(at.ns);
   const Material& material = *surfaces_.kind(p.hit.instance).material;
   const Vec3 wo = p.frame.to_local(-p.direction);
   if constexpr (has(kLayers))
-    ::new (&p.bsdf.layers()) Bsdf(bsdf_at(material, at.attributes)), p.bsdf.look(wo);
+    ::new (&p.bsdf.layers()) Bsdf(bsdf_at(material, at.attributes)), p.bsdf.set_wo(wo);
   else
-    p.bsdf = SeenLambert(albedo_at(material, at.attributes), wo);
+    p.bsdf = LambertAtWo(albedo_at(material, at.attributes), wo);
 }
 
 // Does the path go straight on through glass? If not, its throughput makes up for those that do. To light
@@ -443,7 +444,7 @@ bool PathIntegrator<kFeatures>::passes_glass(Path& p, const SurfacePoint& at, co
       p.throughput /= 1.0f - chance;
       return false;
     }
-    p.throughput *= p.glass.passes < kMostPasses ? through / chance : Vec3(0.0f);
+    p.throughput *= p.glass.passes < kMaxPasses ? through / chance : Vec3(0.0f);
     if (max_component(layers.absorption) > 0.0f) {
       Vec3& medium = p.glass.absorption;
       // Where the path started inside, nothing was entered: the way to this exit is absorbed now.
@@ -465,7 +466,7 @@ void PathIntegrator<kFeatures>::reflect(Wave& w, uint32_t bounces) const {
   for (size_t k = 0; k < w.count; ++k) {
     Path& p = w.paths[w.live[k]];
     const SurfacePoint& at = p.vertices[slot(bounces)];
-    if (!p.parted) look(p, bounces);
+    if (!p.diffuse_dropped) make_bsdf(p, bounces);
     p.origin = offset_origin(at.position, at.ng, at.error);
   }
   gather<false>(w, bounces);
@@ -481,7 +482,7 @@ void PathIntegrator<kFeatures>::reflect(Wave& w, uint32_t bounces) const {
     p.direction = p.frame.to_world(s.direction);
     p.pdf = s.pdf;
     p.throughput *= s.weight;
-    if (p.reflected_known) p.rest = p.bsdf.share_above_diffuse(s.direction);
+    if (p.reflected_known) p.throughput_beyond = p.bsdf.share_above_diffuse(s.direction);
     // Nothing leaks through the surface itself.
     bool goes_on =
         max_component(p.throughput) > 0.0f && dot(p.direction, p.vertices[slot(bounces)].ng) > 0.0f;
@@ -502,7 +503,7 @@ template <uint32_t kFeatures>
 void PathIntegrator<kFeatures>::finish(Wave& w, uint32_t i) const {
   const Path& p = w.paths[i];
   if (!(max_component(p.sum) <= 0.0f))  // so that NaN passes: the film counts it
-    w.tasks[i].splats.add(p.first_direction, p.sum / p.first_pdf);
+    w.tasks[i].radiance.add(p.first_direction, p.sum / p.first_pdf);
 }
 
 template <uint32_t kFeatures>

@@ -8,7 +8,7 @@ namespace kiln {
 namespace {
 
 constexpr double kCellBudget = 1 << 24;  // of all triangles together: half a second
-constexpr double kLeastCells = 256, kMostCells = 1 << 16;
+constexpr double kMinCells = 256, kMaxCells = 1 << 16;
 constexpr double kFloor = 0x1p-20;   // of the brightest texel touched: what rounding and dither may reach
 constexpr double kReach = 1.0 / 64;  // texels; further than the dither of TextureSampler goes
 constexpr double kFarthest = 1e4;    // coordinates beyond it read texel 0, as in TextureSampler
@@ -56,7 +56,7 @@ EmissionMap::EmissionMap(const EmissionParts& parts, size_t triangles) : parts_(
   wrap_s_ = t.wrap_s;
   wrap_t_ = t.wrap_t;
   nearest_ = t.nearest;
-  most_cells_ = std::clamp(kCellBudget / static_cast<double>(triangles), kLeastCells, kMostCells);
+  most_cells_ = std::clamp(kCellBudget / static_cast<double>(triangles), kMinCells, kMaxCells);
   levels_.push_back(load(*parts.texture));
   while (levels_.back().width > 1 || levels_.back().height > 1) levels_.push_back(halved(levels_.back()));
 }
@@ -136,7 +136,7 @@ double EmissionMap::textured(const Attributes (&a)[3], const Vec3 (&color)[3]) c
   };
   while (l + 1 < levels_.size() && cells(levels_[l]) > most_cells_) ++l;
   const Level& level = levels_[l];
-  if (cells(level) > kMostCells) {  // more repeats than cells: the mean of the image
+  if (cells(level) > kMaxCells) {  // more repeats than cells: the mean of the image
     return (shade(level.texels[0], color[0]) + shade(level.texels[0], color[1]) +
             shade(level.texels[0], color[2])) /
            3.0;

@@ -80,7 +80,7 @@ float Environment::pdf(uint32_t texel) const {
 }
 
 void Environment::sample(const float* u, const float* v, size_t count, LightSample* samples) const {
-  ImageDistribution::Draw draws[kMost];
+  ImageDistribution::Draw draws[kMax];
   distribution_.sample(u, v, count, draws);
   for (size_t k = 0; k < count; ++k) __builtin_prefetch(&texels_[size_t{draws[k].y} * width_ + draws[k].x]);
   for (size_t k = 0; k < count; ++k) {

@@ -20,8 +20,8 @@ class Environment {
   // A constant environment is found by the surface's own sampling as well as by any other.
   bool wants_sampling() const { return !black_ && width_ > 0; }
   bool indirect_only() const { return bake_ == BakeMode::kIndirect; }
-  // samples[k] for the numbers (u[k], v[k]); at most kMost at once.
-  static constexpr size_t kMost = ImageDistribution::kMost;
+  // samples[k] for the numbers (u[k], v[k]); at most kMax at once.
+  static constexpr size_t kMax = ImageDistribution::kMax;
   void sample(const float* u, const float* v, size_t count, LightSample* samples) const;
   LightSample sample(const Vec2& u) const {
     LightSample s;

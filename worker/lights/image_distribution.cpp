@@ -66,10 +66,10 @@ ImageDistribution::Pick ImageDistribution::pick(const Part& part, double scaled,
 }
 
 void ImageDistribution::sample(const float* u, const float* v, size_t count, Draw* draws) const {
-  KILN_CHECK(count <= kMost);
-  Pick rows[kMost];
-  double columns[kMost];
-  uint32_t starts[kMost];
+  KILN_CHECK(count <= kMax);
+  Pick rows[kMax];
+  double columns[kMax];
+  uint32_t starts[kMax];
   for (size_t k = 0; k < count; ++k) {
     const uint64_t more =
         mix_bits(uint64_t{std::bit_cast<uint32_t>(u[k])} << 32 | std::bit_cast<uint32_t>(v[k]));

@@ -26,9 +26,9 @@ class ImageDistribution {
     Vec2 within;        // uniform in [0, 1)^2, left over from u
     float probability;  // of the texel
   };
-  // draws[k] for the numbers (u[k], v[k]); at most kMost at once. One by one each would wait for memory three
+  // draws[k] for the numbers (u[k], v[k]); at most kMax at once. One by one each would wait for memory three
   // times; together they wait for each other's.
-  static constexpr size_t kMost = 64;
+  static constexpr size_t kMax = 64;
   void sample(const float* u, const float* v, size_t count, Draw* draws) const;
   void prefetch(uint32_t x, uint32_t y) const { __builtin_prefetch(&upper_[rows_[y].first + x]); }
   float probability(uint32_t x, uint32_t y) const;

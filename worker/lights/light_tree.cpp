@@ -14,7 +14,7 @@ constexpr float kSlack = 1e-5f;
 // Light along the surface counts this much of light along the normal. Moments other than irradiance have no
 // cosine; this bounds what the choice does to their weights.
 constexpr float kGrazing = 0.2f;
-constexpr float kLeastCosine = 1e-3f;
+constexpr float kMinCosine = 1e-3f;
 
 template <class Lanes>
 KILN_INLINE Lanes at_least(const Lanes& a, float b) {
@@ -68,7 +68,7 @@ KILN_INLINE void LightTree::importance(const Group& a, const Vec3& p, const Vec3
   const Lanes cos_m = (inside | (cos_x > cos_b)) ? one : cos_x * cos_b + sin_x * sin_b;
   const Lanes cos_r = (inside | (cos_i > cos_b)) ? one : cos_i * cos_b + sin_i * sin_b;
   const Lanes half = sin_b > 1.0f ? one : at_least(sin_b, 1e-6f);
-  const Lanes value = a.strength * at_least(mean_cosine(cos_x, half), kLeastCosine) *
+  const Lanes value = a.strength * at_least(mean_cosine(cos_x, half), kMinCosine) *
                       (kGrazing + (1.0f - kGrazing) * mean_cosine(cos_i, half)) /
                       at_least(d2 + a.spread2, 1e-36f);
   const auto excluded = (cos_m < a.cos_emission) | (cos_r < -kSlack) | (d2 > a.reach2);

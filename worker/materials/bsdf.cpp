@@ -102,7 +102,7 @@ Vec3 straight_through(const Bsdf& bsdf, float cos) {
   return through;
 }
 
-void SeenBsdf::look(const Vec3& wo) {
+void BsdfAtWo::set_wo(const Vec3& wo) {
   const Bsdf& bsdf = bsdf_;
   wo_ = wo;
   covered_ = bsdf.is_covered();
@@ -120,7 +120,7 @@ void SeenBsdf::look(const Vec3& wo) {
   if (covered_) cover();
 }
 
-void SeenBsdf::cover() {
+void BsdfAtWo::cover() {
   const Bsdf& b = bsdf_;
   const float cos = std::max(wo_.z, 0.0f);
   coat_smith_wo_ = smith(cos, b.coat_alpha);
@@ -141,7 +141,7 @@ void SeenBsdf::cover() {
   p_sheen_ = w_sheen / total;
 }
 
-BsdfValue SeenBsdf::base(const Vec3& wi) const {
+BsdfValue BsdfAtWo::base(const Vec3& wi) const {
   const Bsdf& b = bsdf_;
   BsdfValue v;
   if (smith_wo_ > 0.0f) {
@@ -155,7 +155,7 @@ BsdfValue SeenBsdf::base(const Vec3& wi) const {
   return v;
 }
 
-BsdfValue SeenBsdf::covered(const Vec3& wi) const {
+BsdfValue BsdfAtWo::covered(const Vec3& wi) const {
   const Bsdf& b = bsdf_;
   BsdfValue v = base(wi);
   v.pdf *= std::max(0.0f, 1.0f - p_coat_ - p_sheen_);
@@ -180,20 +180,20 @@ BsdfValue SeenBsdf::covered(const Vec3& wi) const {
 
 // Of base(): (1 - F(o)) / (1 - mean F) times the mean of 1 - F(i) over the cosine-weighted hemisphere, which
 // is the same 1 - mean F.
-Vec3 SeenBsdf::diffuse_share() const {
+Vec3 BsdfAtWo::diffuse_share() const {
   if (wo_.z <= 0.0f || covered_) return Vec3(0.0f);
   return layered_ ? bsdf_.diffuse * std::max(0.0f, 1.0f - over_diffuse(bsdf_, wo_.z)) : bsdf_.diffuse;
 }
 
-float SeenBsdf::drop_diffuse() {
+float BsdfAtWo::drop_diffuse() {
   const float share = layered_ && wo_.z > 0.0f ? p_specular_ : 0.0f;
   bsdf_.diffuse = Vec3(0.0f);
-  look(wo_);
+  set_wo(wo_);
   return share;
 }
 
-Vec3 SeenBsdf::share_above_diffuse(const Vec3& wi) const {
-  SeenBsdf above = *this;
+Vec3 BsdfAtWo::share_above_diffuse(const Vec3& wi) const {
+  BsdfAtWo above = *this;
   above.bsdf_.diffuse = Vec3(0.0f);
   const Vec3 all = value(wi).f, part = above.value(wi).f;
   Vec3 share(0.0f);
@@ -202,7 +202,7 @@ Vec3 SeenBsdf::share_above_diffuse(const Vec3& wi) const {
   return share;
 }
 
-BsdfSample SeenBsdf::sample(float u_layer, const Vec2& u) const {
+BsdfSample BsdfAtWo::sample(float u_layer, const Vec2& u) const {
   BsdfSample s;
   if (wo_.z <= 0.0f || (!layered_ && !bsdf_.has_diffuse())) return s;
   if (!layered_) {

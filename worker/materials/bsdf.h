@@ -50,13 +50,13 @@ Vec3 straight_through(const Bsdf& bsdf, float cos);
 
 // A Bsdf seen from one direction: what evaluating and sampling share is found once. Directions are local,
 // unit and leave the surface; wo is towards where the light goes.
-class SeenBsdf {
+class BsdfAtWo {
  public:
-  SeenBsdf() = default;  // black
-  SeenBsdf(const Bsdf& bsdf, const Vec3& wo) : bsdf_(bsdf) { look(wo); }
+  BsdfAtWo() = default;  // black
+  BsdfAtWo(const Bsdf& bsdf, const Vec3& wo) : bsdf_(bsdf) { set_wo(wo); }
   // The same in two steps: fill in layers(), then look. Nothing is copied.
   Bsdf& layers() { return bsdf_; }
-  void look(const Vec3& wo);
+  void set_wo(const Vec3& wo);
 
   BsdfValue value(const Vec3& wi) const {
     if (wo_.z <= 0.0f || wi.z <= 0.0f) return {};
@@ -91,11 +91,11 @@ class SeenBsdf {
   float sheen_wo_ = 0.0f;
 };
 
-// A SeenBsdf of which the Lambert layer is known to be all.
-class SeenLambert {
+// A BsdfAtWo of which the Lambert layer is known to be all.
+class LambertAtWo {
  public:
-  SeenLambert() = default;
-  SeenLambert(const Vec3& albedo, const Vec3& wo) : albedo_(wo.z > 0.0f ? albedo : Vec3(0.0f)) {}
+  LambertAtWo() = default;
+  LambertAtWo(const Vec3& albedo, const Vec3& wo) : albedo_(wo.z > 0.0f ? albedo : Vec3(0.0f)) {}
   BsdfValue value(const Vec3& wi) const { return {albedo_ * kInvPi, wi.z * kInvPi}; }
   BsdfSample sample(float, const Vec2& u) const {
     const Vec3 wi = cosine_hemisphere(u);

@@ -1,5 +1,5 @@
 // An environment image, by what its first bytes say: EXR or Radiance HDR.
-#include "coordinator/imageio/imageio.h"
+#include "coordinator/scene/imageio/imageio.h"
 #include "tests/fuzz/target.h"
 
 namespace kiln::fuzz {

@@ -1,5 +1,5 @@
 // A map that compare reads.
-#include "coordinator/imageio/exr.h"
+#include "coordinator/scene/imageio/exr.h"
 
 #include "tests/fuzz/target.h"
 

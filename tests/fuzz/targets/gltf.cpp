@@ -1,6 +1,6 @@
 // A scene file: text beginning with a brace is .gltf, anything else .glb.
 #include "common/scene/prepared.h"
-#include "coordinator/import/import.h"
+#include "coordinator/scene/import/import.h"
 #include "tests/fuzz/target.h"
 
 namespace kiln::fuzz {

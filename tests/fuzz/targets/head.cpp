@@ -1,4 +1,4 @@
-#include "coordinator/web/request_head.h"
+#include "coordinator/farm/web/request_head.h"
 #include "tests/fuzz/target.h"
 
 namespace kiln::fuzz {

@@ -1,5 +1,5 @@
 // A light profile.
-#include "coordinator/import/ies_profile.h"
+#include "coordinator/scene/import/ies_profile.h"
 #include "tests/fuzz/target.h"
 
 namespace kiln::fuzz {

@@ -1,5 +1,5 @@
 // An image of a material, as embedded in a scene file.
-#include "coordinator/imageio/imageio.h"
+#include "coordinator/scene/imageio/imageio.h"
 #include "tests/fuzz/target.h"
 
 namespace kiln::fuzz {

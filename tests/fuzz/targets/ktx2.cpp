@@ -1,5 +1,5 @@
 // A KTX2 file, with little room for texels.
-#include "coordinator/container/container.h"
+#include "coordinator/output/container/container.h"
 #include "tests/fuzz/target.h"
 
 namespace kiln::fuzz {

@@ -1,5 +1,5 @@
 // charts.json of an earlier bake.
-#include "coordinator/chart_table/chart_table.h"
+#include "coordinator/output/chart_table/chart_table.h"
 #include "tests/fuzz/target.h"
 
 namespace kiln::fuzz {

@@ -3,7 +3,7 @@
 #include <filesystem>
 
 #include "common/base/files.h"
-#include "coordinator/queue/spool_record.h"
+#include "coordinator/farm/queue/spool_record.h"
 #include "tests/fuzz/target.h"
 
 namespace kiln::fuzz {

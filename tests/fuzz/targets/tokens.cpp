@@ -1,5 +1,5 @@
 // The file of join tokens, and a token as a person types it.
-#include "coordinator/authority/tokens.h"
+#include "coordinator/farm/authority/tokens.h"
 
 #include "tests/fuzz/target.h"
 

@@ -1,0 +1,58 @@
+#include "common/responses/basis.h"
+
+#include "common/base/format.h"
+
+namespace kiln {
+namespace {
+
+template <class... Basis>
+struct Roster {
+  static std::span<const BasisInfo> all() {
+    static const std::array<BasisInfo, sizeof...(Basis)> infos{Basis::info()...};
+    static_assert(((Basis::functions.size() <= size_t{kMaxBasisFunctions}) && ...));
+    return infos;
+  }
+  static void evaluate(uint32_t index, const Vec3& d, float* f) {
+    uint32_t i = 0;
+    ((i++ == index ? Basis::evaluate(d, f) : void()), ...);
+  }
+};
+using Bases = Roster<IrradianceOnly, ShL1>;  // one line to add a basis
+
+}  // namespace
+
+std::span<const BasisInfo> basis_roster() {
+  return Bases::all();
+}
+
+std::vector<BasisBand> basis_bands(const BasisInfo& basis) {
+  std::vector<BasisBand> bands;
+  for (size_t f = 0; f < basis.functions.size(); ++f) {
+    const std::string name(basis.functions[f].substr(0, 2));
+    if (bands.empty() || bands.back().name != name) bands.push_back({name, {}});
+    bands.back().functions.push_back(f);
+  }
+  return bands;
+}
+
+Expected<uint32_t> find_basis(std::string_view name) {
+  std::string names;
+  for (uint32_t i = 0; i < basis_roster().size(); ++i) {
+    if (basis_roster()[i].name == name) return i;
+    names += text("{}{}", i ? ", " : "", basis_roster()[i].name);
+  }
+  return fail(ErrorKind::kUsage, text("there is no basis '{}': choose one of {}", name, names));
+}
+
+void evaluate_basis(uint32_t index, const Vec3& direction, float* f) {
+  Bases::evaluate(index, direction, f);
+}
+
+std::vector<std::string> moment_plane_names(uint32_t basis) {
+  std::vector<std::string> names{"inside", "pushed", "E.R", "E.G", "E.B", "lum", "lum2"};
+  for (std::string_view function : basis_roster()[basis].functions)
+    for (const char* channel : {".R", ".G", ".B"}) names.push_back(std::string(function) + channel);
+  return names;
+}
+
+}  // namespace kiln

@@ -1,0 +1,130 @@
+#include "coordinator/bake/denoise/candidates.h"
+
+#include <cmath>
+
+#include "common/base/parallel.h"
+#include "coordinator/bake/denoise/site_average.h"
+
+namespace kiln {
+namespace {
+
+// Of a luminance: what float paths round.
+constexpr double kRounding = 0x1p-20;
+constexpr double kDark = 1e-6;       // of the brightest: below this nothing is relative
+constexpr double kWideSamples = 16;  // of fewer samples of a texel, what is around it says more
+constexpr uint32_t kRounds =
+    16;  // steps to a linked site or none: three texels of spread, as the widest filter
+
+std::vector<uint8_t> usable(const TexelStatistics& s, const SiteGeometry& sites) {
+  std::vector<uint8_t> out(s.sites);
+  for (size_t i = 0; i < s.sites; ++i)
+    out[i] = s.known[i] && s.samples[i] > 0 && sites.texel_size[i] > 0 && std::isfinite(s.luminance[0][i]) &&
+             std::isfinite(s.luminance[1][i]);
+  return out;
+}
+
+double scale_of(const TexelStatistics& s, const std::vector<uint8_t>& known) {
+  float largest = 0;
+  for (size_t i = 0; i < s.sites; ++i)
+    if (known[i]) largest = std::max({largest, std::abs(s.luminance[0][i]), std::abs(s.luminance[1][i])});
+  return largest > 0 ? std::ldexp(1.0, std::ilogb(largest)) : 1.0;
+}
+
+// Variance of one sample. Where it is no number (squares beyond a float's range): of the square of the mean.
+double sample_variance(const TexelStatistics& s, const Candidates& c, size_t i) {
+  const double v = double{s.variance[i]} / c.scale / c.scale;
+  const double mean = 0.5 * (double{c.value[0][0][i]} + double{c.value[1][0][i]});
+  const double keep = std::min(c.keep[0][i], c.keep[1][i]);
+  return std::isfinite(v) && v >= 0 ? keep * keep * v : mean * mean;
+}
+
+// Diffused over three texels, as far as the widest filter reaches.
+std::vector<float> diffused(const std::vector<float>& in, const Candidates& c, const SurfaceLinks& links,
+                            unsigned threads) {
+  std::vector<float> out = in, next;
+  for (uint32_t round = 0; round < kRounds; ++round) {
+    average_linked(out, c.known, links, threads, next);
+    out.swap(next);
+  }
+  return out;
+}
+
+// Where a sample in ten thousand is bright, most texels have met none and their own variance is far too low;
+// a filter chosen by that would take the light off the few that have and give it to nobody. So half of what
+// is expected of a texel is the relative variance around it, at its own brightness. Of few samples not even
+// the brightness of a texel is known: a texel that is black by chance has the noise of those around it.
+void find_prior(const TexelStatistics& s, const SurfaceLinks& links, unsigned threads, Candidates& c) {
+  std::vector<float> own(s.sites, 0), light(s.sites, 0), near_own, near_light;
+  for_each_index(s.sites, threads, [&](size_t i) {
+    if (!c.known[i]) return;
+    own[i] = static_cast<float>(sample_variance(s, c, i));
+    light[i] = 0.5f * (std::abs(c.value[0][0][i]) + std::abs(c.value[1][0][i]));
+  });
+  average_linked(own, c.known, links, threads, near_own);
+  average_linked(light, c.known, links, threads, near_light);
+  const std::vector<float> wide_own = diffused(own, c, links, threads);
+  const std::vector<float> wide_light = diffused(light, c, links, threads);
+  for_each_index(s.sites, threads, [&](size_t i) {
+    if (!c.known[i]) return;
+    const double samples = s.samples[i], near = samples / (samples + kWideSamples);
+    const double f = near * near_light[i] + (1 - near) * wide_light[i];
+    const double wide = wide_light[i], relative = wide_own[i] / (wide * wide + kDark * kDark);
+    const double local = near * near_own[i] + (1 - near) * wide_own[i], around = relative * f * f;
+    const double variance = 0.5 * (local + around);
+    c.prior[i] = static_cast<float>(variance / (2.0 * samples) + kRounding * kRounding * f * f + 1e-30);
+    c.variance[0][i] = c.prior[i];
+  });
+}
+
+}  // namespace
+
+Candidates find_candidates(const TexelStatistics& s, const SiteGeometry& sites, const SurfaceLinks& links,
+                           unsigned threads) {
+  Candidates c;
+  c.known = usable(s, sites);
+  c.scale = scale_of(s, c.known);
+  c.samples = s.samples;
+  c.piece = surface_pieces(c.known, links);
+  c.prior.assign(s.sites, 0);
+  for (uint32_t r = 0; r < kReplicates; ++r)
+    for (uint32_t k = 0; k < kLevels; ++k) c.value[r][k].assign(s.sites, 0);
+  for (uint32_t k = 0; k < kLevels; ++k) c.variance[k].assign(s.sites, 0);
+  for (uint32_t r = 0; r < kReplicates; ++r)
+    for_each_index(s.sites, threads, [&](size_t i) {
+      if (c.known[i]) c.value[r][0][i] = static_cast<float>(s.luminance[r][i] / c.scale);
+    });
+
+  const Spikes spikes = find_spikes(s, c.known, c.piece, links, threads);
+  for (uint32_t r = 0; r < kReplicates; ++r) {
+    c.keep[r] = spikes.keep[r];
+    for (size_t i = 0; i < s.sites; ++i) c.value[r][0][i] *= spikes.keep[r][i];
+  }
+  c.gain = spikes.gain;
+  c.gain_error = spikes.relative_error;
+  find_prior(s, links, threads, c);
+
+  for_each_run(s.sites, threads, [&](size_t begin, size_t end) {
+    SurfaceKernel kernel(sites, links, c.known);
+    SurfaceKernel::Weights weight;
+    for (size_t i = begin; i < end; ++i) {
+      if (!c.known[i]) continue;
+      kernel.enter(static_cast<uint32_t>(i), kBandwidth[kLevels - 1]);
+      const std::span<const uint32_t> window = kernel.window();
+      const double own[2] = {c.value[0][0][i], c.value[1][0][i]};
+      for (uint32_t k = 1; k < kLevels; ++k) {
+        const size_t count = kernel.regression(k, weight);
+        double change[2] = {0, 0}, variance = 0;
+        for (size_t q = 0; q < count; ++q) {
+          const uint32_t j = window[q];
+          for (int r = 0; r < 2; ++r) change[r] += weight[q] * (double{c.value[r][0][j]} - own[r]);
+          variance += weight[q] * weight[q] * double{c.prior[j]};
+        }
+        for (int r = 0; r < 2; ++r) c.value[r][k][i] = static_cast<float>(own[r] + change[r]);
+        c.variance[k][i] = static_cast<float>(variance);
+      }
+    }
+  });
+  return c;
+}
+
+}  // namespace kiln

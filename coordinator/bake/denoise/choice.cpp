@@ -1,0 +1,249 @@
+// With A and B the replicates, f one of the filters, t the truth: the errors of A and B are independent, so
+//   (f(A) - A) (f(B) - B)  has the mean  (f(t) - t)^2,
+// the square of the bias, without knowing t and without a term to subtract (two-buffer estimates: Rousselle
+// 2012, section 4; Bitterli 2016, section 5.2 - there (f(A) - B)^2 less the variance of B, which has twice
+// the noise). The variance of f is known. Both are means over the window in units of `prior`, so that a
+// bright texel at its rim does not speak for dim ones.
+#include "coordinator/bake/denoise/choice.h"
+
+#include <cmath>
+#include <cstring>
+
+#include "common/base/parallel.h"
+
+namespace kiln {
+namespace {
+
+// A window's mean of the bias hides a texel that is sharp by itself (measured: beside small lights the error
+// was twice the stated one, and above the raw one). So the bias is also asked of the texels beside it, and of
+// itself where it stands out by three standard errors of its product.
+constexpr float kBesideTexels = 2.0f;
+constexpr double kAlone = 6;
+// All of some samples are dark by chance once in exp(this); at 6 that would be one texel in 400.
+constexpr double kAloneDark = 12;
+constexpr double kFewBeside = 1;
+constexpr double kFewAlone = 8;  // samples: of fewer, coincidences of rare bright ones are no surprise; that
+                                 // all samples of both replicates are dark is one as rare as it looks
+
+// A bias counts as far as it stands out of chance by so many standard errors: in the choice, and in what is
+// stated.
+constexpr double kChoiceErrors = 1.0, kStatedErrors = 0.25;
+
+// What a level may be expected to be wrong by where nothing is known, relative to the light; but not more
+// than so many standard errors of what is known.
+constexpr double kDoubtErrors = 0.25;
+constexpr double kExpectedBias[kLevels] = {0, 0.02, 0.05, 0.1, 0.1};
+
+// What all texels of a window lose or gain together counts so many times more: it is seen, and it is what
+// takes light from the whole (peaks under lamps are lowered). Measured on four scenes: the loss falls by a
+// fifth to a half, the gain by 0 to 5 %.
+constexpr double kCommon = 5;
+
+// Texels' worth of "samples are independent" in what is measured of their dependence: where there are few
+// texels (charts of four), chance says that there is no noise at all, and texels stop at such chances.
+constexpr double kDoubtTexels = 4;
+
+// What is left of the steps to the surface of second order and between the last planes where curvature is
+// constant.
+double fourth_order(const Candidates& c, int replicate, size_t j) {
+  const auto value = [&](uint32_t k) { return double{c.value[replicate][k][j]}; };
+  return value(kQuadratic) - value(kQuadratic - 1) +
+         (value(kQuadratic - 1) - value(kQuadratic - 2)) * (4.0 / 3);
+}
+
+// Texels that end their paths at the same irradiance cache share its error: it is in the difference of the
+// replicates, whose caches are their own, but a filter does not average it away. What the widest planes of
+// both replicates differ by, beyond what independent texels would leave, is that. It is as good as constant,
+// relative to the light, over what hangs together (walls of a room whose light has come through a slit), and
+// measured there as a whole: with all texels wrong alike a window knows no more than one texel does.
+class SharedError {
+ public:
+  explicit SharedError(const Candidates& c) : piece_(c.piece), sums_(c.piece.size()) {}
+
+  // Of a site whose measured variance is `factor` times what was expected.
+  void add(const Candidates& c, size_t i, double factor) {
+    const double light = square_of_light(c, i), variance = factor * double{c.variance[kLevel][i]};
+    if (!(light > 0)) return;
+    const double half = 0.5 * (double{c.value[0][kLevel][i]} - double{c.value[1][kLevel][i]});
+    const double relative = variance / light, excess = (half * half - variance) / light;
+    const double weight = std::min(1.0, (kSure / relative) * (kSure / relative));
+    Sums& s = sums_[piece_[i]];
+    s.weight += fixed(weight);
+    s.excess += fixed(weight * std::clamp(excess, -1.0, 1.0));
+    s.squares += fixed(weight * weight);
+    s.noise += fixed(weight * weight * std::min(relative, 1.0));
+  }
+
+  // Variance, as far as it stands out by half a standard error.
+  double of(const Candidates& c, size_t i) const {
+    const Sums& s = sums_[piece_[i]];
+    if (s.weight <= 0) return 0;
+    const double weight = plain(s.weight);
+    // Squares of normal numbers have twice the square of their variance; windows overlap.
+    const double noise = s.squares > 0 ? plain(s.noise) / plain(s.squares) : 0;
+    const double error = noise * std::sqrt(2.0 * kFootprint * plain(s.squares)) / weight;
+    return std::max(0.0, plain(s.excess) / weight - 0.5 * error) * square_of_light(c, i);
+  }
+
+ private:
+  static constexpr uint32_t kLevel = kQuadratic - 1;
+  static constexpr double kSure = 1e-4;     // relative variance from which on a texel counts less
+  static constexpr double kFootprint = 64;  // texels' worth of a window
+  // Sums of whole numbers: the same in any order of sites.
+  struct Sums {
+    int64_t weight = 0, excess = 0, squares = 0, noise = 0;
+  };
+  static int64_t fixed(double v) { return std::llround(std::ldexp(v, 32)); }
+  static double plain(int64_t v) { return std::ldexp(static_cast<double>(v), -32); }
+  static double square_of_light(const Candidates& c, size_t i) {
+    const double f = 0.5 * (double{c.value[0][kLevel][i]} + double{c.value[1][kLevel][i]});
+    return f * f;
+  }
+  const std::vector<uint32_t>& piece_;
+  std::vector<Sums> sums_;  // by piece
+};
+
+// Summed over windows: terms of one site, in units of its prior.
+struct Terms {
+  float noise = 0;
+  float product[kLevels] = {};              // estimates squares of biases; [0] is not used
+  float growth[kLevels] = {};               // of steps to the level; [0]: of fourth order
+  float change[kReplicates][kLevels] = {};  // by the level, in deviations
+};
+constexpr size_t kTerms = 1 + kLevels * (2 + kReplicates);
+static_assert(sizeof(Terms) == kTerms * sizeof(float));
+
+Terms terms_of(const Candidates& c, size_t j) {
+  Terms t;
+  const double inverse = 1 / double{c.prior[j]}, root = std::sqrt(inverse);
+  const double a = c.value[0][0][j], b = c.value[1][0][j];
+  t.noise = static_cast<float>(inverse * (a - b) * (a - b) / 4);
+  for (uint32_t k = 1; k < kLevels; ++k) {
+    const double fa = c.value[0][k][j], fb = c.value[1][k][j];
+    t.product[k] = static_cast<float>(inverse * (fa - a) * (fb - b));
+    t.growth[k] = static_cast<float>(inverse * (fa - double{c.value[0][k - 1][j]}) *
+                                     (fb - double{c.value[1][k - 1][j]}));
+    t.change[0][k] = static_cast<float>(root * (fa - a));
+    t.change[1][k] = static_cast<float>(root * (fb - b));
+  }
+  t.growth[0] = static_cast<float>(inverse * fourth_order(c, 0, j) * fourth_order(c, 1, j));
+  return t;
+}
+
+// Weighted sums of terms and of their squares.
+class Pool {
+ public:
+  void add(float w, const Terms& terms) {
+    float t[kTerms];
+    std::memcpy(t, &terms, sizeof t);
+    weight_ += w;
+    squares_ += w * w;
+    for (size_t i = 0; i < kTerms; ++i) {
+      const float weighted = w * t[i];
+      sum_[i] += weighted;
+      square_[i] += weighted * weighted;
+    }
+  }
+  double weight() const { return weight_; }
+  double noise() const { return sum_[0]; }
+  // Means of products as far as they stand out of chance by so many standard errors. The error is that of the
+  // terms themselves: where samples are rare and bright, a few texels are all that a mean is made of, and one
+  // coincidence of two of them is never significant (Student 1908; de la Pena et al. 2009 on self-normalised
+  // sums).
+  double product(uint32_t k, double errors) const { return beyond(1 + k, errors); }
+  double growth(uint32_t k, double errors) const { return beyond(1 + kLevels + k, errors); }
+  double product_error(uint32_t k) const { return std::sqrt(double{square_[1 + k]}) / weight_; }
+  // What one texel that is sharp by itself adds to the mean of its window is never significant by the above.
+  // It is by the noise that is expected of terms, `deviation` each.
+  double sharp(uint32_t k, double deviation) const {
+    return (sum_[1 + k] - deviation * std::sqrt(double{squares_})) / weight_;
+  }
+  // The product of what both replicates change by in common.
+  double common(uint32_t k, double errors) const {
+    const size_t a = 1 + kLevels * 2 + k, b = a + kLevels;
+    const double product = double{sum_[a]} * sum_[b], error = std::sqrt(double{square_[a]} * square_[b]);
+    return std::max(0.0, product - errors * error) / (double{weight_} * weight_);
+  }
+
+ private:
+  double beyond(size_t i, double errors) const {
+    return (double{sum_[i]} - errors * std::sqrt(double{square_[i]})) / weight_;
+  }
+  float weight_ = 0, squares_ = 0, sum_[kTerms] = {}, square_[kTerms] = {};
+};
+
+// The square of the bias of level k from what one level does to another. Where light is smooth the bias of a
+// fitted plane is that of curvature, c h^2: from h to 2 h it grows by 3 c h^2, so that it is a third of the
+// step to the next level; of the last plane, the step to the surface of second order. That has far less noise
+// than the difference from what was measured: the least of noisy risks is stated too low (a third of the true
+// one, where bias and noise are alike), and with this it is not. The larger of both is taken: beside edges
+// this one is too low.
+double smooth_bias(const Pool& pool, uint32_t k, double errors) {
+  if (k == kQuadratic)
+    return 0.3 * pool.growth(0, errors);  // measured: true errors are 0.8 to 0.95 of stated on waves
+  return k + 1 == kQuadratic ? pool.growth(kQuadratic, errors) : pool.growth(k + 1, errors) / 9;
+}
+
+}  // namespace
+
+Choice choose(const Candidates& c, const SiteGeometry& sites, const SurfaceLinks& links, unsigned threads) {
+  Choice out;
+  out.level.assign(c.known.size(), 0);
+  out.factor.assign(c.known.size(), 0);
+  out.bias.assign(c.known.size(), {});
+  out.shared.assign(c.known.size(), 0);
+  std::vector<Terms> terms(c.known.size());
+  for_each_index(c.known.size(), threads, [&](size_t i) {
+    if (c.known[i]) terms[i] = terms_of(c, i);
+  });
+  for_each_run(c.known.size(), threads, [&](size_t begin, size_t end) {
+    SurfaceKernel kernel(sites, links, c.known);
+    for (size_t i = begin; i < end; ++i) {
+      if (!c.known[i]) continue;
+      constexpr float kPooled = kBandwidth[kLevels - 1];
+      kernel.enter(static_cast<uint32_t>(i), kPooled);
+      const std::span<const uint32_t> window = kernel.window();
+      Pool wide, beside;
+      for (size_t q = 0; q < window.size(); ++q) {
+        const Terms& of = terms[window[q]];
+        wide.add(static_cast<float>(kernel.falloff(q, kPooled)), of);
+        if (const double w = kernel.falloff(q, kBesideTexels); w > 0) beside.add(static_cast<float>(w), of);
+      }
+      // What low-discrepancy sampling makes of the variance of independent samples.
+      const double factor = (wide.noise() + kDoubtTexels) / (wide.weight() + kDoubtTexels);
+      out.factor[i] = static_cast<float>(factor);
+      const double prior = c.prior[i], light = 0.5 * (double{c.value[0][kQuadratic - 1][i]} +
+                                                      double{c.value[1][kQuadratic - 1][i]});
+      const double dark_errors = kAloneDark * factor,
+                   bright_errors = kAlone * factor * (1 + kFewAlone / c.samples[i]);
+      double least = factor * double{c.variance[0][i]};
+      for (uint32_t k = 1; k < kLevels; ++k) {
+        const double alone = terms[i].product[k] - (terms[i].change[0][k] > 0 ? dark_errors : bright_errors);
+        const double few = kFewBeside * (1 + kFewAlone / c.samples[i]) * factor;
+        const auto sharp = [&](double errors) {
+          return std::max({beside.product(k, errors), beside.sharp(k, few), alone});
+        };
+        const auto bias = [&](double errors) {
+          return std::max({0.0, wide.product(k, errors), smooth_bias(wide, k, errors), sharp(errors)});
+        };
+        const double expected = kExpectedBias[k] * light;
+        const double doubt = std::min(expected * expected, kDoubtErrors * wide.product_error(k) * prior);
+        const double risk = factor * double{c.variance[k][i]} + doubt +
+                            (bias(kChoiceErrors) + kCommon * wide.common(k, kChoiceErrors)) * prior;
+        out.bias[i][k] = static_cast<float>(std::sqrt(bias(kStatedErrors) * prior));
+        if (risk >= least) continue;
+        least = risk;
+        out.level[i] = static_cast<uint8_t>(k);
+      }
+    }
+  });
+  SharedError shared(c);
+  for (size_t i = 0; i < c.known.size(); ++i)
+    if (c.known[i]) shared.add(c, i, out.factor[i]);
+  for_each_index(c.known.size(), threads, [&](size_t i) {
+    if (c.known[i]) out.shared[i] = static_cast<float>(shared.of(c, i));
+  });
+  return out;
+}
+
+}  // namespace kiln

@@ -1,0 +1,227 @@
+#include "coordinator/bake/denoise/denoise.h"
+
+#include <cmath>
+#include <limits>
+
+#include "common/base/check.h"
+#include "common/base/parallel.h"
+#include "coordinator/bake/denoise/bounds.h"
+#include "coordinator/bake/denoise/choice.h"
+
+namespace kiln {
+namespace {
+
+// Shares of the levels at a site: how often those around it chose each (Rousselle 2012, section 5.2, smooths
+// the choice for the same reason: its own noise would show).
+constexpr float kChoiceTexels = 3.2f;
+
+// A site takes what others chose up to this square of bias over its variance as measured. Lower, gains fall
+// (at 1 by a tenth); higher, peaks of a texel do.
+constexpr double kMaxBias = 1;
+
+constexpr size_t kMaxPlanes = 64;  // of a basis; sh_l1 has 15
+
+using Shares = std::array<double, kLevels>;
+
+class Blend {
+ public:
+  Blend(const Candidates& candidates, const Choice& choice, const SiteGeometry& sites,
+        const SurfaceLinks& links)
+      : candidates_(candidates),
+        choice_(choice),
+        sites_(sites),
+        near_(sites, links),
+        kernel_(sites, links, candidates.known) {}
+
+  // Finds the weights of a known site.
+  void enter(uint32_t site) {
+    shares_ = {};
+    uint32_t count = 0, widest = 0;
+    for (const uint32_t j : near_.around(site, kChoiceTexels * sites_.texel_size[site])) {
+      if (!candidates_.known[j]) continue;
+      const uint32_t level = refuses(site, choice_.level[j]) ? choice_.level[site] : choice_.level[j];
+      shares_[level] += 1;
+      widest = std::max(widest, level);
+      ++count;
+    }
+    for (double& share : shares_) share /= count;
+    kernel_.enter(site, kBandwidth[widest]);
+    weight_.fill(0);
+    for (uint32_t k = 1; k <= widest; ++k) {
+      if (shares_[k] == 0) continue;
+      const size_t count = kernel_.regression(k, level_weight_);
+      for (size_t q = 0; q < count; ++q) weight_[q] += shares_[k] * level_weight_[q];
+    }
+    weight_[0] += shares_[0];
+  }
+
+  std::span<const uint32_t> window() const { return kernel_.window(); }
+  const SurfaceKernel::Weights& weights() const { return weight_; }
+  const Shares& shares() const { return shares_; }
+
+ private:
+  // What is right for those around is not where the bias stands out of what was measured.
+  bool refuses(uint32_t site, uint32_t level) const {
+    const double bias = choice_.bias[site][level];
+    return bias * bias > kMaxBias * choice_.factor[site] * double{candidates_.prior[site]};
+  }
+
+  const Candidates& candidates_;
+  const Choice& choice_;
+  const SiteGeometry& sites_;
+  SurfaceWindow near_;
+  SurfaceKernel kernel_;
+  SurfaceKernel::Weights weight_{}, level_weight_{};
+  Shares shares_{};
+};
+
+void put_errors(const Candidates& c, const Choice& choice, const Blend& blend, size_t i, Denoised& out) {
+  double value = 0, bias = 0, variance = 0;
+  for (uint32_t k = 0; k < kLevels; ++k) {
+    const double share = blend.shares()[k];
+    value += share * 0.5 * (double{c.value[0][k][i]} + double{c.value[1][k][i]});
+    bias += share * double{choice.bias[i][k]};
+  }
+  for (size_t q = 0; q < blend.window().size(); ++q)
+    variance += blend.weights()[q] * blend.weights()[q] * double{c.prior[blend.window()[q]]};
+  const double factor = choice.factor[i], gain = c.gain[i], spikes = value * double{c.gain_error[i]};
+  const double shared = (1 - blend.shares()[0]) * double{choice.shared[i]};  // measured noise has its own
+  out.luminance[i] = static_cast<float>(std::max(0.0, value) * gain * c.scale);
+  out.standard_error[i] = static_cast<float>(
+      std::sqrt(gain * gain * (factor * variance + shared + bias * bias) + spikes * spikes) * c.scale);
+  out.raw_error[i] = static_cast<float>(std::sqrt(factor * double{c.prior[i]}) * c.scale);
+  out.strength[i] = static_cast<float>(std::clamp(1 - blend.weights()[0], 0.0, 1.0));
+}
+
+// Of what is known but has no surface to speak of, or no finite light: its samples', as if independent.
+float lonely_error(const TexelStatistics& s, size_t i) {
+  const double error = s.samples[i] > 0 ? std::sqrt(double{s.variance[i]} / (2.0 * s.samples[i]))
+                                        : std::numeric_limits<double>::infinity();
+  return std::isfinite(s.luminance[0][i]) && std::isfinite(s.luminance[1][i]) && std::isfinite(error)
+             ? static_cast<float>(error)
+             : std::numeric_limits<float>::infinity();
+}
+
+// A sum of differences: where all are equal nothing is rounded.
+void mix_planes(const TexelStatistics& s, const Candidates& c, const Blend& blend, size_t i, float* out) {
+  double sum[kMaxPlanes] = {};
+  const float* own[2] = {&s.mean[0][i * s.planes], &s.mean[1][i * s.planes]};
+  const double keep[2] = {c.keep[0][i], c.keep[1][i]};
+  for (size_t q = 1; q < blend.window().size(); ++q) {
+    const double w = 0.5 * blend.weights()[q];
+    if (w == 0) continue;
+    const size_t site = blend.window()[q], j = site * s.planes;
+    const double a = c.keep[0][site], b = c.keep[1][site];
+    for (size_t p = 0; p < s.planes; ++p)
+      sum[p] +=
+          w * ((a * s.mean[0][j + p] - keep[0] * own[0][p]) + (b * s.mean[1][j + p] - keep[1] * own[1][p]));
+  }
+  for (size_t p = 0; p < s.planes; ++p)
+    out[p] = static_cast<float>(c.gain[i] * (0.5 * (keep[0] * own[0][p] + keep[1] * own[1][p]) + sum[p]));
+}
+
+// What is stated is bounded by what the samples may have met: a texel is not further off than the brightest
+// texel, and a filter that is chosen for its lower error has no higher one over a chart.
+void hold_errors(const Candidates& c, const SiteGeometry& sites, Denoised& out) {
+  float brightest = 0;
+  uint32_t charts = 0;
+  for (size_t i = 0; i < c.known.size(); ++i) {
+    if (!c.known[i]) continue;
+    brightest = std::max(brightest, out.luminance[i]);
+    charts = std::max(charts, sites.placement[i] + 1);
+  }
+  std::vector<double> raw(charts, 0.0), filtered(charts, 0.0);
+  for (size_t i = 0; i < c.known.size(); ++i) {
+    if (!c.known[i]) continue;
+    out.raw_error[i] = std::min(out.raw_error[i], brightest);
+    out.standard_error[i] = std::min(out.standard_error[i], brightest);
+    raw[sites.placement[i]] += out.raw_error[i];
+    filtered[sites.placement[i]] += out.standard_error[i];
+  }
+  for (size_t i = 0; i < c.known.size(); ++i) {
+    if (!c.known[i]) continue;
+    const uint32_t chart = sites.placement[i];
+    if (filtered[chart] > raw[chart])
+      out.standard_error[i] = static_cast<float>(out.standard_error[i] * (raw[chart] / filtered[chart]));
+  }
+}
+
+// A site without samples is between sites that have some: their filtered values by distance.
+void fill_site(const Candidates& c, const SiteGeometry& sites, SurfaceWindow& around, size_t i, size_t planes,
+               Denoised& out) {
+  constexpr float kFillTexels = 9.0f;  // the first look leaves gaps of eight
+  const float reach = kFillTexels * sites.texel_size[i];
+  double weight = 0, light = 0, square = 0, errors = 0, sum[kMaxPlanes] = {};
+  for (const uint32_t j : around.around(static_cast<uint32_t>(i), reach)) {
+    if (!c.known[j]) continue;
+    const Vec3 d = sites.position[j] - sites.position[i];
+    const double off = dot(d, d) / (double{reach} * reach), w = 1 / (off * off + 1e-4);
+    weight += w;
+    light += w * out.luminance[j];
+    square += w * out.luminance[j] * out.luminance[j];
+    errors += w * out.standard_error[j];
+    for (size_t p = 0; p < planes; ++p) sum[p] += w * out.mean[j * planes + p];
+  }
+  if (!(weight > 0)) return;
+  light /= weight;
+  const double spread = std::sqrt(std::max(0.0, square / weight - light * light));
+  out.luminance[i] = static_cast<float>(light);
+  out.standard_error[i] = static_cast<float>(std::max(errors / weight, spread));
+  out.filled[i] = 1;
+  out.strength[i] = 1;
+  for (size_t p = 0; p < planes; ++p) out.mean[i * planes + p] = static_cast<float>(sum[p] / weight);
+}
+
+Denoised run(const TexelStatistics& s, std::span<const DirectionBound> bounds, bool planes,
+             const SiteGeometry& sites, const SurfaceLinks& links, unsigned threads) {
+  KILN_CHECK(s.planes <= kMaxPlanes && s.sites == sites.size());
+  const Candidates candidates = find_candidates(s, sites, links, threads);
+  const Choice choice = choose(candidates, sites, links, threads);
+  Denoised out;
+  out.luminance.assign(s.sites, 0);
+  out.standard_error.assign(s.sites, 0);
+  out.raw_error.assign(s.sites, 0);
+  out.strength.assign(s.sites, 0);
+  out.filled.assign(s.sites, 0);
+  if (planes) out.mean = ZeroedVector<float>(s.sites * s.planes);
+  for_each_run(s.sites, threads, [&](size_t begin, size_t end) {
+    Blend blend(candidates, choice, sites, links);
+    for (size_t i = begin; i < end; ++i) {
+      if (candidates.known[i]) {
+        blend.enter(static_cast<uint32_t>(i));
+        put_errors(candidates, choice, blend, i, out);
+        if (!planes) continue;
+        mix_planes(s, candidates, blend, i, &out.mean[i * s.planes]);
+        hold_bounds(bounds, &out.mean[i * s.planes], s.planes);
+      } else {
+        out.luminance[i] = 0.5f * s.luminance[0][i] + 0.5f * s.luminance[1][i];
+        if (s.known[i]) out.raw_error[i] = out.standard_error[i] = lonely_error(s, i);
+        if (!planes || s.samples[i] == 0) continue;
+        for (size_t p = i * s.planes; p < (i + 1) * s.planes; ++p)
+          out.mean[p] = 0.5f * s.mean[0][p] + 0.5f * s.mean[1][p];
+      }
+    }
+  });
+  hold_errors(candidates, sites, out);
+  for_each_run(s.sites, threads, [&](size_t begin, size_t end) {
+    SurfaceWindow around(sites, links);
+    for (size_t i = begin; i < end; ++i)
+      if (s.samples[i] == 0 && !s.known[i] && sites.texel_size[i] > 0)
+        fill_site(candidates, sites, around, i, planes ? s.planes : 0, out);
+  });
+  return out;
+}
+
+}  // namespace
+
+Denoised denoise(const TexelStatistics& statistics, std::span<const DirectionBound> bounds,
+                 const SiteGeometry& sites, const SurfaceLinks& links, unsigned threads) {
+  return run(statistics, bounds, true, sites, links, threads);
+}
+
+Denoised denoise_luminance(const TexelStatistics& statistics, const SiteGeometry& sites,
+                           const SurfaceLinks& links, unsigned threads) {
+  return run(statistics, {}, false, sites, links, threads);
+}
+
+}  // namespace kiln

@@ -1,0 +1,60 @@
+// Local regression over the sites around a site.
+#pragma once
+
+#include <array>
+
+#include "coordinator/bake/neighbours/surface_window.h"
+
+namespace kiln {
+
+// Level 0 is no filter; then planes fitted over windows of these radii in texels of the site, a doubling each
+// (the variance falls by four); the last is a surface of second order over the widest.
+constexpr uint32_t kLevels = 5;
+constexpr uint32_t kQuadratic = kLevels - 1;
+constexpr std::array<float, kLevels> kBandwidth = {0.0f, 1.6f, 3.2f, 6.4f, 6.4f};
+
+// The window of a site in coordinates of its tangent plane, and the weights of each filter over it.
+class SurfaceKernel {
+ public:
+  static constexpr size_t kRings = 3;  // as wide as levels 1, 2 and all above
+  using Weights = std::array<double, SurfaceWindow::kMax>;
+
+  // `known`: sites that take part, by site; all outlive the kernel.
+  SurfaceKernel(const SiteGeometry& sites, const SurfaceLinks& links, std::span<const uint8_t> known)
+      : sites_(sites), known_(known), window_(sites, links) {}
+
+  // Looks up to `texels` texels far around a site. Sites that are not known are left out; only a known site
+  // has weights.
+  void enter(uint32_t site, float texels);
+  std::span<const uint32_t> window() const {
+    return {site_.data(), count_};
+  }  // the site first, near ones early
+
+  // Weights of the value at the site of what level > 0 fits, adding to 1; fields of first order (of second,
+  // by kQuadratic) keep their value. Some are below 0. Of so many sites of the window; those after have none.
+  size_t regression(uint32_t level, Weights& out) const {
+    const size_t count = end_[std::min<size_t>(level, kRings) - 1];
+    level == kQuadratic ? quadratic(kBandwidth[level], count, out) : linear(kBandwidth[level], count, out);
+    return count;
+  }
+  // Positive, 1 at the site, falling to 0 at `texels`: of means of squares.
+  double falloff(size_t index, float texels) const {
+    const double reach = double{texels} * size_;
+    return std::max(0.0, 1 - square_[index] * (1 / (reach * reach))) * agreement_[index];
+  }
+
+ private:
+  void linear(float texels, size_t count, Weights& out) const;
+  void quadratic(float texels, size_t count, Weights& out) const;
+
+  const SiteGeometry& sites_;
+  std::span<const uint8_t> known_;
+  SurfaceWindow window_;
+  double size_ = 0;  // metres a texel measures
+  size_t count_ = 0;
+  std::array<size_t, kRings> end_{};  // of rings in the window
+  std::array<uint32_t, SurfaceWindow::kMax> site_{};
+  std::array<double, SurfaceWindow::kMax> x_{}, y_{}, square_{}, agreement_{};
+};
+
+}  // namespace kiln

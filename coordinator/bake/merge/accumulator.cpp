@@ -1,0 +1,175 @@
+#include "coordinator/bake/merge/accumulator.h"
+
+#include <cmath>
+#include <limits>
+
+#include "common/base/check.h"
+#include "common/base/format.h"
+#include "common/base/parallel.h"
+#include "common/responses/basis.h"
+
+namespace kiln {
+namespace {
+
+constexpr uint32_t kFewSamples = 8;  // of a replicate
+
+}  // namespace
+
+Accumulator::Accumulator(size_t sites, uint32_t basis)
+    : basis_(basis), planes_(moment_plane_names(basis).size()) {
+  for (uint32_t r = 0; r < kReplicates; ++r) {
+    samples_[r].assign(sites, 0);
+    sums_[r] = ZeroedVector<double>(sites * planes_);
+  }
+}
+
+Status Accumulator::add(const WorkUnit& unit, const UnitResult& result) {
+  if (result.site_count != unit.sites.size() || result.plane_count != planes_ ||
+      result.moments.size() != unit.sites.size() * planes_)
+    return fail(ErrorKind::kProtocol, text("the result of unit {} has a wrong shape", unit.id));
+  if (unit.sites.empty()) return {};
+  KILN_CHECK(unit.replicate < kReplicates);
+  const uint32_t site = unit.sites.front();
+  const std::vector<uint32_t>& samples = samples_[unit.replicate];
+  if (unit.first_sample != samples[site]) {
+    KILN_CHECK(unit.first_sample > samples[site]);
+    waiting_[{unit.replicate, site, unit.first_sample}] = {unit, result.moments};
+    return {};
+  }
+  add_in_order(unit, result.moments);
+  for (auto next = waiting_.find({unit.replicate, site, samples[site]}); next != waiting_.end();
+       next = waiting_.find({unit.replicate, site, samples[site]})) {
+    add_in_order(next->second.unit, next->second.moments);
+    waiting_.erase(next);
+  }
+  return {};
+}
+
+void Accumulator::add_in_order(const WorkUnit& unit, const std::vector<double>& moments) {
+  std::vector<uint32_t>& samples = samples_[unit.replicate];
+  ZeroedVector<double>& sums = sums_[unit.replicate];
+  for (size_t i = 0; i < unit.sites.size(); ++i) {
+    const uint32_t site = unit.sites[i];
+    KILN_CHECK(samples[site] == unit.first_sample);
+    samples[site] += unit.sample_count;
+    for (size_t p = 0; p < planes_; ++p) sums[site * planes_ + p] += moments[i * planes_ + p];
+  }
+}
+
+void Accumulator::clear() {
+  for (uint32_t r = 0; r < kReplicates; ++r) {
+    std::fill(samples_[r].begin(), samples_[r].end(), 0u);
+    sums_[r] = ZeroedVector<double>(sums_[r].size());
+  }
+  waiting_.clear();
+}
+
+Accumulator::Estimate Accumulator::estimate(uint32_t site) const {
+  const double n = samples(site);
+  Estimate e;
+  e.inside = n > 0 && sum(site, kMomentInside) > 0.5 * n;
+  e.pushed = n > 0 && sum(site, kMomentPushed) > 0.5 * n;
+  e.mean = n > 0 ? sum(site, kMomentLum) / n : 0;
+  if (n < 2) {
+    e.standard_error = std::numeric_limits<double>::infinity();
+    return e;
+  }
+  const double variance = std::max(0.0, (sum(site, kMomentLum2) - n * e.mean * e.mean) / (n - 1));
+  e.standard_error = std::sqrt(variance / n) + 0x1p-20 * e.mean;
+  return e;
+}
+
+TexelStatistics Accumulator::statistics(bool planes) const {
+  TexelStatistics out;
+  const size_t count = sites();
+  out.sites = count;
+  out.planes = planes ? 3 + planes_ - kMomentBasis : 0;
+  out.variance.assign(count, 0.0f);
+  out.samples.assign(count, 0);
+  out.known.assign(count, 0);
+  for (uint32_t r = 0; r < kReplicates; ++r) {
+    out.mean[r] = ZeroedVector<float>(count * out.planes);
+    out.luminance[r].assign(count, 0.0f);
+  }
+  for_each_index(count, 0, [&](size_t index) {
+    const auto site = static_cast<uint32_t>(index);
+    out.samples[site] = std::min(samples_[0][site], samples_[1][site]);
+    const Estimate e = estimate(site);
+    if (e.inside || out.samples[site] == 0) return;
+    out.known[site] = 1;
+    // Within the replicates: what the means differ by is not in it, but where there is next to nothing else.
+    const double n = samples(site);
+    double squares = 0;
+    for (uint32_t r = 0; r < kReplicates; ++r) {
+      const double* sums = &sums_[r][site * planes_];
+      const double scale = 1.0 / samples_[r][site];
+      const double mean = sums[kMomentLum] * scale;
+      squares += std::max(0.0, sums[kMomentLum2] - mean * sums[kMomentLum]);
+      out.luminance[r][site] = static_cast<float>(mean);
+      if (!planes) continue;
+      float* means = &out.mean[r][site * out.planes];
+      for (size_t c = 0; c < 3; ++c) means[c] = static_cast<float>(sums[kMomentER + c] * scale);
+      for (size_t p = kMomentBasis; p < planes_; ++p)
+        means[3 + p - kMomentBasis] = static_cast<float>(sums[p] * scale);
+    }
+    double freedom = n - kReplicates;
+    if (out.samples[site] < kFewSamples) {
+      const double half = 0.5 * (double{out.luminance[0][site]} - double{out.luminance[1][site]});
+      squares += n * half * half;
+      freedom += 1;
+    }
+    out.variance[site] = static_cast<float>(squares / std::max(1.0, freedom));
+  });
+  return out;
+}
+
+IrradianceCache Accumulator::cache(uint32_t replicate) const {
+  IrradianceCache cache;
+  cache.irradiance.assign(sites(), Vec3(-1.0f));
+  for_each_index(sites(), 0, [&](size_t index) {
+    const auto site = static_cast<uint32_t>(index);
+    const double* sums = &sums_[replicate][site * planes_];
+    // Rays that met back faces carry nothing, to this texel as to paths that are reflected here.
+    const double n = samples_[replicate][site];
+    if (!(n > 0) || estimate(site).inside) return;
+    const Vec3 e(DVec3(sums[kMomentER], sums[kMomentEG], sums[kMomentEB]) / n);
+    if (is_finite(e)) cache.irradiance[site] = e;
+  });
+  return cache;
+}
+
+Lightmap Accumulator::resolve(const Atlas& atlas) const {
+  Lightmap map;
+  map.page_height = atlas.height;
+  map.planes.width = atlas.width;
+  map.planes.height = atlas.height * atlas.pages;
+  map.validity.assign(atlas.texel_count(), Validity::kEmpty);
+  const std::vector<std::string> moments = moment_plane_names(basis_);
+  // Plane i of the map is sums plane source[i]; error and samples are computed.
+  std::vector<size_t> source;
+  for (size_t p : {kMomentER, kMomentEG, kMomentEB}) source.push_back(p);
+  for (size_t p = kMomentBasis; p < moments.size(); ++p) source.push_back(p);
+  for (size_t p : source) map.planes.add(moments[p]);
+  const BasisInfo& basis = basis_roster()[basis_];
+  if (basis.functions.size() == 4)
+    for (size_t c = 0; c < 3; ++c) map.bounds.push_back({3 + c, {6 + c, 9 + c, 12 + c}});
+  map.planes.add("error");
+  map.planes.add("samples");
+  std::vector<float>& error = map.planes.plane("error");
+  std::vector<float>& samples = map.planes.plane("samples");
+  for_each_index(sites(), 0, [&](size_t index) {
+    const auto site = static_cast<uint32_t>(index);
+    if (this->samples(site) == 0) return;
+    const uint32_t texel = atlas.sites.texel[site];
+    const Estimate e = estimate(site);
+    map.validity[texel] = e.inside ? Validity::kInside : e.pushed ? Validity::kPushed : Validity::kMeasured;
+    const double scale = 1.0 / this->samples(site);
+    for (size_t i = 0; i < source.size(); ++i)
+      map.planes.data[i][texel] = static_cast<float>(sum(site, source[i]) * scale);
+    error[texel] = static_cast<float>(e.standard_error);
+    samples[texel] = static_cast<float>(this->samples(site));
+  });
+  return map;
+}
+
+}  // namespace kiln

@@ -1,0 +1,69 @@
+// Sums of all texels by replicate, merged in sample order whatever the order of arrival, and what they
+// resolve to.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <tuple>
+#include <vector>
+
+#include "common/atlas/atlas.h"
+#include "common/base/zeroed.h"
+#include "common/job/irradiance_cache.h"
+#include "common/job/unit.h"
+#include "coordinator/bake/lightmap/lightmap.h"
+#include "coordinator/bake/lightmap/texel_statistics.h"
+
+namespace kiln {
+
+class Accumulator {
+ public:
+  Accumulator(size_t sites, uint32_t basis);
+
+  // Adds a unit's sums. A unit whose earlier range of the same sites is still missing waits for it.
+  Status add(const WorkUnit& unit, const UnitResult& result);
+
+  size_t sites() const { return samples_[0].size(); }
+  uint32_t samples(uint32_t site) const {
+    return samples_[0][site] + samples_[1][site];
+  }  // of all replicates
+  uint32_t samples(uint32_t site, uint32_t replicate) const { return samples_[replicate][site]; }
+  struct Estimate {
+    double mean = 0, standard_error = 0;  // luminance of E
+    bool inside = false;                  // more than half of the primary rays met back faces
+    bool pushed = false;                  // more than half of the samples were taken from a moved place
+  };
+  // Of a texel by itself: sqrt(variance / n) of its samples as if they were independent, which for a
+  // stratified sequence is an upper estimate, plus 2^-20 of the mean for the rounding of float paths. n < 2:
+  // infinite. What a bake states is in coordinator/bake/sampling.
+  Estimate estimate(uint32_t site) const;
+
+  // `planes`: with the means of all planes; without them they are as large as a few planes, whatever the
+  // basis.
+  TexelStatistics statistics(bool planes = true) const;
+  // What paths of the next pass may read: means of one replicate.
+  IrradianceCache cache(uint32_t replicate) const;
+
+  void clear();  // as new
+
+  // Means of everything, by texel.
+  Lightmap resolve(const Atlas& atlas) const;
+
+ private:
+  void add_in_order(const WorkUnit& unit, const std::vector<double>& moments);
+  double sum(uint32_t site, size_t plane) const {
+    return sums_[0][site * planes_ + plane] + sums_[1][site * planes_ + plane];
+  }
+  uint32_t basis_;
+  size_t planes_;
+  std::vector<uint32_t> samples_[kReplicates];  // by site
+  ZeroedVector<double> sums_[kReplicates];      // [site][plane]
+  struct Waiting {
+    WorkUnit unit;
+    std::vector<double> moments;
+  };
+  std::map<std::tuple<uint32_t, uint32_t, uint32_t>, Waiting>
+      waiting_;  // by replicate, first site, first sample
+};
+
+}  // namespace kiln

@@ -1,0 +1,142 @@
+#include "coordinator/bake/plan/plan.h"
+
+#include <algorithm>
+#include <set>
+
+#include "common/base/format.h"
+#include "common/job/unit.h"
+#include "common/responses/basis.h"
+
+namespace kiln {
+namespace {
+
+bool is_emissive(const Record& material) {
+  const Property* p = material.find("emission");
+  return material.type == "unlit" ||
+         (p && std::any_of(p->numbers.begin(), p->numbers.end(), [](double v) { return v > 0; }));
+}
+
+bool has_texture(const Record& record, std::string_view name) {
+  const Property* p = record.find(name);
+  return p && p->texture.texture >= 0;
+}
+// Is the property there and above 0? `absent` is what the format takes where it is not said.
+bool is_positive(const Record& record, std::string_view name, bool absent = false) {
+  const Property* p = record.find(name);
+  if (!p) return absent;
+  return std::any_of(p->numbers.begin(), p->numbers.end(), [](double v) { return v > 0; });
+}
+bool is_lambert(const Record& m) {
+  if (m.type == "unlit") return true;
+  return !is_positive(m, "metallic", true) && !is_positive(m, "specular", true) &&
+         !is_positive(m, "clearcoat") && !is_positive(m, "sheen_color") && !is_positive(m, "transmission");
+}
+
+// What light transport does without for these materials.
+void find_left_out_of_materials(const Scene& scene, std::vector<std::string>& out) {
+  const auto none = [&](const auto& has) {
+    return std::none_of(scene.materials.begin(), scene.materials.end(), has);
+  };
+  if (none([](const Record& m) { return !is_lambert(m); })) {
+    out.push_back("every surface is Lambert: no glossy layer is evaluated or sampled");
+  } else if (none([](const Record& m) {
+               return is_positive(m, "clearcoat") || is_positive(m, "sheen_color");
+             })) {
+    out.push_back("no clear coat and no sheen: no layers over the base");
+  }
+  if (none([](const Record& m) { return is_positive(m, "transmission"); }))
+    out.push_back("no glass: shadow rays carry no colour, paths pass no surface");
+  if (none([](const Record& m) { return has_texture(m, "normal_texture"); }))
+    out.push_back("no normal maps: no tangent frames");
+  if (none([](const Record& m) {
+        const Property* p = m.find("alpha_mode");
+        return p && p->word != "opaque";
+      }))
+    out.push_back("every surface is opaque: no ray runs an alpha test");
+  if (scene.textures.empty()) out.push_back("no textures: none is loaded or sent");
+}
+
+std::vector<std::string> find_left_out(const Scene& scene, const BakeSettings& settings) {
+  std::vector<std::string> out;
+  const auto has_light = [&](std::string_view type) {
+    return std::any_of(scene.lights.begin(), scene.lights.end(),
+                       [&](const Record& l) { return l.type == type; });
+  };
+  if (!has_light("directional")) out.push_back("no directional light: no sun rays are traced");
+  if (!has_light("environment")) out.push_back("no environment: rays that leave the scene carry nothing");
+  for (const Record& l : scene.lights)
+    if (l.type == "environment" && (!l.find("image") || l.find("image")->texture.texture < 0))
+      out.push_back("the environment is constant: it needs no sampling table and no rays of its own");
+  if (!has_light("point") && !has_light("spot") && !has_light("ies") &&
+      std::none_of(scene.materials.begin(), scene.materials.end(), is_emissive))
+    out.push_back("no lamps and no emissive surfaces: no light tree, no local light is sampled");
+  find_left_out_of_materials(scene, out);
+  std::set<uint32_t> seen;
+  bool shared = false;
+  for (const Instance& i : scene.instances) shared |= !seen.insert(i.mesh).second;
+  if (!shared) out.push_back("no mesh repeats: one flat tree, no instancing level");
+  if (!settings.indirect || settings.max_bounces == 0)
+    out.push_back("no indirect light asked for: paths end at the first surface");
+  if (basis_roster()[*find_basis(settings.basis)].functions.empty())
+    out.push_back("no directional basis asked for: only E is accumulated and sent");
+  return out;
+}
+
+}  // namespace
+
+std::string why_no_cache(const Scene& scene, const BakeSettings& settings) {
+  constexpr uint32_t kEnoughBounces = 16;  // what is left of light then is below what float paths lose
+  if (!settings.cache) return "";
+  if (!settings.indirect || settings.max_bounces == 0) return "no indirect light is asked for";
+  if (settings.max_bounces < kEnoughBounces)
+    return text("--max-bounces {} asks for paths of a length, and a texel's irradiance is of paths of any",
+                settings.max_bounces);
+  if (settings.direct)
+    for (const Record& l : scene.lights)
+      if (const Property* bake = l.find("bake"); bake && bake->word == "indirect")
+        return text("the light '{}' is baked by its reflections alone, so that a texel's irradiance lacks it",
+                    l.name);
+  return "";
+}
+
+TexelMemory texel_memory(const BakeSettings& settings) {
+  // Measured: 745 to 789 and 386 without the denoiser, 927 and 467 with it.
+  return settings.denoise ? TexelMemory{950, 470} : TexelMemory{800, 400};
+}
+
+Plan make_plan(const Scene& scene, const Atlas& atlas, const BakeSettings& settings, unsigned threads) {
+  Plan plan;
+  plan.texels = atlas.texel_count();
+  plan.valid_texels = atlas.sites.size();
+  plan.triangles = scene.triangle_count();
+  plan.charts = atlas.placements.size();
+  uint64_t scene_bytes = 0;
+  for (const Mesh& m : scene.meshes) {
+    plan.stored_triangles += m.triangles.size();
+    scene_bytes += m.positions.size() * 24 + m.triangles.size() * 16 + (m.uv[0].size() + m.uv[1].size()) * 8;
+  }
+  for (const Texture& t : scene.textures) scene_bytes += t.texels.size();
+  const uint64_t planes = moment_plane_names(*find_basis(settings.basis)).size();
+  const TexelMemory texel = texel_memory(settings);
+  // Texels of the pages that nothing is sampled for hold planes all the same.
+  const uint64_t unsampled =
+      (plan.texels - plan.valid_texels) * (planes + 8) * 4 * (settings.denoise ? 2 : 1);
+  plan.texel_bytes = plan.valid_texels * (texel.coordinator + texel.worker) + unsampled;
+  plan.coordinator_bytes = 2 * scene_bytes + plan.valid_texels * texel.coordinator + unsampled;
+  // Embree: about 120 B a triangle.
+  plan.worker_bytes = scene_bytes + plan.triangles * 120 + plan.valid_texels * texel.worker;
+  plan.output_bytes = plan.texels * (planes + 4) * 4 + 2 * scene_bytes;
+  const double rays_per_sample = settings.indirect && settings.max_bounces > 0 ? 8 : 3;
+  const double second = std::max(1u, threads) * kRaysPerSecond;
+  plan.least_seconds =
+      static_cast<double>(plan.valid_texels) * settings.min_samples * rays_per_sample / second;
+  plan.most_seconds =
+      static_cast<double>(plan.valid_texels) * settings.max_samples * rays_per_sample / second;
+  plan.left_out = find_left_out(scene, settings);
+  const std::string no_cache = why_no_cache(scene, settings);
+  plan.cache = settings.cache && no_cache.empty();
+  if (!no_cache.empty()) plan.left_out.push_back("no irradiance cache: " + no_cache);
+  return plan;
+}
+
+}  // namespace kiln

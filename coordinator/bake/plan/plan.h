@@ -1,0 +1,44 @@
+// Preflight: what a bake will do, what it needs and what it leaves out, without tracing a ray.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "common/atlas/atlas.h"
+#include "common/job/settings.h"
+#include "common/scene/scene.h"
+#include "coordinator/bake/plan/objects.h"
+
+namespace kiln {
+
+struct Plan {
+  uint64_t texels = 0, valid_texels = 0;
+  uint64_t triangles = 0, stored_triangles = 0;  // of all instances; of distinct meshes
+  uint64_t charts = 0;
+  uint64_t coordinator_bytes = 0, worker_bytes = 0, output_bytes = 0;  // estimates
+  double least_seconds = 0, most_seconds = 0;  // at min and max samples, see kRaysPerSecond
+  std::vector<std::string> left_out;           // what this scene does not need, one sentence each
+  std::vector<ObjectPlan> objects;             // by instance
+  std::vector<std::string> warnings;           // one sentence each
+  uint64_t texel_bytes = 0;                    // the share of both that grows with the texels
+  bool cache = false;                          // paths may end at measured surfaces
+};
+
+// Rays a second of one thread assumed for the estimate of time: the middle of what the benchmark of
+// docs/performance.md measures on scenes of 10^4 to 10^6 triangles.
+constexpr double kRaysPerSecond = 1.5e6;
+
+// Most memory that a texel takes while it is baked, in coordinator and worker: tests/bench/memory.py
+// measures.
+struct TexelMemory {
+  uint64_t coordinator, worker;
+};
+TexelMemory texel_memory(const BakeSettings& settings);
+
+// Why paths of this bake cannot end at surfaces whose irradiance an earlier pass has measured; empty: they
+// can, or nobody asked.
+std::string why_no_cache(const Scene& scene, const BakeSettings& settings);
+
+Plan make_plan(const Scene& scene, const Atlas& atlas, const BakeSettings& settings, unsigned threads);
+
+}  // namespace kiln

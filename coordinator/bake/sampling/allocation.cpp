@@ -1,0 +1,134 @@
+#include "coordinator/bake/sampling/allocation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "common/base/format.h"
+#include "common/job/unit.h"
+
+namespace kiln {
+namespace {
+
+bool is_lit(const SampleState& s, size_t i) {
+  return s.samples[i] > 0 && s.mean[i] > 0 && std::isfinite(s.standard_error[i]);
+}
+
+}  // namespace
+
+double least_mean(const SampleState& s, ErrorNorm norm) {
+  if (norm == ErrorNorm::kMax) return 0;
+  double sum = 0;
+  size_t count = 0;
+  for (size_t i = 0; i < s.mean.size(); ++i) {
+    if (!is_lit(s, i)) continue;
+    sum += s.mean[i];
+    ++count;
+  }
+  const double share = norm == ErrorNorm::kPerceptual ? kDarkest : kBlack;
+  return count ? share * sum / static_cast<double>(count) : 0;
+}
+
+Expected<ErrorNorm> find_error_norm(std::string_view name) {
+  if (name == "max") return ErrorNorm::kMax;
+  if (name == "mean-square") return ErrorNorm::kMeanSquare;
+  if (name == "perceptual") return ErrorNorm::kPerceptual;
+  return fail(ErrorKind::kUsage,
+              text("there is no error norm '{}': choose one of max, mean-square, perceptual", name));
+}
+
+std::vector<double> needed_samples(const SampleState& s, ErrorNorm norm, double error, double z,
+                                   double fall) {
+  std::vector<double> needed(s.samples.begin(), s.samples.end());
+  const double floor = least_mean(s, norm);
+  // Relative deviation of one sample, as if errors came from independent ones.
+  const auto deviation = [&](size_t i) {
+    return s.standard_error[i] / std::max<double>(s.mean[i], floor) * std::sqrt(s.samples[i]);
+  };
+  double factor = z / error;  // on the deviation: needed = (factor x deviation)^2
+  if (norm == ErrorNorm::kMeanSquare) {
+    double sum = 0;
+    size_t count = 0;
+    for (size_t i = 0; i < needed.size(); ++i) {
+      if (!is_lit(s, i)) continue;
+      sum += deviation(i);
+      ++count;
+    }
+    factor *= factor * (count ? sum / static_cast<double>(count) : 0);  // needed = factor x deviation
+  }
+  for (size_t i = 0; i < needed.size(); ++i)
+    if (is_lit(s, i)) {
+      const double wanted = factor * deviation(i);
+      needed[i] = norm == ErrorNorm::kMeanSquare ? wanted : wanted * wanted;
+      if (fall < 1 && needed[i] > s.samples[i])
+        needed[i] = s.samples[i] * std::pow(needed[i] / s.samples[i], 1 / fall);
+    }
+  return needed;
+}
+
+void ConvergenceRate::observe(const SampleState& before, const SampleState& after) {
+  for (size_t i = 0; i < after.samples.size(); ++i) {
+    if (!is_lit(before, i) || !is_lit(after, i) || after.samples[i] <= before.samples[i]) continue;
+    if (!(before.standard_error[i] > 0 && after.standard_error[i] > 0)) continue;
+    errors_ += 2 * std::log(double{before.standard_error[i]} / after.standard_error[i]);
+    samples_ += std::log(double{after.samples[i]} / before.samples[i]);
+  }
+}
+
+double ConvergenceRate::get() const {
+  // A few texels' worth of what is expected, so that the first few do not decide.
+  constexpr double kExpected = 0.75, kTexels = 100, kMin = 0.4;
+  // In steps, so that the last bits of logarithms decide nothing.
+  constexpr double kSteps = 64;
+  const double fall = (errors_ + kExpected * kTexels) / (samples_ + kTexels);
+  return std::round(kSteps * std::clamp(fall, kMin, 1.0)) / kSteps;
+}
+
+double missing_samples(std::span<const double> needed, const SampleState& s, uint32_t most) {
+  double sum = 0;
+  for (size_t i = 0; i < needed.size(); ++i)
+    sum += std::max(0.0, std::min<double>(needed[i], most) - s.samples[i]);
+  return kReplicates * sum;
+}
+
+double affordable_error(const SampleState& s, ErrorNorm norm, double error, double z, uint32_t most,
+                        double samples, double fall) {
+  // Of a large map every so-manieth texel tells what all cost.
+  constexpr size_t kAsked = 100'000;
+  const size_t step_sites = std::max<size_t>(1, s.samples.size() / kAsked);
+  std::vector<float> mean, deviation;
+  std::vector<uint32_t> taken;
+  for (size_t i = 0; i < s.samples.size(); i += step_sites) {
+    mean.push_back(s.mean[i]);
+    deviation.push_back(s.standard_error[i]);
+    taken.push_back(s.samples[i]);
+  }
+  const SampleState some{mean, deviation, taken};
+  const auto costs = [&](double e) {
+    return static_cast<double>(step_sites) *
+           missing_samples(needed_samples(some, norm, e, z, fall), some, most);
+  };
+  double low = std::max(error, 1e-6), high = std::max(low, reached_error(s, norm, z));
+  if (costs(low) <= samples) return low;
+  for (int step = 0; step < 40; ++step) {
+    const double middle = std::sqrt(low * high);
+    (costs(middle) > samples ? low : high) = middle;
+  }
+  return high;
+}
+
+double reached_error(const SampleState& s, ErrorNorm norm, double z) {
+  const double floor = least_mean(s, norm);
+  double worst = 0, squares = 0;
+  size_t count = 0;
+  for (size_t i = 0; i < s.mean.size(); ++i) {
+    if (!is_lit(s, i)) continue;
+    const double relative = s.standard_error[i] / std::max<double>(s.mean[i], floor);
+    worst = std::max(worst, relative);
+    squares += relative * relative;
+    ++count;
+  }
+  return z * (norm == ErrorNorm::kMeanSquare ? std::sqrt(squares / std::max<double>(1.0, count)) : worst);
+}
+
+}  // namespace kiln

@@ -1,0 +1,59 @@
+#include "coordinator/bake/sampling/schedule.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <map>
+
+namespace kiln {
+
+uint32_t sample_count(double needed) {
+  constexpr uint32_t kMax = 1u << 30;
+  if (!(needed > 1)) return 1;
+  if (needed >= kMax) return kMax;
+  const auto least = static_cast<uint32_t>(std::ceil(needed));
+  if (least <= 4) return least;
+  const uint32_t step = std::bit_floor(least - 1) / 4;
+  return (least + step - 1) / step * step;
+}
+
+std::vector<SampleRange> ranges_of(SampleRange pass) {
+  std::vector<SampleRange> ranges;
+  for (uint32_t done = 0; done < pass.count; done += kRangeSamples)
+    ranges.push_back({pass.first + done, std::min(kRangeSamples, pass.count - done)});
+  return ranges;
+}
+
+std::vector<WorkUnit> cut_pass(const std::vector<SiteSamples>& work, uint32_t tile_texels,
+                               std::span<const Digest> caches, uint64_t& next_id) {
+  constexpr uint64_t kMaxSites = 32768;  // of one unit: keeps a result within a data frame
+  std::vector<WorkUnit> units;
+  std::map<std::pair<uint32_t, uint32_t>, std::vector<uint32_t>> sites_of;  // by first sample and count
+  for (const SiteSamples& s : work)
+    if (s.range.count > 0) sites_of[{s.range.first, s.range.count}].push_back(s.site);
+  for (const auto& entry : sites_of) {
+    const std::vector<uint32_t>& sites = entry.second;
+    const std::vector<SampleRange> ranges = ranges_of({entry.first.first, entry.first.second});
+    const uint64_t widest = ranges.front().count;
+    const size_t run = static_cast<size_t>(
+        std::clamp<uint64_t>(uint64_t{tile_texels} * 256 / std::max<uint64_t>(widest, 64), 1, kMaxSites));
+    for (size_t begin = 0; begin < sites.size(); begin += run) {
+      const auto first = sites.begin() + static_cast<ptrdiff_t>(begin);
+      const auto last = sites.begin() + static_cast<ptrdiff_t>(std::min(sites.size(), begin + run));
+      for (const SampleRange& range : ranges)
+        for (uint32_t replicate = 0; replicate < kReplicates; ++replicate) {
+          WorkUnit unit;
+          unit.id = next_id++;
+          unit.first_sample = range.first;
+          unit.sample_count = range.count;
+          unit.replicate = replicate;
+          if (!caches.empty()) unit.cache = caches[replicate];
+          unit.sites.assign(first, last);
+          units.push_back(std::move(unit));
+        }
+    }
+  }
+  return units;
+}
+
+}  // namespace kiln

@@ -1,0 +1,170 @@
+#include "coordinator/bake/sampling/texel_errors.h"
+
+#include <cmath>
+#include <limits>
+
+#include "common/base/parallel.h"
+#include "common/math/vec.h"
+
+namespace kiln {
+namespace {
+
+// Sums over runs of the order, from sums over its beginnings.
+class RunSums {
+ public:
+  void add(double value) { sums_.push_back(sums_.back() + value); }
+  double around(size_t i, size_t reach) const {
+    const size_t count = sums_.size() - 1;
+    return sums_[std::min(count, i + reach + 1)] - sums_[i > reach ? i - reach : 0];
+  }
+
+ private:
+  std::vector<double> sums_ = {0.0};
+};
+
+// Known sites of the same chart near site i, without itself.
+template <class Visit>
+void for_each_near(const TexelStatistics& s, std::span<const uint32_t> chart_of_site, size_t i,
+                   const Visit& visit) {
+  const size_t last = std::min(s.sites, i + kVarianceNeighbours + 1);
+  for (size_t j = i > kVarianceNeighbours ? i - kVarianceNeighbours : 0; j < last; ++j)
+    if (j != i && s.known[j] && chart_of_site[j] == chart_of_site[i]) visit(j);
+}
+
+// Of one sample: the texel's own and its neighbourhood's, half and half.
+double pooled_variance(const TexelStatistics& s, std::span<const uint32_t> chart_of_site, size_t i) {
+  double near = 0;
+  size_t neighbours = 0;
+  for_each_near(s, chart_of_site, i, [&](size_t j) {
+    near += double{s.variance[j]};
+    ++neighbours;
+  });
+  return neighbours ? 0.5 * (s.variance[i] + near / static_cast<double>(neighbours)) : s.variance[i];
+}
+
+}  // namespace
+
+TexelErrors estimate_errors(const TexelStatistics& s, std::span<const uint32_t> chart_of_site) {
+  TexelErrors out;
+  out.mean.assign(s.sites, 0.0f);
+  out.standard_error.assign(s.sites, std::numeric_limits<float>::infinity());
+  std::vector<double> independent(s.sites, 0.0);  // variance of the mean, if samples were
+  RunSums ratio, count;
+  for_each_index(s.sites, 0, [&](size_t i) {
+    if (s.known[i]) independent[i] = pooled_variance(s, chart_of_site, i) / (2.0 * s.samples[i]);
+  });
+  for (size_t i = 0; i < s.sites; ++i) {
+    const double half = 0.5 * (double{s.luminance[0][i]} - double{s.luminance[1][i]});
+    ratio.add(independent[i] > 0 ? half * half / independent[i] : 0.0);
+    count.add(independent[i] > 0 ? 1.0 : 0.0);
+  }
+  for_each_index(s.sites, 0, [&](size_t i) {
+    if (!s.known[i]) return;
+    const double freedom = count.around(i, kReplicateNeighbours);
+    const double q = freedom > 0 ? ratio.around(i, kReplicateNeighbours) / freedom : 1.0;
+    // Student's t of so many degrees of freedom over the normal's, at 95 %: 1 + (z^2 + 1) / (4 freedom) + ...
+    const double student = 1.0 + 1.21 / std::max(1.0, freedom);
+    const double mean = 0.5 * (double{s.luminance[0][i]} + double{s.luminance[1][i]});
+    out.mean[i] = static_cast<float>(mean);
+    out.standard_error[i] =
+        static_cast<float>(student * std::sqrt(q * independent[i]) + 0x1p-20 * std::abs(mean));
+  });
+  return out;
+}
+
+std::vector<float> neighbourhood_means(const TexelStatistics& s, std::span<const uint32_t> chart_of_site) {
+  std::vector<float> out(s.sites, 0.0f);
+  const auto mean = [&](size_t j) { return 0.5 * (double{s.luminance[0][j]} + double{s.luminance[1][j]}); };
+  for_each_index(s.sites, 0, [&](size_t i) {
+    if (!s.known[i]) return;
+    double near = 0;
+    size_t neighbours = 0;
+    for_each_near(s, chart_of_site, i, [&](size_t j) {
+      near += mean(j);
+      ++neighbours;
+    });
+    const double own = kReplicates * s.samples[i], share = neighbours ? kMeanDoubt / (own + kMeanDoubt) : 0;
+    out[i] = static_cast<float>((1 - share) * mean(i) +
+                                share * near / static_cast<double>(std::max<size_t>(1, neighbours)));
+  });
+  return out;
+}
+
+std::vector<float> effective_samples(const TexelStatistics& s, std::span<const uint32_t> chart_of_site) {
+  std::vector<float> out(s.sites, 0.0f);
+  for_each_index(s.sites, 0, [&](size_t i) {
+    if (!s.known[i]) return;
+    double sum = 0, squares = 0;
+    const auto add = [&](size_t j) {
+      const double mean = 0.5 * (double{s.luminance[0][j]} + double{s.luminance[1][j]});
+      sum += s.samples[j] * mean;
+      squares += s.samples[j] * (double{s.variance[j]} + mean * mean);
+    };
+    add(i);
+    for_each_near(s, chart_of_site, i, add);
+    out[i] = static_cast<float>(squares > 0 ? kReplicates * sum * sum / squares : 0.0);
+  });
+  return out;
+}
+
+std::vector<float> chart_errors(const TexelStatistics& s, std::span<const uint32_t> chart_of_site) {
+  struct Sums {
+    double light = 0, variance = 0, texels = 0;
+  };
+  uint32_t charts = 0;
+  for (const uint32_t chart : chart_of_site) charts = std::max(charts, chart + 1);
+  std::vector<Sums> sums(charts);
+  for (size_t i = 0; i < s.sites; ++i) {
+    if (!s.known[i]) continue;
+    Sums& sum = sums[chart_of_site[i]];
+    sum.light += 0.5 * (double{s.luminance[0][i]} + double{s.luminance[1][i]});
+    sum.variance += s.variance[i] / (2.0 * s.samples[i]);
+    sum.texels += 1;
+  }
+  std::vector<float> out(s.sites, 0.0f);
+  for (size_t i = 0; i < s.sites; ++i) {
+    const Sums& sum = sums[chart_of_site[i]];
+    if (!s.known[i] || !(sum.light > 0)) continue;
+    const double share = sum.texels / std::max(sum.texels, kSharingTexels);
+    out[i] = static_cast<float>(std::sqrt(sum.variance * share) / sum.light);
+  }
+  return out;
+}
+
+std::vector<float> band_errors(const TexelStatistics& s, std::span<const uint32_t> chart_of_site,
+                               std::span<const size_t> first_planes) {
+  // Of each site: the square that one sample of each replicate would have, if errors were those of samples.
+  std::vector<double> square(s.sites, 0.0);
+  for_each_index(s.sites, 0, [&](size_t i) {
+    if (!s.known[i]) return;
+    for (const size_t p : first_planes) {
+      const auto light = [&](uint32_t r) {
+        const float* rgb = &s.mean[r][i * s.planes + p];
+        return double{luminance(Vec3(rgb[0], rgb[1], rgb[2]))};
+      };
+      const double half = 0.5 * (light(0) - light(1));
+      square[i] += half * half * s.samples[i];
+    }
+  });
+  std::vector<float> out(s.sites, 0.0f);
+  for_each_index(s.sites, 0, [&](size_t i) {
+    if (!s.known[i]) return;
+    double sum = square[i];
+    size_t count = 1;
+    for_each_near(s, chart_of_site, i, [&](size_t j) {
+      sum += square[j];
+      ++count;
+    });
+    out[i] = static_cast<float>(std::sqrt(sum / (static_cast<double>(count) * s.samples[i])));
+  });
+  return out;
+}
+
+std::vector<uint32_t> charts_of_sites(const Atlas& atlas) {
+  std::vector<uint32_t> charts;
+  charts.reserve(atlas.sites.size());
+  for (const uint32_t texel : atlas.sites.texel) charts.push_back(atlas.owner[texel]);
+  return charts;
+}
+
+}  // namespace kiln

@@ -1,0 +1,27 @@
+// How large the steps of light across seams are, as somebody sees them.
+#pragma once
+
+#include <span>
+
+#include "coordinator/bake/seams/equations.h"
+
+namespace kiln {
+
+// Of |side 0 - side 1| of the luminance of E at every equation, relative to the mean of both or to
+// kDarkStep of the map's mean, whichever is more: a step between two texels that are as good as black is
+// seen by nobody.
+struct SeamSteps {
+  double largest = 0, rms = 0;
+  double p99 = 0;  // 99 % of the length of all seams, in texels, has no larger one
+};
+constexpr double kDarkStep = 0.01;  // as ErrorNorm::kMeanSquare and relMSE take it
+
+SeamSteps measure_steps(const Lightmap& map, std::span<const SeamEquation> equations);
+
+// Mean over texels that are set.
+double mean_light(const Lightmap& map);
+
+// E of one texel.
+double light_of(const Lightmap& map, size_t texel);
+
+}  // namespace kiln

@@ -1,0 +1,126 @@
+// The coordinator's end of all connections: accepts them, feeds what they say to the ledger and does what the
+// ledger answers. One thread, the loop's.
+#pragma once
+
+#include <deque>
+#include <functional>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <set>
+#include <thread>
+
+#include "common/base/clock.h"
+#include "common/wire/listener.h"
+#include "coordinator/farm/dispatch/farm_port.h"
+#include "coordinator/farm/dispatch/session.h"
+#include "coordinator/farm/ledger/farm_ledger.h"
+
+namespace kiln {
+
+class Server final : public SessionHost {
+ public:
+  Server(EventLoop& loop, const FarmSettings& settings, ResultStore& store);
+  ~Server() override;
+  Status listen();
+  uint16_t port() const { return listener_->port(); }
+  size_t connections() const { return sessions_.size(); }
+
+  // server_jobs.cpp
+  Status open_job(const FarmJobSpec& job, std::shared_ptr<JobPort> port);
+  void close_job(JobId job);
+  void change_job(JobId job, int32_t priority, bool paused);
+  void add_chunk(JobId job, const Digest& id, std::shared_ptr<const Bytes> bytes);
+  void keep_chunks(JobId job, const std::set<Digest>& ids);  // of those that were added
+  void begin_pass(JobId job, std::shared_ptr<const PassUnits> units);
+  void end_pass(JobId job);
+  void fail_job(JobId job, const Error& error);
+  void fail_all(const Error& error);
+  void damaged(JobId job, uint64_t unit, const std::string& why);
+  void hold(bool on, const std::string& reason);
+  FarmStatistics statistics(JobId job);
+  FarmStatus status() const;
+  std::vector<std::string> why_worker(const std::string& number_or_name) const;
+
+  void tick();
+  void note(JobId job, const std::string& text);
+  void dismiss_all(const std::string& reason);  // says goodbye to everyone and accepts nobody new
+  FarmLedger& ledger() { return ledger_; }
+
+ private:
+  struct OpenJob {
+    JobSpec spec;
+    const ChunkStore* chunks = nullptr;
+    std::map<Digest, std::shared_ptr<const Bytes>> added;  // chunks of the pass
+    std::shared_ptr<JobPort> port;
+    std::shared_ptr<const PassUnits> units;
+    uint32_t planes = 0;
+    uint64_t rays = 0;
+    std::deque<std::string> events;
+    bool resumed = false;                             // an earlier coordinator worked on it
+    std::vector<std::pair<WorkerId, Result>> parked;  // of units that are not cut yet, after a restart
+  };
+  struct Member {  // a connected worker
+    Session* session = nullptr;
+    std::string identity;
+    uint64_t instance = 0;
+    uint64_t units = 0, failed = 0, rays = 0;
+    std::deque<std::pair<int64_t, uint64_t>> recent;  // (when, rays) of the last minute
+  };
+  using AnswerKey = std::tuple<JobId, uint64_t, Digest>;
+  // Callbacks of the store outlive the server.
+  struct Alive {
+    std::mutex mutex;
+    EventLoop* loop;
+  };
+
+  Expected<WorkerId> admit(const Hello& hello, Session& session) override;
+  Welcome welcome(WorkerId worker) const override;
+  void on_admitted(Session& session) override;
+  Expected<std::unique_ptr<ClientTalk>> admit_client(const ClientHello& hello, Session& session) override;
+  const Bytes* chunk(const Digest& id) const override;
+  void on_heard(Session& session) override;
+  void on_class(Session& session, const JobClass& message) override;
+  void on_ready(Session& session, const std::string& numeric_class, const Credits& credits) override;
+  void on_job_failed(Session& session, const JobFailed& failed) override;
+  void on_result(Session& session, Result&& result) override;
+  void on_unit_failed(Session& session, const UnitFailed& failed) override;
+  void on_drain(Session& session, const Drain& drain) override;
+  void on_closed(Session& session, bool orderly, const std::string& reason) override;
+
+  Session* session_of(WorkerId worker) const;
+  OpenJob* find_job(JobId job);
+  void fail_if_refused_by_all(JobId job, const std::string& reason);
+  void give(WorkerId worker, const kiln::Unit& unit);
+  void take_result(WorkerId worker, OpenJob& job, Result&& result);
+
+  // server_actions.cpp
+  void perform(Actions&& actions);
+  void carry_out(const Action& action);
+  void store(const StoreAnswer& answer);
+  void on_stored(const StoreAnswer& answer);
+  void expel(WorkerId worker, const std::string& reason);
+
+  EventLoop& loop_;
+  const FarmSettings& settings_;
+  ResultStore& store_;
+  SteadyClock clock_;
+  FarmLedger ledger_;
+  std::unique_ptr<Listener> listener_;
+  std::map<Session*, std::unique_ptr<Session>> sessions_;
+  std::map<WorkerId, Member> members_;
+  std::map<uint64_t, std::string> expelled_;  // processes, for what
+  std::map<JobId, OpenJob> jobs_;
+  WorkerId last_worker_ = 0;
+
+  std::deque<Action> todo_;
+  bool performing_ = false;
+  std::map<AnswerKey, std::shared_ptr<const UnitResult>> arrived_;  // and not on disk yet
+  uint64_t parked_bytes_ = 0;
+  std::string held_for_;
+  uint64_t results_ = 0, rays_ = 0, ended_duplicates_ = 0, refused_ = 0, expelled_count_ = 0;
+  std::shared_ptr<Alive> alive_;
+  const std::thread::id thread_ = std::this_thread::get_id();
+};
+
+}  // namespace kiln

@@ -1,0 +1,181 @@
+#include "coordinator/farm/dispatch/session.h"
+
+#include <algorithm>
+
+#include "common/base/format.h"
+#include "common/wire/limits.h"
+
+namespace kiln {
+namespace {
+
+constexpr auto kHandShakePatience = std::chrono::seconds(10);
+constexpr size_t kMaxWanted = 1u << 17;  // chunk ids that wait for one worker
+constexpr size_t kMaxJobClasses = 1u << 12;
+
+bool of_minor_1(const Message& message) {
+  return std::holds_alternative<Withdraw>(message) || std::holds_alternative<JobEnded>(message) ||
+         std::holds_alternative<Pace>(message);
+}
+
+}  // namespace
+
+Session::Session(EventLoop& loop, SessionHost& host, std::unique_ptr<Connection> connection)
+    : host_(host),
+      connection_(std::move(connection)),
+      hand_shake_(loop),
+      peer_(connection_->peer()),
+      name_(peer_) {}
+
+void Session::start() {
+  hand_shake_.after(kHandShakePatience, [this] { refuse("no Hello came within 10 s"); });
+  Connection::Handlers handlers;
+  handlers.on_frame = [this](const FrameHeader& h, std::span<const std::byte> p) { on_frame(h, p); };
+  handlers.on_room = [this] { talk_ ? talk_->on_room() : serve_chunks(); };
+  handlers.on_closed = [this](const std::string& reason) {
+    talk_.reset();
+    host_.on_closed(*this, orderly_, reason);
+  };
+  connection_->start(std::move(handlers), kChunkWriteBudget);
+}
+
+void Session::send(const Message& message) {
+  if (peer_minor_ == 0 && of_minor_1(message)) return;
+  connection_->send(message);
+}
+
+void Session::refuse(const std::string& reason) {
+  orderly_ = true;
+  connection_->send(Refused{reason});
+  connection_->close_after_writes(reason);
+}
+
+void Session::goodbye(const std::string& reason) {
+  orderly_ = true;
+  connection_->send(Goodbye{reason});
+  connection_->close_after_writes(reason);
+}
+
+void Session::on_frame(const FrameHeader& header, std::span<const std::byte> payload) {
+  const bool known = worker_ || talk_;
+  if (!known && header.type != MessageType::kHello && header.type != MessageType::kClientHello)
+    return refuse("the first message must be a Hello");
+  auto message = decode(header, payload);
+  if (!message) return refuse(message.error().message);
+  peer_minor_ = header.minor;
+  if (talk_) return handle_client(*message);
+  if (worker_) host_.on_heard(*this);
+  handle(*message);
+}
+
+void Session::handle_client(Message& message) {
+  if (auto* request = std::get_if<Request>(&message)) return talk_->on_request(std::move(*request));
+  if (auto* piece = std::get_if<ChunkPiece>(&message)) return talk_->on_piece(std::move(*piece));
+  if (auto* wanted = std::get_if<ChunkRequest>(&message)) {
+    if (const Status s = talk_->on_chunk_request(std::move(*wanted)); !s) refuse(s.error().message);
+    return;
+  }
+  if (const auto* bye = std::get_if<Goodbye>(&message)) {
+    orderly_ = true;
+    return connection_->close_after_writes("goodbye: " + bye->reason);
+  }
+  refuse("a message that clients do not send");
+}
+
+void Session::handle(Message& message) {
+  const auto out_of_place = [this](const auto&) { refuse("a message that only a coordinator sends"); };
+  const auto of_client = [this](const auto&) { refuse("a message that workers do not send"); };
+  std::visit(
+      Overloaded{
+          [this](Hello& m) { greet(m); },
+          [this](ClientHello& m) { greet_client(m); },
+          [this](JobClass& m) {
+            if (classes_.size() >= kMaxJobClasses) classes_.clear();
+            classes_[m.job] = m.numeric_class;
+            host_.on_class(*this, m);
+          },
+          [this](JobFailed& m) { host_.on_job_failed(*this, m); },
+          [this](Credits& m) {
+            const auto its_class = classes_.find(m.job);
+            if (its_class == classes_.end()) return refuse("Credits came before JobClass");
+            host_.on_ready(*this, its_class->second, m);
+          },
+          [this](ChunkRequest& m) { request(m); },
+          [this](Result& m) { host_.on_result(*this, std::move(m)); },
+          [this](UnitFailed& m) { host_.on_unit_failed(*this, m); },
+          [](Heartbeat&) {},
+          [this](Drain& m) { host_.on_drain(*this, m); },
+          [this](Goodbye& m) {
+            orderly_ = true;
+            connection_->close_after_writes("goodbye: " + m.reason);
+          },
+          [this](Refused& m) { connection_->close_after_writes("refused by the worker: " + m.reason); },
+          [&](Welcome& m) { out_of_place(m); },
+          [&](Job& m) { out_of_place(m); },
+          [&](CommitAck& m) { out_of_place(m); },
+          [&](ChunkPiece& m) { out_of_place(m); },
+          [&](Unit& m) { out_of_place(m); },
+          [&](Withdraw& m) { out_of_place(m); },
+          [&](JobEnded& m) { out_of_place(m); },
+          [&](Pace& m) { out_of_place(m); },
+          [&](ClientWelcome& m) { out_of_place(m); },
+          [&](Request& m) { of_client(m); },
+          [&](Reply& m) { out_of_place(m); },
+      },
+      message);
+}
+
+void Session::greet(Hello& hello) {
+  if (worker_) return refuse("a second Hello");
+  const auto admitted = host_.admit(hello, *this);
+  if (!admitted) return refuse(admitted.error().message);
+  hand_shake_.cancel();
+  connection_->accept_data();
+  hello_ = std::move(hello);
+  hello_.token.clear();
+  worker_ = *admitted;
+  name_ = text("worker {} ({}, process {})", worker_, hello_.host, hello_.pid);
+  connection_->send(host_.welcome(worker_));
+  host_.on_admitted(*this);
+}
+
+void Session::greet_client(ClientHello& hello) {
+  if (worker_) return refuse("a second Hello");
+  auto talk = host_.admit_client(hello, *this);
+  if (!talk) return refuse(talk.error().message);
+  hand_shake_.cancel();
+  connection_->accept_data();
+  talk_ = std::move(*talk);
+  name_ = text("{} at {}", hello.user, peer_);
+  connection_->send(ClientWelcome{KILN_VERSION, talk_->role()});
+}
+
+void Session::request(const ChunkRequest& request) {
+  if (wanted_.size() + request.ids.size() > kMaxWanted) return refuse("too many chunks asked for at once");
+  // A chunk of a job that has ended meanwhile: the worker is told of the end.
+  for (const Digest& id : request.ids)
+    if (host_.chunk(id)) wanted_.push_back(id);
+  compress_ = request.compress;
+  serve_chunks();
+}
+
+// Keeps at most kChunkWriteBudget queued: the connection calls again when there is room.
+void Session::serve_chunks() {
+  while (!wanted_.empty() && connection_->queued_bytes() < kChunkWriteBudget) {
+    const Bytes* chunk = host_.chunk(wanted_.front());
+    if (!chunk) {
+      wanted_.pop_front();
+      sent_ = 0;
+      continue;
+    }
+    const size_t size = std::min<uint64_t>(kChunkPieceBytes, chunk->size() - sent_);
+    const auto first = chunk->begin() + static_cast<ptrdiff_t>(sent_);
+    connection_->send(ChunkPiece{wanted_.front(), sent_, chunk->size(),
+                                 Bytes(first, first + static_cast<ptrdiff_t>(size)), compress_});
+    sent_ += size;
+    if (sent_ < chunk->size()) continue;
+    wanted_.pop_front();
+    sent_ = 0;
+  }
+}
+
+}  // namespace kiln

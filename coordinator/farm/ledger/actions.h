@@ -1,0 +1,104 @@
+// What the ledger wants done, in this order.
+#pragma once
+
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "common/base/status.h"
+#include "coordinator/farm/ledger/rules.h"
+
+namespace kiln {
+
+struct Assign {  // send the job; the worker answers with its class and its credits, or that it cannot
+  WorkerId worker;
+  JobId job;
+};
+struct Release {  // the worker may forget the job
+  WorkerId worker;
+  JobId job;
+  std::string reason;
+};
+struct Grant {
+  WorkerId worker;
+  JobId job;
+  uint64_t lease, unit;
+};
+struct Recall {  // tell the worker not to begin the unit
+  WorkerId worker;
+  JobId job;
+  uint64_t unit;
+};
+struct StoreAnswer {  // make the answer just given durable, then call stored()
+  WorkerId worker;
+  std::string identity;
+  JobId job;
+  uint64_t unit, shape;
+  Digest digest;
+  uint64_t ticket;  // to hand to stored()
+};
+struct Settle {  // this answer is the unit's result: durable, and agreed on as far as asked for
+  JobId job;
+  uint64_t unit;
+  Digest digest;
+  bool verified;
+  std::string identity;  // who stands for it: whoever was first may have been caught since
+};
+struct Deliver {  // to the merge; once per unit and pass
+  JobId job;
+  uint64_t unit;
+  Digest digest;
+};
+struct Revoke {  // forget these answers on disk: whoever gave them was caught giving wrong ones
+  JobId job;
+  uint64_t unit;
+  Digest digest;
+};
+struct Rewind {  // results that were delivered are revoked: merge again from the first pass
+  JobId job;
+  std::string reason;
+};
+struct PinClass {  // results of this numeric class only
+  JobId job;
+  std::string numeric_class;
+};
+struct Acknowledge {  // the worker may forget its result
+  WorkerId worker;
+  JobId job;
+  uint64_t unit;
+  Digest digest;
+};
+struct Trust {  // remember how often the worker's answers agreed with another's
+  std::string identity;
+  uint64_t agreed;
+};
+struct Quarantine {  // remember, and admit no more
+  std::string identity, reason;
+};
+struct Expel {  // tell the worker why and close its connection; then call leave()
+  WorkerId worker;
+  std::string reason;
+};
+struct SkipUnit {  // it has failed for good and the job goes on without it
+  JobId job;
+  uint64_t unit;
+  std::string reason;
+};
+struct FailJob {
+  JobId job;
+  Error error;
+};
+struct PassComplete {
+  JobId job;
+};
+struct Note {  // for the report and the log; job 0: of the farm
+  JobId job;
+  std::string text;
+};
+
+using Action =
+    std::variant<Assign, Release, Grant, Recall, StoreAnswer, Settle, Deliver, Revoke, Rewind, PinClass,
+                 Acknowledge, Trust, Quarantine, Expel, SkipUnit, FailJob, PassComplete, Note>;
+using Actions = std::vector<Action>;
+
+}  // namespace kiln

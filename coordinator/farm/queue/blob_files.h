@@ -1,0 +1,27 @@
+// Files of the blob store: hashing, copying, and when they were last used, which is their time of change.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+
+#include "common/base/hash.h"
+#include "coordinator/farm/queue/open_file.h"
+
+namespace kiln {
+
+inline constexpr const char* kPartEnding = ".part";  // an upload under way
+inline constexpr const char* kCopyEnding = ".copy";  // a copy under way
+
+struct HashedFile {
+  Digest digest;
+  uint64_t size = 0;
+};
+Expected<HashedFile> hash_file(const OpenFile& file);
+// Fails (kInvalidInput) if `in` has more than `most` bytes.
+Expected<HashedFile> copy_file(const OpenFile& in, const OpenFile& out, DiskCalls& disk, uint64_t most);
+
+bool set_last_use(const std::filesystem::path& path, int64_t now_ms);  // false if there is no such file
+std::optional<int64_t> last_use(const std::filesystem::path& path);    // ms
+
+}  // namespace kiln

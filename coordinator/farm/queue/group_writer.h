@@ -1,0 +1,101 @@
+// The writer thread: takes what is queued as one group, spool first, then one transaction, then the
+// callbacks.
+#pragma once
+
+#include <condition_variable>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <span>
+#include <thread>
+#include <vector>
+
+#include "coordinator/farm/queue/record_cache.h"
+#include "coordinator/farm/queue/spool.h"
+#include "coordinator/farm/queue/sqlite.h"
+#include "coordinator/farm/queue/store.h"
+#include "coordinator/farm/queue/tables.h"
+
+namespace kiln {
+
+// What an operation sees inside its group's transaction.
+class GroupTransaction {
+ public:
+  GroupTransaction(Database& database, const RecordCache& cache)
+      : database_(database), tables_(database), cache_(cache) {}
+  Database& database() { return database_; }
+  Tables& tables() { return tables_; }
+  std::optional<JobRecord> job(JobId id) const;  // as changed by the operations before
+  bool has_job(JobId id) const;
+  std::vector<JobRecord> jobs() const;
+  std::optional<WorkerRecord> worker(const std::string& identity) const;
+  void set_job(JobRecord job) { changes_.jobs[job.id] = std::move(job); }
+  void remove_job(JobId id) { changes_.jobs[id] = std::nullopt; }
+  void set_worker(WorkerRecord worker) { changes_.workers[worker.identity] = std::move(worker); }
+  RecordChanges take_changes() { return std::move(changes_); }
+
+ private:
+  Database& database_;
+  Tables tables_;
+  const RecordCache& cache_;
+  RecordChanges changes_;
+};
+
+struct Operation {
+  // Inside the transaction. kInvalidInput and kUsage are this operation's own, and it has changed nothing;
+  // anything else fails the group. May be called again after that.
+  std::function<Status(GroupTransaction&)> apply;
+  Store::Callback done;
+  // Once committed, on the writer thread; the operation is the last of its group.
+  std::function<Status()> after;
+  bool reads = false;    // changes nothing: works on a disk that is full
+  bool removes = false;  // takes results away
+  struct Payload {
+    UnitCommit commit;
+    std::shared_ptr<const Bytes> bytes;
+    std::optional<SpoolPlace> place;  // given before apply(), unless the result is stored already
+  };
+  std::shared_ptr<Payload> payload;
+  Status status;  // of the attempt
+};
+
+class GroupWriter {
+ public:
+  GroupWriter(Database database, Spool spool, RecordCache& cache, const StoreOptions& options);
+  ~GroupWriter() { stop(); }
+
+  void give(Operation operation);
+  Status give_and_wait(Operation operation);  // not from a callback
+  // Writes what is queued and ends the thread; what is given later fails.
+  void stop();
+
+  // On the writer thread alone: from `after`.
+  Spool& spool() { return spool_; }
+  Database& database() { return database_; }
+
+ private:
+  void run();
+  std::vector<Operation> take_group(std::unique_lock<std::mutex>& lock);
+  void write_group(std::vector<Operation>& group);
+  void write_payloads(std::span<Operation> group);
+  Status make_room_in_log(std::span<const Operation> group);
+  // One transaction. On failure nothing has been changed.
+  Status attempt(std::span<Operation* const> operations);
+  void compact_if_over(uint64_t bytes);
+
+  Database database_;
+  Spool spool_;
+  RecordCache& cache_;
+  const StoreOptions options_;
+  bool warned_ = false;  // that the log cannot be emptied
+
+  std::mutex mutex_;
+  std::condition_variable wake_;
+  std::deque<Operation> queue_;
+  bool stopping_ = false;
+  std::thread thread_;
+};
+
+}  // namespace kiln

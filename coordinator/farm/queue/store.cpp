@@ -1,0 +1,146 @@
+#include "coordinator/farm/queue/store.h"
+
+#include "common/base/format.h"
+#include "common/base/log.h"
+#include "coordinator/farm/queue/schema.h"
+#include "coordinator/farm/queue/store_impl.h"
+
+namespace kiln {
+namespace fs = std::filesystem;
+namespace {
+
+// What open() made, to be removed if it fails.
+class NewFiles {
+ public:
+  ~NewFiles() {
+    std::error_code ignored;
+    if (!keep_)
+      for (auto it = paths_.rbegin(); it != paths_.rend(); ++it) fs::remove(*it, ignored);
+  }
+  // Call before `path` is made.
+  void expect(const fs::path& path) {
+    std::error_code code;
+    if (!fs::exists(path, code)) paths_.push_back(path);
+  }
+  void keep() { keep_ = true; }
+
+ private:
+  std::vector<fs::path> paths_;
+  bool keep_ = false;
+};
+
+Status check_database(Database& database) {
+  Query query = database.ask("PRAGMA quick_check(1)");
+  KILN_TRY(const bool row, query.next());
+  const std::string verdict = row ? query.string() : "nothing";
+  if (verdict == "ok") return {};
+  return fail(ErrorKind::kIo,
+              text("the database {} is damaged ({}): restore it from a copy, or move the folder "
+                   "away to begin anew",
+                   database.path().string(), verdict));
+}
+
+Expected<StoreImpl::Loaded> load(Database& database, const std::string& release) {
+  Tables tables(database);
+  StoreImpl::Loaded loaded;
+  KILN_TRY(loaded.jobs, tables.load_jobs());
+  KILN_TRY(loaded.workers, tables.load_workers());
+  KILN_TRY_STATUS(database.begin());
+  auto epoch = tables.raise_epoch(release);
+  if (epoch) {
+    if (Status status = database.commit(); !status) epoch = tl::unexpected<Error>(status.error());
+  }
+  if (!epoch) {
+    database.rollback();
+    return tl::unexpected<Error>(epoch.error());
+  }
+  loaded.epoch = *epoch;
+  // What the log holds may be in the kernel's memory only, if a sync failed before the last end: this writes
+  // all of it again.
+  KILN_TRY_STATUS(database.checkpoint());
+  return loaded;
+}
+
+}  // namespace
+
+Expected<std::unique_ptr<Store>> Store::open(const fs::path& given, const StoreOptions& options) {
+  std::error_code code;
+  const fs::path folder = fs::absolute(given, code).lexically_normal();
+  const fs::path path = folder / "kiln.db", spool = folder / "spool";
+  NewFiles fresh;  // undone after the lock and the database are closed
+  fresh.expect(folder);
+  KILN_TRY_STATUS(make_folder(real_disk_calls(), folder));
+  KILN_TRY(FolderLock lock, FolderLock::take(folder));
+  KILN_TRY_STATUS(check_schema(path, static_cast<uint32_t>(store_schema().size())));
+  fresh.expect(spool);
+  for (const char* tail : {"", "-wal", "-journal"}) fresh.expect(path.string() + tail);
+  KILN_TRY(Database database, Database::open(path));
+  KILN_TRY_STATUS(check_database(database));
+  KILN_TRY_STATUS(migrate(database, store_schema()));
+  KILN_TRY_STATUS(make_folder(real_disk_calls(), spool));
+  KILN_TRY(StoreImpl::Loaded loaded, load(database, options.release));
+  KILN_TRY_STATUS(sync_folder(real_disk_calls(), folder));
+  KILN_TRY(const auto ends, Tables(database).load_spool_ends(kSpoolHead));
+  KILN_TRY_STATUS(lock.sign());
+  fresh.keep();
+  for (const std::string& fault : tidy_spool(spool, ends)) log_warning(fault);
+  return std::unique_ptr<Store>(
+      new StoreImpl(folder, options, std::move(lock), std::move(database), std::move(loaded)));
+}
+
+StoreImpl::StoreImpl(fs::path folder, const StoreOptions& options, FolderLock lock, Database database,
+                     Loaded loaded)
+    : folder_(std::move(folder)),
+      spool_(folder_ / "spool"),
+      options_(options),
+      epoch_(loaded.epoch),
+      lock_(std::move(lock)),
+      cache_(std::move(loaded.jobs), std::move(loaded.workers)),
+      writer_(std::move(database),
+              Spool(spool_, epoch_, options.spool_file_bytes,
+                    options.faults ? *options.faults : real_disk_calls()),
+              cache_, options_) {}
+
+void StoreImpl::close() {
+  writer_.stop();
+  lock_.reset();
+}
+
+Expected<Bytes> StoreImpl::read_result(JobId job, uint64_t unit, const Digest& digest) {
+  KILN_TRY(const CommitRow row,
+           read<CommitRow>([&](GroupTransaction& t) { return t.tables().load_result(job, unit, digest); }));
+  return read_result(row);
+}
+
+Expected<std::vector<CommitRow>> StoreImpl::commits(JobId job) {
+  return read<std::vector<CommitRow>>([&](GroupTransaction& t) { return t.tables().load_results(job); });
+}
+
+Expected<std::vector<PassRecord>> StoreImpl::passes(JobId job) {
+  return read<std::vector<PassRecord>>([&](GroupTransaction& t) { return t.tables().load_passes(job); });
+}
+
+Expected<std::vector<JobEvent>> StoreImpl::events(JobId job) {
+  return read<std::vector<JobEvent>>([&](GroupTransaction& t) { return t.tables().load_events(job); });
+}
+
+Status StoreImpl::flush() {
+  Operation operation;
+  operation.reads = true;
+  return writer_.give_and_wait(std::move(operation));
+}
+
+Status StoreImpl::compact() {
+  Operation operation;
+  operation.reads = true;
+  operation.after = [this] { return writer_.database().checkpoint(); };
+  return writer_.give_and_wait(std::move(operation));
+}
+
+uint64_t StoreImpl::wal_size() const {
+  std::error_code code;
+  const uint64_t size = fs::file_size(folder_ / "kiln.db-wal", code);
+  return code ? 0 : size;
+}
+
+}  // namespace kiln

@@ -1,0 +1,97 @@
+// Which files a bake reads.
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "common/base/format.h"
+#include "coordinator/farm/snapshot/option_files.h"
+#include "coordinator/farm/snapshot/snapshot.h"
+#include "coordinator/scene/document/gltf_document.h"
+#include "coordinator/scene/document/uri.h"
+
+namespace kiln {
+namespace fs = std::filesystem;
+namespace {
+
+using nlohmann::json;
+using Inputs = std::map<std::string, fs::path>;  // by path in the snapshot
+
+const json* member(const json& value, const char* name) {
+  if (!value.is_object()) return nullptr;
+  const auto it = value.find(name);
+  return it == value.end() ? nullptr : &*it;
+}
+
+// The value at a path of member names; null if there is none.
+const json* at(const json& value, std::initializer_list<const char*> names) {
+  const json* here = &value;
+  for (const char* name : names)
+    if (!here || !(here = member(*here, name))) return nullptr;
+  return here;
+}
+
+// Everything in a glTF that names a file: core and the extensions that import reads.
+std::vector<std::string> named_uris(const json& root) {
+  std::vector<std::string> uris;
+  const auto add = [&](const json* uri) {
+    if (uri && uri->is_string() && !uri->get_ref<const std::string&>().starts_with("data:"))
+      uris.push_back(uri->get<std::string>());
+  };
+  const auto add_all = [&](const json* list) {
+    if (list && list->is_array())
+      for (const json& element : *list) add(member(element, "uri"));
+  };
+  add_all(member(root, "buffers"));
+  add_all(member(root, "images"));
+  add_all(at(root, {"extensions", "EXT_lights_ies", "lights"}));
+  if (const json* scenes = member(root, "scenes"); scenes && scenes->is_array())
+    for (const json& scene : *scenes) add(at(scene, {"extras", "kiln", "environment", "image"}));
+  return uris;
+}
+
+bool is_file(const fs::path& path) {
+  std::error_code code;
+  return fs::is_regular_file(path, code);
+}
+
+Status add_named(const fs::path& scene, Inputs& inputs) {
+  // Reads the buffers too: a glTF that import would refuse is refused here.
+  KILN_TRY(const GltfDocument document, read_gltf_document(scene));
+  const json root = json::parse(document.json, nullptr, false);
+  if (root.is_discarded()) return fail(ErrorKind::kInvalidInput, text("{}: no JSON", scene.string()));
+  const fs::path folder = scene.parent_path();
+  for (const std::string& uri : named_uris(root)) {
+    const auto file = resolve_uri(folder, uri);
+    if (!file) return fail(ErrorKind::kInvalidInput, text("{}: {}", scene.string(), file.error().message));
+    if (is_file(*file)) inputs.emplace(file->lexically_relative(folder).generic_string(), *file);
+  }
+  return {};
+}
+
+}  // namespace
+
+Expected<std::vector<InputFile>> list_inputs(const fs::path& given, const BakeSettings& settings) {
+  std::error_code code;
+  const fs::path scene = fs::absolute(given, code).lexically_normal();
+  Inputs inputs;
+  KILN_TRY_STATUS(add_named(scene, inputs));
+  const fs::path own = fs::path(scene).replace_extension(".kiln.json");
+  if (is_file(own)) inputs.emplace(own.filename().generic_string(), own);
+  for (const FileOption& option : kFileOptions) {
+    const std::string& value = settings.*option.value;
+    if (!names_file(option, value)) continue;
+    const fs::path file = fs::absolute(value, code).lexically_normal();
+    if (!is_file(file))
+      return fail(ErrorKind::kInvalidInput, text("--{} {}: no such file", option.name, value));
+    if (!inputs.emplace(path_of_option(option, value), file).second)
+      return fail(
+          ErrorKind::kInvalidInput,
+          text("{}: a file of the scene lies in {}, where files of options are put: rename that folder",
+               scene.string(), kOptions));
+  }
+  std::vector<InputFile> files{{scene.filename().generic_string(), scene}};
+  inputs.erase(files[0].path);
+  for (const auto& [path, source] : inputs) files.push_back({path, source});
+  return files;
+}
+
+}  // namespace kiln

@@ -1,0 +1,150 @@
+#include "coordinator/farm/web/metrics.h"
+
+#include <map>
+
+#include "common/base/format.h"
+
+namespace kiln {
+namespace {
+
+class Exposition {
+ public:
+  // `kind`: "gauge" or "counter". Samples of the metric follow.
+  Exposition& metric(const char* name, const char* kind, const char* help) {
+    name_ = name;
+    out_ += text("# HELP {} {}\n# TYPE {} {}\n", name, help, name, kind);
+    return *this;
+  }
+  template <class Number>
+  Exposition& sample(Number value, const std::string& labels = "") {
+    out_ += labels.empty() ? text("{} {}\n", name_, value) : text("{}{{{}}} {}\n", name_, labels, value);
+    return *this;
+  }
+  std::string take() { return std::move(out_); }
+
+ private:
+  const char* name_ = "";
+  std::string out_;
+};
+
+std::string label(const char* name, const std::string& value) {
+  return text("{}=\"{}\"", name, escape_label(value));
+}
+
+void write_workers(Exposition& e, const FarmStatus& farm) {
+  std::map<std::string, uint64_t> states{{"baking", 0}, {"idle", 0},    {"preparing", 0},
+                                         {"silent", 0}, {"leaving", 0}, {"benched", 0}};
+  uint64_t threads = 0, held = 0, queued = 0;
+  double rate = 0;
+  for (const WorkerStatus& w : farm.workers) {
+    ++states[w.state];
+    threads += w.threads;
+    held += w.units_held;
+    queued += w.queued_bytes;
+    rate += w.rays_per_second;
+  }
+  e.metric("kiln_workers", "gauge", "Connected workers by what they do.");
+  for (const auto& [state, count] : states) e.sample(count, label("state", state));
+  e.metric("kiln_worker_threads", "gauge", "Threads of all connected workers.").sample(threads);
+  e.metric("kiln_units_held", "gauge", "Units that workers have and have not answered.").sample(held);
+  e.metric("kiln_rays_per_second", "gauge", "Rays a second in the results of the last minute.").sample(rate);
+  e.metric("kiln_send_queue_bytes", "gauge", "Bytes that wait to be sent to workers.").sample(queued);
+  e.metric("kiln_connections", "gauge", "Open connections of workers and people.").sample(farm.connections);
+  e.metric("kiln_clients", "gauge", "Open connections of people's programs.").sample(farm.clients);
+}
+
+void write_totals(Exposition& e, const FarmStatus& farm) {
+  e.metric("kiln_results_total", "counter", "Results of units that workers sent.").sample(farm.results);
+  e.metric("kiln_rays_total", "counter", "Rays in those results.").sample(farm.rays);
+  e.metric("kiln_duplicate_results_total", "counter", "Results of units that had one already.")
+      .sample(farm.duplicates);
+  e.metric("kiln_refused_connections_total", "counter", "Peers that were not let in.")
+      .sample(farm.refused_connections);
+  e.metric("kiln_expelled_workers_total", "counter", "Workers thrown out for what they answered, or hung.")
+      .sample(farm.expelled);
+}
+
+void write_queue(Exposition& e, const std::vector<JobRecord>& jobs) {
+  std::map<JobState, uint64_t> states;
+  for (int s = 0; s <= static_cast<int>(JobState::kCancelled); ++s) states[static_cast<JobState>(s)] = 0;
+  uint64_t paused = 0, tainted = 0;
+  for (const JobRecord& job : jobs) {
+    ++states[job.state];
+    paused += job.paused && !job_ended(job.state);
+    tainted += job.tainted;
+  }
+  e.metric("kiln_jobs", "gauge", "Jobs of the queue by state.");
+  for (const auto& [state, count] : states)
+    e.sample(count, label("state", std::string(job_state_name(state))));
+  e.metric("kiln_jobs_paused", "gauge", "Jobs that have not ended and are paused.").sample(paused);
+  e.metric("kiln_jobs_tainted", "gauge", "Jobs with something in their result that is not proved.")
+      .sample(tainted);
+}
+
+void write_active_jobs(Exposition& e, const FarmStatus& farm) {
+  struct Series {
+    const char *name, *help;
+    double (*value)(const FarmJobStatus&);
+  };
+  static const Series kSeries[] = {
+      {"kiln_job_pass", "Number of the job's pass since the coordinator started.",
+       [](const FarmJobStatus& j) { return double{1} * j.pass; }},
+      {"kiln_job_workers", "Workers that serve the job.",
+       [](const FarmJobStatus& j) { return double{1} * j.workers; }},
+      {"kiln_job_threads", "Threads of those workers.",
+       [](const FarmJobStatus& j) { return double{1} * j.threads; }},
+      {"kiln_job_pass_units", "Units of the job's pass.",
+       [](const FarmJobStatus& j) { return static_cast<double>(j.units_total); }},
+      {"kiln_job_pass_units_done", "Units of the pass that have their result.",
+       [](const FarmJobStatus& j) { return static_cast<double>(j.units_done); }},
+      {"kiln_job_pass_units_failed", "Units of the pass that were given up.",
+       [](const FarmJobStatus& j) { return static_cast<double>(j.units_failed); }},
+      {"kiln_job_units_verified", "Results that another worker confirmed.",
+       [](const FarmJobStatus& j) { return static_cast<double>(j.verified); }},
+      {"kiln_job_units_unverified", "Results that one worker alone gave.",
+       [](const FarmJobStatus& j) { return static_cast<double>(j.unverified); }},
+      {"kiln_job_units_waived", "Verifications given up because one machine was alone.",
+       [](const FarmJobStatus& j) { return static_cast<double>(j.waived); }},
+      {"kiln_job_units_disputed", "Units whose answers differ and are not decided.",
+       [](const FarmJobStatus& j) { return static_cast<double>(j.disputes); }},
+      {"kiln_job_rays", "Rays in the job's results since it was opened.",
+       [](const FarmJobStatus& j) { return static_cast<double>(j.rays); }}};
+  for (const Series& series : kSeries) {
+    e.metric(series.name, "gauge", series.help);
+    for (const FarmJobStatus& job : farm.jobs)
+      e.sample(series.value(job), text("job=\"{}\",{}", job.job, label("user", job.user)));
+  }
+}
+
+}  // namespace
+
+std::string escape_label(const std::string& value) {
+  std::string escaped;
+  for (const char c : value) {
+    if (c == '\\' || c == '"') escaped += '\\';
+    if (c == '\n')
+      escaped += "\\n";
+    else
+      escaped += c;
+  }
+  return escaped;
+}
+
+std::string write_metrics(const WebSources& sources) {
+  const FarmStatus farm = sources.farm();
+  const StoreHealth store = sources.store();
+  const bool held = !farm.held_for.empty() || !store.held_for.empty();
+  Exposition e;
+  e.metric("kiln_build_info", "gauge", "1; the release is a label.")
+      .sample(1, label("release", sources.release));
+  write_queue(e, sources.jobs());
+  write_workers(e, farm);
+  write_totals(e, farm);
+  write_active_jobs(e, farm);
+  e.metric("kiln_store_wal_bytes", "gauge", "Size of the database's log.").sample(store.wal_bytes);
+  e.metric("kiln_store_held", "gauge", "1 while the disk refuses writes and nothing is handed out.")
+      .sample(held ? 1 : 0);
+  return e.take();
+}
+
+}  // namespace kiln

@@ -1,0 +1,40 @@
+// The farm over HTTP, read-only: /metrics, /healthz, /api/status.json, /api/jobs.json, /api/jobs/ID.json and
+// a page that shows them. Serves no files, takes no content, answers one request per connection.
+#pragma once
+
+#include <chrono>
+#include <memory>
+#include <string>
+
+#include "common/base/status.h"
+#include "coordinator/farm/web/web_sources.h"
+
+namespace kiln {
+
+struct WebSettings {
+  std::string host = "127.0.0.1";
+  uint16_t port = 0;  // 0: any free port
+  // `Authorization: Bearer TOKEN` that numbers and documents ask for; the page asks its reader for it. Empty:
+  // none, on loopback alone.
+  std::string token;
+  bool beyond_loopback =
+      false;  // said in words by the user: the token and all names then travel in the clear
+  std::chrono::milliseconds patience{5000};  // for a request's head, and for a peer to take its answer
+  uint32_t threads = 4;
+  uint32_t waiting = 64;  // connections; further ones are told 503
+};
+
+class WebServer {
+ public:
+  // Listens and returns; `sources` are called from the server's own threads until it is destroyed.
+  static Expected<std::unique_ptr<WebServer>> start(const WebSettings& settings, WebSources sources);
+  ~WebServer();
+  uint16_t port() const;
+
+ private:
+  struct Impl;
+  explicit WebServer(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace kiln

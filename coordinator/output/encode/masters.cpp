@@ -1,0 +1,86 @@
+#include "common/base/format.h"
+#include "common/responses/basis.h"
+#include "coordinator/output/encode/output.h"
+#include "coordinator/scene/imageio/exr.h"
+
+namespace kiln {
+namespace {
+
+struct NamedPlane {
+  std::string name;
+  const std::vector<float>* data;
+};
+
+// One file a page; planes hold all pages stacked.
+Expected<std::vector<std::string>> write_pages(const OutputContext& c, const std::string& stem,
+                                               const std::vector<NamedPlane>& planes) {
+  std::vector<std::string> names;
+  const size_t page_texels = size_t{c.atlas.width} * c.atlas.height;
+  for (uint32_t page = 0; page < c.atlas.pages; ++page) {
+    std::vector<ExrChannel> channels;
+    for (const NamedPlane& p : planes) channels.push_back({p.name, p.data->data() + page * page_texels});
+    names.push_back(page_name(stem, "exr", page, c.atlas.pages));
+    KILN_TRY_STATUS(write_exr(c.folder / names.back(), c.atlas.width, c.atlas.height, channels,
+                              ExrType::kFloat, c.compress ? ExrCompression::kZip : ExrCompression::kNone));
+  }
+  return names;
+}
+
+}  // namespace
+
+Expected<std::vector<std::string>> write_irradiance(const OutputContext& c) {
+  std::vector<float> alpha(c.lightmap.validity.size());
+  for (size_t i = 0; i < alpha.size(); ++i) {
+    const Validity v = c.lightmap.validity[i];
+    alpha[i] = v == Validity::kMeasured || v == Validity::kPushed || v == Validity::kFilled ? 1.0f : 0.0f;
+  }
+  const Planes& p = c.lightmap.planes;
+  return write_pages(c, "irradiance",
+                     {{"R", &p.plane("E.R")}, {"G", &p.plane("E.G")}, {"B", &p.plane("E.B")}, {"A", &alpha}});
+}
+
+Expected<std::vector<std::string>> write_basis(const OutputContext& c) {
+  const BasisInfo& basis = basis_roster()[*find_basis(c.settings.basis)];
+  std::vector<NamedPlane> planes;
+  for (std::string_view function : basis.functions)
+    for (const char* channel : {".R", ".G", ".B"}) {
+      const std::string name = std::string(function) + channel;
+      planes.push_back({name, &c.lightmap.planes.plane(name)});
+    }
+  if (planes.empty()) return std::vector<std::string>{};
+  return write_pages(c, std::string(basis.name), planes);
+}
+
+Expected<std::vector<std::string>> write_error(const OutputContext& c) {
+  return write_pages(c, "error", {{"Y", &c.lightmap.planes.plane("error")}});
+}
+
+namespace {
+Expected<std::vector<std::string>> write_all(const OutputContext& c, const std::string& stem,
+                                             const Planes& planes) {
+  if (planes.names.empty()) return std::vector<std::string>{};
+  std::vector<NamedPlane> named;
+  for (const std::string& name : planes.names) named.push_back({name, &planes.plane(name)});
+  return write_pages(c, stem, named);
+}
+}  // namespace
+
+Expected<std::vector<std::string>> write_band_error(const OutputContext& c) {
+  return write_all(c, "error_" + c.settings.basis, c.lightmap.band_error);
+}
+
+Expected<std::vector<std::string>> write_measured(const OutputContext& c) {
+  return write_all(c, "measured", c.lightmap.measured);
+}
+
+Expected<std::vector<std::string>> write_samples(const OutputContext& c) {
+  return write_pages(c, "samples", {{"Y", &c.lightmap.planes.plane("samples")}});
+}
+
+Expected<std::vector<std::string>> write_validity(const OutputContext& c) {
+  std::vector<float> plane(c.lightmap.validity.size());
+  for (size_t i = 0; i < plane.size(); ++i) plane[i] = static_cast<float>(c.lightmap.validity[i]);
+  return write_pages(c, "validity", {{"Y", &plane}});
+}
+
+}  // namespace kiln

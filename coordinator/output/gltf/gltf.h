@@ -1,0 +1,14 @@
+// ROOM: glTF files that carry the lightmap. docs/gltf.md describes them.
+#pragma once
+
+#include "common/base/status.h"
+#include "coordinator/output/context/context.h"
+
+namespace kiln {
+
+// Each writes its file into the folder and returns its name; nothing where it is not asked for.
+Expected<std::vector<std::string>> write_gltf(const OutputContext& context);            // scene.glb
+Expected<std::vector<std::string>> write_gltf_instanced(const OutputContext& context);  // scene_instanced.glb
+Expected<std::vector<std::string>> write_gltf_unlit(const OutputContext& context);      // scene_unlit.glb
+
+}  // namespace kiln

@@ -1,0 +1,170 @@
+// KILN_lightmap: what the maps are and which nodes have them (docs/gltf.md, docs/schema).
+#include "common/math/vec.h"
+#include "common/responses/basis.h"
+#include "coordinator/output/gltf/output_file.h"
+#include "coordinator/output/look/tone.h"
+
+namespace kiln {
+namespace {
+
+using Json = nlohmann::json;
+
+Json channel_json(const TextureChannel& c) {
+  Json out = {{"plane", c.plane}};
+  if (c.scale != 1) out["scale"] = c.scale;
+  if (c.bias != 0) out["bias"] = c.bias;
+  if (!c.times.empty()) out["times"] = c.times;
+  if (!c.name.empty()) out["name"] = c.name;
+  return out;
+}
+
+Json texture_json(const PublishedTexture& t) {
+  Json out = {{"uri", t.uri},       {"container", t.container}, {"format", t.format}, {"width", t.width},
+              {"height", t.height}, {"layers", t.layers},       {"levels", t.levels}, {"page", t.page}};
+  if (!t.unpack.empty() && t.unpack != "none") {
+    out["unpack"] = t.unpack;
+    if (t.unpack != "rgbe") out["unpackRange"] = t.unpack_range;
+  }
+  out["channels"] = Json::array();
+  for (const TextureChannel& c : t.channels) out["channels"].push_back(channel_json(c));
+  return out;
+}
+
+// One master file of a page; its channels are found by name.
+Json master_json(const OutputContext& c, const std::string& stem, uint32_t page,
+                 const std::vector<std::pair<std::string, std::string>>& channels) {
+  Json out = {{"uri", page_name(stem, "exr", page, c.atlas.pages)},
+              {"container", "exr"},
+              {"format", "SFLOAT32"},
+              {"width", c.atlas.width},
+              {"height", c.atlas.height},
+              {"layers", 1},
+              {"levels", 1},
+              {"page", page},
+              {"channels", Json::array()}};
+  for (const auto& [name, plane] : channels) out["channels"].push_back({{"plane", plane}, {"name", name}});
+  return out;
+}
+
+Json masters_json(const OutputContext& c, const BasisInfo& basis) {
+  Json textures = Json::array();
+  std::vector<std::pair<std::string, std::string>> planes;
+  for (const std::string_view function : basis.functions)
+    for (const char* channel : {".R", ".G", ".B"}) {
+      const std::string name = std::string(function) + channel;
+      planes.emplace_back(name, name);
+    }
+  for (uint32_t page = 0; page < c.atlas.pages; ++page) {
+    textures.push_back(
+        master_json(c, "irradiance", page, {{"R", "E.R"}, {"G", "E.G"}, {"B", "E.B"}, {"A", "set"}}));
+    if (!planes.empty()) textures.push_back(master_json(c, std::string(basis.name), page, planes));
+  }
+  return {{"name", "masters"}, {"container", "exr"}, {"textures", textures}};
+}
+
+Json diagnostics_json(const OutputContext& c) {
+  Json textures = Json::array();
+  for (const char* name : {"error", "samples", "validity"})
+    for (uint32_t page = 0; page < c.atlas.pages; ++page)
+      textures.push_back(master_json(c, name, page, {{"Y", name}}));
+  return textures;
+}
+
+Json basis_json(const BasisInfo& basis) {
+  Json out = {{"name", basis.name}, {"functions", Json::array()}};
+  for (const std::string_view function : basis.functions) out["functions"].push_back(function);
+  if (basis.name == "sh_l1")
+    out["convention"] = "L0 = 1/(4 pi) integral L dw, L1 = 1/(4 pi) integral L d dw; E(n)/pi = L0 + 2 L1.n";
+  out["axes"] = "world";
+  return out;
+}
+
+bool has_mark(const Json& primitive) {
+  return primitive.contains("extensions") && primitive["extensions"].contains(kKilnLightmap);
+}
+
+}  // namespace
+
+float viewing_exposure(const OutputContext& c) {
+  constexpr float kMiddleAlbedo = 0.5f;
+  std::vector<float> radiance;
+  for (size_t t = 0; t < c.lightmap.validity.size(); ++t)
+    if (c.lightmap.validity[t] == Validity::kMeasured) {
+      const Vec3 e(c.lightmap.planes.data[0][t], c.lightmap.planes.data[1][t], c.lightmap.planes.data[2][t]);
+      radiance.push_back(luminance(e) * kInvPi * kMiddleAlbedo);
+    }
+  return exposure_of(std::move(radiance));
+}
+
+void use_extension(Json& doc, const char* name) {
+  Json& used = doc["extensionsUsed"];
+  if (!used.is_array()) used = Json::array();
+  for (const Json& other : used)
+    if (other == name) return;
+  used.push_back(name);
+}
+
+void GltfOutput::attach_kiln_lightmap(bool by_table) {
+  const BasisInfo& basis = basis_roster()[*find_basis(c_->settings.basis)];
+  Json map = {{"width", c_->atlas.width},   {"height", c_->atlas.height},
+              {"pages", c_->atlas.pages},   {"texCoord", 1},
+              {"quantity", "irradiance"},   {"unit", "that of the scene's radiance, times steradian"},
+              {"basis", basis_json(basis)}, {"exposure", viewing_exposure(*c_)},
+              {"encodings", Json::array()}, {"diagnostics", diagnostics_json(*c_)}};
+  if (by_table) map["chartTable"] = {{"uri", "charts.bin"}, {"attribute", "_CHART"}};
+  if (c_->textures)
+    for (const PublishedEncoding& e : *c_->textures) {
+      Json encoding = {{"name", e.name}, {"container", e.container}, {"textures", Json::array()}};
+      for (const PublishedTexture& t : e.textures) encoding["textures"].push_back(texture_json(t));
+      map["encodings"].push_back(std::move(encoding));
+    }
+  map["encodings"].push_back(masters_json(*c_, basis));
+  doc["extensions"][kKilnLightmap] = {{"version", 1}, {"lightmaps", Json::array({map})}};
+  use_extension(doc, kKilnLightmap);
+  if (!doc.contains("nodes")) return;
+  for (Json& node : doc["nodes"]) {
+    if (!node.contains("mesh")) continue;
+    std::set<uint32_t> pages;
+    bool marked = false;
+    for (const Json& primitive : doc["meshes"][node["mesh"].get<size_t>()]["primitives"]) {
+      if (!has_mark(primitive)) continue;
+      marked = true;
+      const Json& mark = primitive["extensions"][kKilnLightmap];
+      if (mark.contains("page")) pages.insert(mark["page"].get<uint32_t>());
+    }
+    if (!marked) continue;
+    Json& on_node = node["extensions"][kKilnLightmap] = {{"lightmap", 0}};
+    if (!pages.empty()) on_node["pages"] = pages;
+    if (node.contains("extras") && node["extras"].is_object() && node["extras"].contains("kiln") &&
+        node["extras"]["kiln"].contains("first_chart"))
+      on_node["firstChart"] = node["extras"]["kiln"]["first_chart"];
+  }
+}
+
+void drop_extension(Json& doc, const char* name) {
+  const auto drop = [&](Json& object) {
+    if (!object.is_object() || !object.contains("extensions") || !object["extensions"].is_object()) return;
+    object["extensions"].erase(name);
+    if (object["extensions"].empty()) object.erase("extensions");
+  };
+  drop(doc);
+  for (const char* list : {"nodes", "meshes", "materials"})
+    if (doc.contains(list))
+      for (Json& object : doc[list]) {
+        drop(object);
+        if (object.is_object() && object.contains("primitives"))
+          for (Json& primitive : object["primitives"]) drop(primitive);
+      }
+  for (const char* key : {"extensionsUsed", "extensionsRequired"}) {
+    if (!doc.contains(key)) continue;
+    Json kept = Json::array();
+    for (const Json& other : doc[key])
+      if (other != name) kept.push_back(other);
+    if (kept.empty())
+      doc.erase(key);
+    else
+      doc[key] = std::move(kept);
+  }
+}
+
+}  // namespace kiln

@@ -1,0 +1,170 @@
+// scene_unlit.glb: what the lightmap makes of the scene, for viewers that know no lightmaps. Base colour x E
+// / pi and emission, exposed and through the filmic curve, are base-colour textures of unlit materials; the
+// only coordinates are those of the lightmap.
+#include <cmath>
+
+#include "common/raster/triangle2.h"
+#include "coordinator/output/gltf/output_file.h"
+#include "coordinator/output/look/surface_look.h"
+#include "coordinator/output/look/tone.h"
+#include "coordinator/scene/imageio/imageio.h"
+
+namespace kiln {
+namespace {
+
+using Json = nlohmann::json;
+
+// Import keeps four texels of a texture along each edge of a lightmap texel; finer pictures would show no
+// more.
+constexpr uint32_t kFinest = 4, kLargestSide = 4096;
+
+class PagePicture {
+ public:
+  PagePicture(const OutputContext& c, const SurfaceLook& look, uint32_t page, float exposure)
+      : c_(c), look_(look), page_(page), exposure_(exposure) {
+    const uint32_t side = std::max(c.atlas.width, c.atlas.height);
+    fine_ = std::clamp(kLargestSide / side, 1u, kFinest);
+    width_ = c.atlas.width * fine_;
+    height_ = c.atlas.height * fine_;
+    rgba_.assign(size_t{4} * width_ * height_, 0);
+    set_.assign(size_t{width_} * height_, false);
+  }
+
+  Expected<Bytes> draw() {
+    for (uint32_t i = 0; i < c_.scene.instances.size(); ++i) draw_instance(i);
+    for (uint32_t step = 0; step < fine_ * 2; ++step) dilate();
+    return encode_png(width_, height_, rgba_, 4);
+  }
+
+ private:
+  void draw_instance(uint32_t i) {
+    const MeshCharts& charts = c_.atlas.of_instance(i);
+    for (size_t f = 0; f < charts.face_count(); ++f) {
+      const ChartPlacement& place =
+          c_.atlas.placements[c_.atlas.instance_first_chart[i] + charts.chart_of_face[f]];
+      if (place.page == page_) draw_face(i, charts, place, f);
+    }
+  }
+
+  void draw_face(uint32_t i, const MeshCharts& charts, const ChartPlacement& place, size_t face) {
+    Triangle2 t = texel_triangle(charts, place, face);
+    for (DVec2& corner : t.c) corner *= static_cast<double>(fine_);
+    const double area = area2(t);
+    if (area == 0) return;
+    DVec2 b[3] = {{0, 0}, {1, 0}, {0, 1}};  // barycentrics of the whole triangle
+    if (!charts.parts.empty())
+      for (int k = 0; k < 3; ++k) b[k] = DVec2(charts.parts[face].corner[k]);
+    const auto first = [](double low) { return static_cast<uint32_t>(std::max(0.0, std::floor(low - 0.5))); };
+    const uint32_t right = std::min(width_, first(t.max_x()) + 2),
+                   bottom = std::min(height_, first(t.max_y()) + 2);
+    for (uint32_t y = first(t.min_y()); y < bottom; ++y)
+      for (uint32_t x = first(t.min_x()); x < right; ++x) {
+        const DVec2 p(x + 0.5, y + 0.5);
+        const double l0 = area2(t.c[1], t.c[2], p) / area, l1 = area2(t.c[2], t.c[0], p) / area;
+        if (l0 < 0 || l1 < 0 || l0 + l1 > 1) continue;
+        const DVec2 at = b[0] * l0 + b[1] * l1 + b[2] * (1 - l0 - l1);
+        Fragment fragment;
+        fragment.instance = i;
+        fragment.triangle = charts.triangle_of(face);
+        fragment.b1 = static_cast<float>(at.x);
+        fragment.b2 = static_cast<float>(at.y);
+        put(size_t{y} * width_ + x, fragment);
+      }
+  }
+
+  void put(size_t texel, const Fragment& fragment) {
+    Vec3 e(0.0f);
+    look_.irradiance(fragment, e);
+    const Vec4 base = look_.base_color(fragment);
+    const Vec3 radiance = Vec3(base) * e * kInvPi + look_.emission(fragment);
+    for (int k = 0; k < 3; ++k)
+      rgba_[4 * texel + static_cast<size_t>(k)] =
+          static_cast<uint8_t>(std::lround(255 * linear_to_srgb(filmic(radiance[k] * exposure_))));
+    rgba_[4 * texel + 3] = static_cast<uint8_t>(std::lround(255 * std::clamp(base.w, 0.0f, 1.0f)));
+    set_[texel] = true;
+  }
+
+  // Texels beside the charts take the mean of their neighbours, for bilinear lookups.
+  void dilate() {
+    std::vector<size_t> added;
+    for (uint32_t y = 0; y < height_; ++y)
+      for (uint32_t x = 0; x < width_; ++x) {
+        const size_t texel = size_t{y} * width_ + x;
+        if (set_[texel]) continue;
+        uint32_t sum[4] = {}, count = 0;
+        for (int k = 0; k < 9; ++k) {
+          const int64_t nx = int64_t{x} + k % 3 - 1, ny = int64_t{y} + k / 3 - 1;
+          if (nx < 0 || ny < 0 || nx >= width_ || ny >= height_) continue;
+          const size_t other = static_cast<size_t>(ny) * width_ + static_cast<size_t>(nx);
+          if (!set_[other]) continue;
+          for (size_t s = 0; s < 4; ++s) sum[s] += rgba_[4 * other + s];
+          ++count;
+        }
+        if (count == 0) continue;
+        for (size_t s = 0; s < 4; ++s)
+          rgba_[4 * texel + s] = static_cast<uint8_t>((sum[s] + count / 2) / count);
+        added.push_back(texel);
+      }
+    for (const size_t texel : added) set_[texel] = true;
+  }
+
+  const OutputContext& c_;
+  const SurfaceLook& look_;
+  const uint32_t page_;
+  const float exposure_;
+  uint32_t fine_ = 1, width_ = 0, height_ = 0;
+  std::vector<uint8_t> rgba_;
+  std::vector<bool> set_;
+};
+
+Json unlit_material(const Json& original, size_t texture) {
+  Json made = {{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", texture}, {"texCoord", 0}}}}},
+               {"extensions", {{"KHR_materials_unlit", Json::object()}}}};
+  for (const char* key : {"name", "doubleSided", "alphaMode", "alphaCutoff"})
+    if (original.contains(key)) made[key] = original[key];
+  return made;
+}
+
+Expected<Bytes> write(const OutputContext& c) {
+  KILN_TRY(GltfOutput scene, open_lit_scene(c));
+  const float exposure = viewing_exposure(c);
+  const SurfaceLook look(c.scene, c.atlas, c.lightmap);
+  std::map<uint32_t, size_t> textures;
+  std::map<std::pair<size_t, uint32_t>, size_t> materials;  // by material of the file and page
+  Json& doc = scene.doc;
+  for (Json& mesh : doc["meshes"])
+    for (Json& primitive : mesh["primitives"]) {
+      if (!primitive.contains("extensions") || !primitive["extensions"].contains(kKilnLightmap)) continue;
+      const uint32_t page = primitive["extensions"][kKilnLightmap]["page"];
+      if (!textures.count(page)) {
+        KILN_TRY(const Bytes png, PagePicture(c, look, page, exposure).draw());
+        textures[page] = scene.buffer.add_page_texture(doc, png, "lit page " + std::to_string(page));
+      }
+      const size_t original = primitive.value("material", SIZE_MAX);
+      const auto [at, added] = materials.try_emplace({original, page}, doc["materials"].size());
+      if (added)
+        doc["materials"].push_back(unlit_material(
+            original == SIZE_MAX ? Json::object() : Json(doc["materials"][original]), textures[page]));
+      Json attributes = {{"POSITION", primitive["attributes"]["POSITION"]},
+                         {"TEXCOORD_0", primitive["attributes"]["TEXCOORD_1"]}};
+      for (const char* key : {"NORMAL", "JOINTS_0", "WEIGHTS_0"})
+        if (primitive["attributes"].contains(key)) attributes[key] = primitive["attributes"][key];
+      primitive["attributes"] = std::move(attributes);
+      primitive["material"] = at->second;
+      primitive["extensions"].erase("KHR_materials_variants");
+    }
+  drop_extension(doc, kKilnLightmap);
+  use_extension(doc, "KHR_materials_unlit");
+  GltfOutput::note(doc) = {{"version", 1}, {"exposure", exposure}, {"curve", "filmic"}};
+  doc["asset"]["generator"] = "Kiln";
+  return scene.finish("scene_unlit.glb");
+}
+
+}  // namespace
+
+Expected<std::vector<std::string>> write_gltf_unlit(const OutputContext& c) {
+  if (!c.settings.embed_basecolor) return std::vector<std::string>{};
+  return publish_glb(c, "scene_unlit.glb", write);
+}
+
+}  // namespace kiln

@@ -1,0 +1,53 @@
+// ROOM: add an encoding. What --encode names: how planes are laid out in textures and which formats hold
+// them. One line in the roster here and its name in common/job.
+#pragma once
+
+#include <array>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/responses/basis.h"
+#include "coordinator/output/container/texture_format.h"
+#include "coordinator/output/textures/pixel_codes.h"
+
+namespace kiln {
+
+enum class FileKind : uint8_t {
+  kTexture,  // DDS and KTX2: pages are layers, mips are levels
+  kPng,      // one file a texture and page
+  kHdr,      // one file a page
+  kExr,      // one file a page with all planes
+};
+
+struct Encoding {
+  std::string_view name;
+  std::string_view about;
+  FileKind files;
+  TextureFormat light;      // of L0 and E
+  Unpack unpack;            // of those
+  TextureFormat direction;  // of L1
+  bool ratio;               // L1/L0 in [0, 1] (O'Donnell 2018, "Encoding"); else L1 as it is
+  bool dds;                 // the format has a DXGI number
+  bool directional;         // else E alone can be held
+};
+
+std::span<const Encoding> encoding_roster();
+const Encoding& encoding(std::string_view name);  // one of encoding_names()
+
+// One texture before it has texels.
+struct TextureLayout {
+  std::string name;                  // "L0", "L1x", "E"
+  std::array<std::string, 3> plane;  // of R, G, B
+  std::array<std::string, 3> times;  // planes that ratios are of; empty: values as they are
+  TextureFormat format;
+  Unpack unpack = Unpack::kNone;
+  bool is_signed = false;  // values may be negative
+  bool is_ratio() const { return !times[0].empty(); }
+};
+
+// What is stored: the basis' planes, or E at the surface normal.
+enum class Quantity : uint8_t { kBasis, kIrradiance };
+std::vector<TextureLayout> layouts_of(const Encoding& encoding, const BasisInfo& basis, Quantity quantity);
+
+}  // namespace kiln

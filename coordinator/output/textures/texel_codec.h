@@ -1,0 +1,29 @@
+// One image of one format, in and out: where block formats, ASTC and plain formats look alike.
+#pragma once
+
+#include "coordinator/output/blocks/blocks.h"
+#include "coordinator/output/container/texture_format.h"
+#include "coordinator/output/textures/pixel_codes.h"
+
+namespace kiln {
+
+// Texels of `image` as the format takes them: [0, 1] for unorm formats. With `unpack` (of kRgba8Unorm) values
+// are packed first. Errors (kInvalidInput): a texel with weight that is not finite, by its place in the
+// image.
+Expected<Bytes> encode_texels(TextureFormat format, Unpack unpack, const BlockImage& image,
+                              const BlockChoice& choice);
+
+// 4 floats a texel as a lookup gives them, before unpacking.
+Expected<std::vector<float>> decode_texels(TextureFormat format, std::span<const std::byte> bytes,
+                                           uint32_t width, uint32_t height);
+
+// The block format of blocks.h; null: another one.
+const BlockFormat* block_format(TextureFormat format);
+
+// Smallest and largest value that the format holds (with its packing).
+struct ValueRange {
+  float lowest, highest;
+};
+ValueRange value_range(TextureFormat format, Unpack unpack);
+
+}  // namespace kiln

@@ -1,0 +1,212 @@
+#include "coordinator/output/textures/texture_error.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "common/base/parallel.h"
+#include "coordinator/output/textures/texel_normals.h"
+
+namespace kiln {
+namespace {
+
+constexpr size_t kMaxPlanes = 12;
+constexpr double kLogFloor = 1.0 / 1024;
+
+// E(n) from planes: L0 and three of L1, or E itself.
+Vec3 light(const float* planes, bool directional, const Vec3& n) {
+  if (!directional) return {planes[0], planes[1], planes[2]};
+  Vec3 e;
+  for (int c = 0; c < 3; ++c)
+    e[c] = kPi * (planes[c] + 2 * (planes[3 + c] * n.x + planes[6 + c] * n.y + planes[9 + c] * n.z));
+  return e;
+}
+
+struct Sums {
+  double texels = 0, between = 0, filter = 0, log = 0;
+  uint64_t texel_count = 0, between_count = 0, log_count = 0;
+  double low = 1e300, high = -1e300;  // of the logarithm
+
+  void add(const Sums& o) {
+    texels += o.texels, between += o.between, filter += o.filter, log += o.log;
+    texel_count += o.texel_count, between_count += o.between_count, log_count += o.log_count;
+    low = std::min(low, o.low), high = std::max(high, o.high);
+  }
+};
+
+class Meter {
+ public:
+  Meter(const MapLevel& level, std::span<const Vec3> normals, std::span<const DecodedTexture> textures,
+        std::span<const DecodedTexture> exact)
+      : level_(level),
+        normals_(normals),
+        textures_(textures),
+        exact_(exact),
+        directional_(textures.size() == 4),
+        normal_count_(directional_ ? kErrorNormals : 1) {
+    for (const DecodedTexture& t : textures)
+      for (const std::string& plane : t.layout->plane) master_.push_back(&level.planes.plane(plane));
+    mean_ = map_mean();
+  }
+
+  struct PlaceError {
+    double decoded = 0, exact = 0;  // mean square, relative
+  };
+
+  // At the mean of up to four texels; `normal` of the first.
+  PlaceError at(std::span<const size_t> texel, Sums& sums) const {
+    static constexpr float kQuarter[4] = {0.25f, 0.25f, 0.25f, 0.25f}, kOne[1] = {1};
+    const std::span<const float> weight = texel.size() == 4 ? std::span<const float>(kQuarter) : kOne;
+    float truth[kMaxPlanes] = {}, got[kMaxPlanes], plain[kMaxPlanes];
+    for (size_t p = 0; p < master_.size(); ++p)
+      for (size_t i = 0; i < texel.size(); ++i) truth[p] += weight[i] * (*master_[p])[texel[i]];
+    lookup_planes(textures_, texel, weight, got);
+    const bool filtered = texel.size() == 4;
+    if (filtered) lookup_planes(exact_, texel, weight, plain);
+    Vec3 n[kErrorNormals] = {Vec3(0.0f)};
+    if (directional_) hemisphere_normals(normals_[texel[0]], n);
+    std::array<Vec3, kErrorNormals> e;
+    double mean = 0, squares = 0, plain_squares = 0;
+    for (int k = 0; k < normal_count_; ++k) {
+      e[k] = light(truth, directional_, n[k]);
+      const Vec3 d = light(got, directional_, n[k]) - e[k];
+      squares += double{dot(d, d)} / 3;
+      mean += luminance(e[k]);
+      if (filtered) {
+        const Vec3 f = light(plain, directional_, n[k]) - e[k];
+        plain_squares += double{dot(f, f)} / 3;
+      }
+      if (mean_ > 0) {
+        const double a = logarithm(e[k]), b = logarithm(e[k] + d);
+        sums.log += (a - b) * (a - b);
+        sums.low = std::min(sums.low, a), sums.high = std::max(sums.high, a);
+        ++sums.log_count;
+      }
+    }
+    mean /= normal_count_;
+    const double by = (mean * mean + 1e-4 * mean_ * mean_) * normal_count_;
+    if (!(by > 0)) return {};
+    return {squares / by, plain_squares / by};
+  }
+
+  bool counts(size_t t) const {
+    return level_.owner[t] != 0 && level_.weight[t] == 1 && (!directional_ || normals_[t] != Vec3(0.0f));
+  }
+  // Texels t, right, below and both, if all are of one chart.
+  bool square(size_t t, std::array<size_t, 4>& four) const {
+    const size_t width = level_.planes.width, x = t % width, y = t / width % level_.page_height;
+    if (x + 1 >= width || y + 1 >= level_.page_height) return false;
+    four = {t, t + 1, t + width, t + width + 1};
+    for (const size_t n : four)
+      if (level_.owner[n] != level_.owner[t] || !counts(n)) return false;
+    return true;
+  }
+
+ private:
+  double logarithm(const Vec3& e) const {
+    return std::log2(std::max(0.0, double{luminance(e)}) + kLogFloor * mean_);
+  }
+  // Mean luminance of E, or what L0 alone gives of it.
+  double map_mean() const {
+    double sum = 0;
+    uint64_t count = 0;
+    for (size_t t = 0; t < level_.owner.size(); ++t) {
+      if (!counts(t)) continue;
+      sum += luminance(Vec3((*master_[0])[t], (*master_[1])[t], (*master_[2])[t]));
+      ++count;
+    }
+    return count ? (directional_ ? double{kPi} : 1.0) * sum / static_cast<double>(count) : 0;
+  }
+
+  const MapLevel& level_;
+  std::span<const Vec3> normals_;
+  std::span<const DecodedTexture> textures_, exact_;
+  const bool directional_;
+  const int normal_count_;
+  std::vector<const std::vector<float>*> master_;
+  double mean_ = 0;
+};
+
+// Four rows of one page: whole blocks.
+struct Strip {
+  Sums sums;
+  TextureError::Place worst_block, worst_texel;
+};
+
+Strip measure_strip(const MapLevel& level, const Meter& meter, uint32_t page, uint32_t top,
+                    std::vector<float>* picture) {
+  Strip strip;
+  const uint32_t width = level.planes.width, bottom = std::min(top + 4, level.page_height);
+  std::vector<double> block((width + 3) / 4, 0);
+  std::vector<uint32_t> in_block(block.size(), 0);
+  for (uint32_t y = top; y < bottom; ++y)
+    for (uint32_t x = 0; x < width; ++x) {
+      const size_t t = page * level.page_texels() + size_t{y} * width + x;
+      if (!meter.counts(t)) continue;
+      const size_t one[1] = {t};
+      const double error = meter.at(one, strip.sums).decoded;
+      strip.sums.texels += error;
+      ++strip.sums.texel_count;
+      block[x / 4] += error;
+      ++in_block[x / 4];
+      const double rms = std::sqrt(error);
+      if (picture) (*picture)[t] = static_cast<float>(rms);
+      if (rms > strip.worst_texel.error) strip.worst_texel = {page, x, y, rms};
+      std::array<size_t, 4> four{};
+      if (!meter.square(t, four)) continue;
+      const Meter::PlaceError between = meter.at(four, strip.sums);
+      strip.sums.between += between.decoded;
+      strip.sums.filter += between.exact;
+      ++strip.sums.between_count;
+    }
+  for (size_t b = 0; b < block.size(); ++b) {
+    const double rms = in_block[b] ? std::sqrt(block[b] / in_block[b]) : 0;
+    if (rms > strip.worst_block.error) strip.worst_block = {page, static_cast<uint32_t>(4 * b), top, rms};
+  }
+  return strip;
+}
+
+double share(double sum, uint64_t count) {
+  return count ? sum / static_cast<double>(count) : 0;
+}
+
+}  // namespace
+
+double TextureError::relative_rms() const {
+  return std::sqrt(rel_mse);
+}
+
+TextureError measure_texture_error(const MapLevel& level, std::span<const Vec3> normals,
+                                   std::span<const DecodedTexture> textures,
+                                   std::span<const DecodedTexture> exact, std::vector<float>* picture,
+                                   uint32_t every) {
+  if (picture) picture->assign(level.owner.size(), 0);
+  const Meter meter(level, normals, textures, exact);
+  const uint32_t rows = (level.page_height + 3) / 4;
+  std::vector<Strip> strips(size_t{rows} * level.pages);
+  parallel_for(strips.size(), [&](size_t i) {
+    if (i % every != 0) return;
+    strips[i] = measure_strip(level, meter, static_cast<uint32_t>(i / rows),
+                              static_cast<uint32_t>(i % rows * 4), picture);
+  });
+  Sums s;
+  TextureError out;
+  for (const Strip& strip : strips) {
+    s.add(strip.sums);
+    if (strip.worst_block.error > out.worst_block.error) out.worst_block = strip.worst_block;
+    if (strip.worst_texel.error > out.worst_texel.error) out.worst_texel = strip.worst_texel;
+  }
+  out.texels = s.texel_count;
+  out.between = s.between_count;
+  out.rel_mse = share(s.texels + s.between, s.texel_count + s.between_count);
+  out.rel_mse_texels = share(s.texels, s.texel_count);
+  out.rel_mse_between = share(s.between, s.between_count);
+  out.rel_mse_filter = share(s.filter, s.between_count);
+  const double log_rms = std::sqrt(share(s.log, s.log_count));
+  // Equal images have no finite ratio: 200 dB is beyond what floats tell apart.
+  out.psnr_log =
+      log_rms > 0 && s.high > s.low ? std::min(200.0, 20 * std::log10((s.high - s.low) / log_rms)) : 200;
+  return out;
+}
+
+}  // namespace kiln

@@ -1,0 +1,54 @@
+// Planes as the values of one texture's texels, and back.
+#pragma once
+
+#include <array>
+#include <span>
+
+#include "coordinator/output/blocks/blocks.h"
+#include "coordinator/output/textures/encodings.h"
+#include "coordinator/output/textures/levels.h"
+
+namespace kiln {
+
+// plane = (scale x unpacked texel + bias) [x the plane it is a ratio to]
+struct TextureScale {
+  double scale = 1, bias = 0;
+};
+
+// Chosen from the texels with weight 1 of level 0.
+//   values   a power of two, 1 if the largest is representable and not below 2^-6: what is small would lose
+//   bits of a
+//            half. Of packed 8-bit formats: at most 1/4 of the packing's largest value is not used.
+//   ratios   [-1, 1], or the range that occurs
+// `unit_factor` multiplies on top: 1, or pi where E/pi is stored.
+TextureScale choose_scale(const TextureLayout& layout, const MapLevel& level, bool fit, double unit_factor);
+
+// What a squared difference of a texel's values counts: the errors that are stated (texture_error.h) are
+// relative to the light there, with a hundredth of the map's mean added, whatever the plane.
+struct TextureWeights {
+  std::vector<float> encode;  // for the encoder, with `metric`
+  std::vector<float> norm;    // of squared differences of values as they are
+  BlockMetric metric = BlockMetric::kLinear;
+};
+TextureWeights texture_weights(const TextureLayout& layout, const MapLevel& level, const TextureScale& scale,
+                               BlockMetric metric);
+
+// 4 values a texel (alpha 1), pages stacked. A ratio to 0 is 0. `clamped`: values of texels with weight 1
+// that were beyond what the texture holds by more than 1e-6 of its range, or negative where it holds none.
+std::vector<float> texture_values(const TextureLayout& layout, const MapLevel& level,
+                                  const TextureScale& scale, uint64_t* clamped = nullptr);
+
+// Texels of a texture as a reader gets them back: level 0, pages stacked, before unpacking.
+struct DecodedTexture {
+  const TextureLayout* layout = nullptr;
+  TextureScale scale;
+  std::span<const float> texels;  // 4 a texel
+};
+
+// Planes of the layouts at a lookup: the sum of weight x texel, unpacked, scaled, multiplied. RGBE is
+// unpacked before it is filtered, as it must be; the others after, as the hardware does. One value for each
+// (layout, channel).
+void lookup_planes(std::span<const DecodedTexture> textures, std::span<const size_t> texel,
+                   std::span<const float> weight, float* planes);
+
+}  // namespace kiln

@@ -1,0 +1,138 @@
+#include "coordinator/scene/document/gltf_document.h"
+
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "common/base/files.h"
+#include "common/base/format.h"
+#include "coordinator/scene/document/glb.h"
+#include "coordinator/scene/document/uri.h"
+
+namespace kiln {
+namespace fs = std::filesystem;
+namespace {
+
+using nlohmann::json;
+
+constexpr uint64_t kMaxJsonBytes = uint64_t{1} << 30;
+constexpr int kMaxDepth = 128;  // readers of extensions and extras recurse: bound their stack
+
+tl::unexpected<Error> bad(const fs::path& path, const std::string& what) {
+  return fail(ErrorKind::kInvalidInput, text("{}: {}", path.string(), what));
+}
+
+Expected<json> parse_json(std::string_view source, const fs::path& path) {
+  if (source.size() > kMaxJsonBytes) return bad(path, text("{} bytes of JSON are too many", source.size()));
+  if (source.starts_with("\xef\xbb\xbf")) source.remove_prefix(3);
+  bool too_deep = false;
+  const auto watch = [&too_deep](int depth, json::parse_event_t, json&) {
+    too_deep |= depth > kMaxDepth;
+    return !too_deep;
+  };
+  try {
+    json root = json::parse(source, watch);
+    if (too_deep) return bad(path, text("its JSON is nested more than {} levels deep", kMaxDepth));
+    if (!root.is_object()) return bad(path, "its JSON is not an object");
+    return root;
+  } catch (const json::parse_error& error) {
+    return bad(path, text("its JSON does not parse at byte {}", error.byte));
+  } catch (const json::exception& error) {
+    return bad(path, text("its JSON does not parse: {}", error.what()));
+  }
+}
+
+// The array member of that name, or an empty array when there is none.
+Expected<json> array_member(const json& root, const char* name, const fs::path& path) {
+  const auto it = root.find(name);
+  if (it == root.end()) return json::array();
+  if (!it->is_array()) return bad(path, text("\"{}\" is not an array", name));
+  for (size_t i = 0; i < it->size(); ++i)
+    if (!(*it)[i].is_object()) return bad(path, text("\"{}\": element {} is not an object", name, i));
+  return *it;
+}
+
+std::string string_member(const json& object, const char* name) {
+  const auto it = object.find(name);
+  return it != object.end() && it->is_string() ? it->get<std::string>() : std::string();
+}
+
+std::vector<std::string> words_of(const json& root, const char* name) {
+  std::vector<std::string> words;
+  const auto it = root.find(name);
+  if (it == root.end() || !it->is_array()) return words;
+  for (const json& word : *it)
+    if (word.is_string()) words.push_back(word.get<std::string>());
+  return words;
+}
+
+bool is_fallback(const json& buffer) {
+  const auto extensions = buffer.find("extensions");
+  return extensions != buffer.end() && extensions->is_object() &&
+         extensions->contains("EXT_meshopt_compression");
+}
+
+Expected<Bytes> read_buffer(const json& buffer, size_t index, std::optional<Bytes>& binary,
+                            const fs::path& path) {
+  const std::string where = text("buffer {}", index);
+  const auto it = buffer.find("byteLength");
+  if (it == buffer.end() || !it->is_number_unsigned())
+    return bad(path, where + ": byteLength is not a length");
+  const uint64_t length = it->get<uint64_t>();
+  Bytes data;
+  if (buffer.contains("uri")) {
+    auto read = read_uri(path.parent_path(), string_member(buffer, "uri"));
+    if (!read) return fail(read.error().kind, text("{}: {}: {}", path.string(), where, read.error().message));
+    data = std::move(*read);
+  } else if (index == 0 && binary) {
+    data = std::move(*binary);
+  } else if (is_fallback(buffer)) {
+    return Bytes{};
+  } else {
+    return bad(path, where + ": it has neither a URI nor a binary chunk");
+  }
+  if (data.size() < length)
+    return bad(path, text("{}: byteLength says {} bytes, its data has {}", where, length, data.size()));
+  return data;
+}
+
+GltfImage read_image(const json& image) {
+  GltfImage out{string_member(image, "name"), string_member(image, "uri"), -1};
+  const auto view = image.find("bufferView");
+  if (view != image.end() && view->is_number_unsigned() && view->get<uint64_t>() < uint64_t{1} << 31)
+    out.buffer_view = view->get<int64_t>();
+  return out;
+}
+
+}  // namespace
+
+Expected<GltfDocument> read_gltf_document(const fs::path& path) {
+  KILN_TRY(const Bytes file, read_file(path));
+  GltfDocument document;
+  document.path = path;
+  std::optional<Bytes> binary;
+  if (is_glb(file)) {
+    KILN_TRY(const GlbParts parts, read_glb(file, path.string()));
+    document.json = parts.json;
+    if (parts.binary) binary.emplace(parts.binary->begin(), parts.binary->end());
+  } else if (path.extension() == ".glb") {
+    return bad(path, "corrupt: it does not start with \"glTF\"");
+  } else {
+    document.json.assign(reinterpret_cast<const char*>(file.data()), file.size());
+  }
+  KILN_TRY(json root, parse_json(document.json, path));
+  KILN_TRY(const json buffers, array_member(root, "buffers", path));
+  for (size_t i = 0; i < buffers.size(); ++i) {
+    KILN_TRY(Bytes data, read_buffer(buffers[i], i, binary, path));
+    document.buffers.push_back(std::move(data));
+  }
+  KILN_TRY(const json images, array_member(root, "images", path));
+  for (const json& image : images) document.images.push_back(read_image(image));
+  document.extensions_used = words_of(root, "extensionsUsed");
+  document.extensions_required = words_of(root, "extensionsRequired");
+  root.erase("buffers");
+  root.erase("images");
+  document.structure = root.dump();
+  return document;
+}
+
+}  // namespace kiln

@@ -1,0 +1,20 @@
+// The meshes of levels that are not baked and of what has a proxy, read but not put in the scene.
+#pragma once
+
+#include "coordinator/scene/import/instancing.h"
+#include "coordinator/scene/import/levels.h"
+
+namespace kiln {
+
+// Errors: as reading the scene's own meshes; nothing to bake for a set that draws something.
+Expected<Display> read_display(const ImportContext& context, const Levels& levels,
+                               const std::vector<uint32_t>& group_of_instance, ImportNotes& notes);
+
+// An instance without its material.
+Instance instance_of(const ImportContext& context, const MeshPlace& place, uint32_t primitive, uint32_t mesh);
+
+// Refuses instances that float arithmetic cannot hold: a corner of the bounds must stay well below the
+// square root of the largest float, because distances are squared.
+Status check_extent(const ImportContext& context, const MeshPlace& place, const Mesh& mesh);
+
+}  // namespace kiln

@@ -1,0 +1,16 @@
+// EXT_lights_ies to light records.
+#pragma once
+
+#include <vector>
+
+#include "coordinator/scene/import/nodes.h"
+
+namespace kiln {
+
+// One record for each node with a profile; profiles become textures that the records share. Errors: a profile
+// that does not exist or cannot be read, a multiplier or colour that is none.
+Expected<std::vector<Record>> read_ies_lights(const ImportContext& context,
+                                              const std::vector<PlacedNode>& nodes,
+                                              std::vector<Texture>& textures, ImportNotes& notes);
+
+}  // namespace kiln

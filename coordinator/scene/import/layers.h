@@ -1,0 +1,11 @@
+// The KHR_materials_* extensions that light transport reads, as scene.h documents their properties.
+#pragma once
+
+#include "coordinator/scene/import/material_reader.h"
+
+namespace kiln {
+
+// Index of refraction, specular, transmission, volume, clearcoat and sheen of the material.
+void put_layers(const GltfMaterial& material, MaterialReader& reader);
+
+}  // namespace kiln

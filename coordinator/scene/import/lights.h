@@ -1,0 +1,22 @@
+// KHR_lights_punctual and the suns of the settings to light records.
+#pragma once
+
+#include <vector>
+
+#include "coordinator/scene/import/nodes.h"
+
+namespace kiln {
+
+// One record for each node with a light. Errors: an index that does not exist, a negative intensity, an
+// unknown extras.kiln.bake.
+Expected<std::vector<Record>> read_lights(const ImportContext& context, const std::vector<PlacedNode>& nodes,
+                                          ImportNotes& notes);
+
+// The suns of the settings: -z of to_world points from the light to the scene.
+std::vector<Record> sun_lights(const BakeSettings& settings);
+
+// extras.kiln.bake: "full", "indirect" or "none"; "" when it does not say. Errors for other words.
+Expected<std::string> bake_word(const ImportContext& context, const std::string& who,
+                                const GltfValue& extras);
+
+}  // namespace kiln

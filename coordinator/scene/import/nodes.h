@@ -1,0 +1,36 @@
+// The node tree of the scene that is baked, flattened.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "coordinator/scene/import/affine.h"
+#include "coordinator/scene/import/context.h"
+
+namespace kiln {
+
+struct PlacedNode {
+  uint32_t node = 0;
+  Affine to_world;
+};
+
+// The scene that is baked: the file's default, else the first; null when the file has none.
+Expected<const GltfScene*> baked_scene(const ImportContext& context);
+
+struct NodeTree {
+  static constexpr int kNone = -1;
+  std::vector<int> parent;      // by node
+  std::vector<uint32_t> roots;  // of the baked scene; without a scene: of the whole file
+};
+
+// Errors: an index that does not exist, a node with two parents, a cycle.
+Expected<NodeTree> read_node_tree(const ImportContext& context);
+
+// Visits a node and what is below it, parents before children, in the file's order: enter(node, its parent's
+// transform) says whether to go on below. Errors: a transform that is not finite or of a wrong length.
+Status walk_nodes(const ImportContext& context, uint32_t root, const Affine& parent_to_world,
+                  const std::function<bool(const PlacedNode&, const Affine&)>& enter);
+
+std::string node_name(const ImportContext& context, uint32_t node);
+
+}  // namespace kiln

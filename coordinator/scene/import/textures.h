@@ -1,0 +1,39 @@
+// Textures that materials ask for: gathered first, then decoded once each, side by side.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "coordinator/scene/import/context.h"
+
+namespace kiln {
+
+// What a texture is used for decides its coding, channels and size.
+struct TextureRequest {
+  int texture = -1;  // of the glTF
+  // sRGB colours; linear factors in R, G and B; a linear factor in A alone; a normal map.
+  enum class Role { kColor, kFactors, kAlpha, kNormal } role = Role::kColor;
+  bool keep_alpha = false;
+  auto operator<=>(const TextureRequest&) const = default;
+};
+
+class TextureSet {
+ public:
+  // A slot for the request; equal requests share one.
+  int32_t add(const TextureRequest& request);
+  // Decodes all slots. A texture that is missing or broken is a warning and gets no index.
+  std::vector<Texture> decode(const ImportContext& context, ImportNotes& notes);
+  // After decode: the index into its result, or -1.
+  int32_t index_of(int32_t slot) const { return index_[static_cast<size_t>(slot)]; }
+
+ private:
+  std::vector<TextureRequest> requests_;
+  std::vector<int32_t> index_;
+};
+
+// The file's image by index, as it stands encoded.
+Expected<Bytes> read_image_bytes(const ImportContext& context, int image);
+// "image 3 'bark'"
+std::string image_name(const ImportContext& context, int image);
+
+}  // namespace kiln

@@ -1,0 +1,47 @@
+// The faces of one display mesh: which chart each takes its light from, split where one would not do.
+#pragma once
+
+#include "coordinator/scene/display/display.h"
+#include "coordinator/scene/lods/source_surface.h"
+
+namespace kiln {
+
+// A display mesh in the world.
+class DisplaySurface {
+ public:
+  explicit DisplaySurface(const Mesh& mesh, const Mat4x3& to_world);
+  // Of a triangle, with barycentrics of vertices 1 and 2.
+  DisplayPoint point(uint32_t triangle, const DVec2& b) const;
+  DVec3 position(uint32_t triangle, const DVec2& b) const;
+  const Mesh& mesh() const { return mesh_; }
+
+ private:
+  const Mesh& mesh_;
+  Mat4x3 to_world_;
+  double side_;  // -1 when mirrored
+};
+
+struct DisplayFace {
+  uint32_t triangle = 0;
+  DVec2 b[3];          // corners
+  uint32_t weld[3];    // corners with equal numbers are at one place
+  bool is_new = true;  // nothing below is set
+  bool wants[3] = {};  // edge k from corner k is to be split
+  uint32_t placement = 0;
+  DVec2 texels[3];
+
+  DVec2 at(double b1, double b2) const { return b[0] + b1 * (b[1] - b[0]) + b2 * (b[2] - b[0]); }
+  DVec2 lookup(double b1, double b2) const {
+    return texels[0] + b1 * (texels[1] - texels[0]) + b2 * (texels[2] - texels[0]);
+  }
+};
+
+// The point of a chart that serves a display point: the nearest that faces its way, else the nearest.
+LitPoint place_in_chart(const SourceSurface& source, const DisplayPoint& point, const SurfaceSearch& search,
+                        uint32_t placement);
+
+// Faces that cover the mesh, none wanting more splits that could have them. `split`: texels, see LodSettings.
+std::vector<DisplayFace> refine_faces(const DisplaySurface& display, const SourceSurface& source,
+                                      const SurfaceSearch& search, double split);
+
+}  // namespace kiln
