@@ -57,6 +57,16 @@ Status store_word(std::string& target, const std::string& s, std::initializer_li
   return refuse(text("'{}' is not one of {}", s, all));
 }
 
+Status parse_quantity_list(BakeSettings& b, const std::string& s) {
+  KILN_TRY(b.quantities, parse_quantities(s));
+  return {};
+}
+
+Status parse_falloff(BakeSettings& b, const std::string& s) {
+  KILN_TRY(b.ao_falloff, find_falloff(s));
+  return {};
+}
+
 Status parse_resolution(BakeSettings& b, const std::string& s) {
   const size_t x = s.find('x');
   KILN_TRY_STATUS(store_number(b.width, s.substr(0, x), 1, 16384));
@@ -368,6 +378,19 @@ const Setting kTable[] = {
        return store_word(b.error_norm, s, {"max", "mean-square", "perceptual"});
      },
      [](const B& b) { return b.error_norm; }},
+    {"visibility-error", "E", "", "the same bound for ao, sky and bent, as a share of full visibility",
+     [](B& b, S s) { return store_number(b.visibility_error, s, 1e-6, 1); },
+     [](const B& b) { return print(b.visibility_error); }},
+    {"quantities", "LIST", "",
+     "what is baked: light, ao (ambient occlusion), sky (sky visibility), bent (bent normals); without light "
+     "no light is sampled",
+     parse_quantity_list, [](const B& b) { return print_quantities(b.quantities); }},
+    {"ao-distance", "M", "metres", "surfaces farther away than this do not occlude",
+     [](B& b, S s) { return store_number(b.ao_distance, s, 1e-6, 1e12); },
+     [](const B& b) { return print(b.ao_distance); }},
+    {"ao-falloff", "WORD", "",
+     "how occlusion fades with distance: none (full up to --ao-distance), linear, smooth", parse_falloff,
+     [](const B& b) { return std::string(falloff_name(b.ao_falloff)); }},
     {"min-samples", "N", "", "samples every texel gets",
      [](B& b, S s) { return store_number(b.min_samples, s, 1, 1 << 30); },
      [](const B& b) { return text("{}", b.min_samples); }},
@@ -553,6 +576,12 @@ std::optional<std::vector<double>> parse_radiance(const std::string& value) {
 }
 
 Status check_settings(const BakeSettings& b) {
+  if (b.two_pass && !b.quantities.responses.empty())
+    return refuse(
+        text("--two-pass on takes texels from charts by their light alone, and {} would lose them too: leave "
+             "it off, "
+             "or bake light by itself",
+             response_roster()[b.quantities.responses.front()].name));
   if (b.min_samples > b.max_samples)
     return refuse(text("--min-samples {} is above --max-samples {}", b.min_samples, b.max_samples));
   const bool astc = std::any_of(b.encodings.begin(), b.encodings.end(),

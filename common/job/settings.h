@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/base/status.h"
+#include "common/responses/quantities.h"
 
 namespace kiln {
 
@@ -52,6 +53,10 @@ struct BakeSettings {
   double time_limit = 0;  // seconds; 0: none
   bool cache = true, denoise = true;
   std::string basis = "sh_l1";
+  Quantities quantities;
+  double ao_distance = 1;  // metres
+  Falloff ao_falloff = Falloff::kNone;
+  double visibility_error = 0.05;  // of ao, sky and bent: absolute
   bool seams = true;
   double seam_angle = 5;              // degrees
   uint32_t dilate = 4;                // texels

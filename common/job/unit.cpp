@@ -1,8 +1,38 @@
 #include "common/job/unit.h"
 
+#include <algorithm>
+#include <functional>
+
 #include "common/base/format.h"
 
 namespace kiln {
+namespace {
+
+void put_responses(const TransportSettings& t, ByteWriter& w) {
+  w.put<uint8_t>(t.quantities.light);
+  w.put_array(t.quantities.responses);
+  w.put(t.response.ao_distance);
+  w.put(static_cast<uint32_t>(t.response.ao_falloff));
+}
+
+Status get_responses(ByteReader& r, TransportSettings& t) {
+  t.quantities.light = r.get<uint8_t>() != 0;
+  t.quantities.responses = r.get_array<uint32_t>();
+  t.response.ao_distance = r.get<float>();
+  const auto falloff = r.get<uint32_t>();
+  t.response.ao_falloff = static_cast<Falloff>(falloff);
+  const std::vector<uint32_t>& list = t.quantities.responses;
+  const bool ascending = std::adjacent_find(list.begin(), list.end(), std::greater_equal<>()) == list.end();
+  if (!ascending || (!list.empty() && list.back() >= response_roster().size()))
+    return fail(ErrorKind::kProtocol, "the job asks for a quantity that does not exist in this release");
+  if (list.empty() && !t.quantities.light)
+    return fail(ErrorKind::kProtocol, "the job asks for no quantity at all");
+  if (!(t.response.ao_distance > 0.0f) || falloff >= kFalloffs)
+    return fail(ErrorKind::kProtocol, "the job's ambient occlusion has no valid distance or falloff");
+  return {};
+}
+
+}  // namespace
 
 Bytes write_job(const JobSpec& job) {
   ByteWriter w;
@@ -17,6 +47,8 @@ Bytes write_job(const JobSpec& job) {
   w.put(static_cast<uint32_t>(job.transport.sampler));
   w.put<uint8_t>(job.transport.watertight);
   w.put_string(job.transport.isa);
+  // Jobs that ask for light alone are the same bytes as before there was anything else.
+  if (job.transport.quantities != Quantities{}) put_responses(job.transport, w);
   return w.take();
 }
 
@@ -35,6 +67,7 @@ Expected<JobSpec> read_job(std::span<const std::byte> bytes) {
   job.transport.sampler = static_cast<Sampler>(sampler);
   job.transport.watertight = r.get<uint8_t>() != 0;
   job.transport.isa = r.get_string();
+  if (!r.at_end()) KILN_TRY_STATUS(get_responses(r, job.transport));
   if (!r.at_end()) return fail(ErrorKind::kProtocol, "a job description is damaged");
   if (sampler >= kSamplers)
     return fail(ErrorKind::kProtocol, text("sampler {} does not exist in this release", sampler));

@@ -10,6 +10,7 @@
 #include "common/base/status.h"
 #include "common/math/sequence.h"
 #include "common/math/warp.h"
+#include "common/responses/quantities.h"
 
 namespace kiln {
 
@@ -21,6 +22,8 @@ enum class MisMode { kBoth, kLights, kPaths };
 // in the unit.
 struct TransportSettings {
   uint32_t basis = 1;  // index into basis_roster()
+  Quantities quantities{};
+  ResponseSettings response{};
   bool direct = true, indirect = true;
   uint32_t max_bounces = 64;
   uint64_t seed = 0;
@@ -61,7 +64,7 @@ uint64_t unit_shape(const WorkUnit& unit);
 struct UnitResult {
   uint64_t unit = 0;
   uint32_t site_count = 0, plane_count = 0;
-  std::vector<double> moments;                         // [site][plane], plane order of moment_plane_names()
+  std::vector<double> moments;                         // [site][plane], planes of MomentLayout
   uint64_t rays = 0;                                   // all rays traced
   uint64_t nonfinite = 0;                              // samples with a contribution dropped: not finite
   uint32_t nonfinite_texel = 0, nonfinite_sample = 0;  // the first of them, to replay

@@ -28,7 +28,7 @@ std::span<const BasisInfo> basis_roster() {
 std::vector<BasisBand> basis_bands(const BasisInfo& basis) {
   std::vector<BasisBand> bands;
   for (size_t f = 0; f < basis.functions.size(); ++f) {
-    const std::string name(basis.functions[f].substr(0, 2));
+    const std::string name = text("L{}", basis.degree[f]);
     if (bands.empty() || bands.back().name != name) bands.push_back({name, {}});
     bands.back().functions.push_back(f);
   }

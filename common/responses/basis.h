@@ -20,7 +20,11 @@ struct BasisInfo {
   std::string_view name;
   std::span<const std::string_view> functions;  // plane prefixes: "L0", "L1x", ...
   std::span<const bool> is_signed;
+  std::span<const uint32_t> degree;  // of each function: those of one degree form a band
+  // Function 0 bounds the length of the vector of functions 1, 2 and 3, in each colour.
+  bool has_direction;
   std::string_view about;
+  std::string_view convention{};  // how E follows from the functions; empty: they are none
 };
 
 constexpr int kMaxBasisFunctions = 4;
@@ -29,7 +33,10 @@ constexpr int kMaxBasisFunctions = 4;
 struct IrradianceOnly {
   static constexpr std::array<std::string_view, 0> functions{};
   static constexpr std::array<bool, 0> is_signed{};
-  static BasisInfo info() { return {"irradiance", functions, is_signed, "E at the surface normal alone"}; }
+  static constexpr std::array<uint32_t, 0> degree{};
+  static BasisInfo info() {
+    return {"irradiance", functions, is_signed, degree, false, "E at the surface normal alone"};
+  }
   static void evaluate(const Vec3&, float*) {}
 };
 
@@ -39,8 +46,15 @@ struct IrradianceOnly {
 struct ShL1 {
   static constexpr std::array<std::string_view, 4> functions{"L0", "L1x", "L1y", "L1z"};
   static constexpr std::array<bool, 4> is_signed{false, true, true, true};
+  static constexpr std::array<uint32_t, 4> degree{0, 1, 1, 1};
   static BasisInfo info() {
-    return {"sh_l1", functions, is_signed, "RGB L1 spherical harmonics of radiance, world axes"};
+    return {"sh_l1",
+            functions,
+            is_signed,
+            degree,
+            true,
+            "RGB L1 spherical harmonics of radiance, world axes",
+            "L0 = 1/(4 pi) integral L dw, L1 = 1/(4 pi) integral L d dw; E(n)/pi = L0 + 2 L1.n"};
   }
   static void evaluate(const Vec3& d, float* f) {
     constexpr float k = 0.25f * kInvPi;
@@ -56,7 +70,7 @@ inline float sh_l1_irradiance(float l0, const Vec3& l1, const Vec3& n) {
   return kPi * (l0 + 2.0f * dot(l1, n));
 }
 
-// Functions of one degree, whose planes' names begin with the same two letters ("L0", "L1").
+// Functions of one degree: "L0", "L1".
 struct BasisBand {
   std::string name;
   std::vector<size_t> functions;

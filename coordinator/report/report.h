@@ -52,6 +52,13 @@ struct MapStatement {
   double within_target = 0;  // share within the asked-for error at the asked-for confidence
 };
 
+// One response of the map. Errors are standard errors, as shares of full visibility.
+struct ResponseStatement {
+  std::string name;
+  double median_error = 0, p95_error = 0;
+  double within_target = 0;  // share within --visibility-error at the asked-for confidence
+};
+
 // What --two-pass did before the layout of the map.
 struct TwoPassFigures {
   uint32_t samples = 0;  // of each texel, in the first pass; 0: there was none
@@ -82,7 +89,8 @@ struct BakeReport {
   std::vector<NonfinitePlace> nonfinite;
   std::vector<DisplayFit> lods;
   Figures post;
-  MapStatement statement;
+  MapStatement statement;  // of light
+  std::vector<ResponseStatement> responses;
   uint64_t texels_by_class[kValidityClasses] = {};
   bool complete = true;  // false: stopped by the time limit
   double total_seconds = 0;

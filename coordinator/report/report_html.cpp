@@ -32,7 +32,6 @@ Expected<std::string> map_figure(const Lightmap& map, std::string_view caption, 
 
 Expected<std::string> maps(const BakeReport& r, const Lightmap& map) {
   const std::vector<float>& samples = map.planes.plane("samples");
-  const std::vector<float>& error = map.planes.plane("error");
   const float low = std::log2(static_cast<float>(r.settings.min_samples));
   const float span = std::max(1.0f, std::log2(static_cast<float>(r.settings.max_samples)) - low);
   const auto measured = [&](size_t t) { return map.validity[t] == Validity::kMeasured; };
@@ -44,6 +43,8 @@ Expected<std::string> maps(const BakeReport& r, const Lightmap& map) {
                                              return measured(t) ? ramp((std::log2(samples[t]) - low) / span)
                                                                 : Vec3(24);
                                            }));
+  if (!map.has_light) return a;
+  const std::vector<float>& error = map.planes.plane("error");
   KILN_TRY(
       const std::string b,
       map_figure(map, text("stated standard error / E, 0 to {} (yellow: that or more)", r.settings.error),
@@ -184,7 +185,10 @@ Expected<std::string> report_html(const BakeReport& r, const Lightmap& map, cons
   const auto shown = [](const Bytes& png, std::string_view caption) {
     return png.empty() ? std::string() : embedded(png, caption);
   };
-  out += shown(pictures.preview, "the scene through its lightmap, and the lightmap");
+  out += shown(pictures.preview, map.has_light
+                                     ? "the scene through its lightmap, and the lightmap"
+                                     : response_roster()[r.settings.quantities.responses.front()].about);
+  for (const auto& [caption, picture] : pictures.responses) out += shown(picture, caption);
   out += "<h2>Error against run time</h2>\n" + curve(r) + passes_table(r);
   out += "<h2>Maps</h2>\n" + figures;
   out += shown(pictures.validity, "validity: where the lightmap's values are from; magenta: inside geometry");

@@ -112,6 +112,18 @@ void write_lods(JsonWriter& w, const BakeReport& r) {
   w.end_array();
 }
 
+std::string light_text(const BakeReport& r) {
+  const MapStatement& m = r.statement;
+  const auto percent = [](double share) {
+    return std::isfinite(share) ? text("{:.1f} %", 100 * share) : std::string("unknown");
+  };
+  std::string out =
+      text("median error {}, 95th percentile {}, {} of texels within {:g} %", percent(m.median_relative),
+           percent(m.p95_relative), percent(m.within_target), 100 * r.settings.error);
+  if (m.never_sampled) out += text("; {} texels never sampled", m.never_sampled);
+  return out;
+}
+
 }  // namespace
 
 std::string_view validity_name(Validity v) {
@@ -133,14 +145,11 @@ std::string_view validity_name(Validity v) {
 }
 
 std::string statement_text(const BakeReport& r) {
-  const MapStatement& m = r.statement;
-  const auto percent = [](double share) {
-    return std::isfinite(share) ? text("{:.1f} %", 100 * share) : std::string("unknown");
-  };
-  std::string out =
-      text("median error {}, 95th percentile {}, {} of texels within {:g} %", percent(m.median_relative),
-           percent(m.p95_relative), percent(m.within_target), 100 * r.settings.error);
-  if (m.never_sampled) out += text("; {} texels never sampled", m.never_sampled);
+  std::string out = r.settings.quantities.light ? light_text(r) : "";
+  for (const ResponseStatement& s : r.responses)
+    out += text("{}{}: median error {:.3f}, 95th percentile {:.3f}, {:.1f} % of texels within {:g}",
+                out.empty() ? "" : "; ", s.name, s.median_error, s.p95_error, 100 * s.within_target,
+                r.settings.visibility_error);
   return out;
 }
 
@@ -153,6 +162,15 @@ std::string report_json(const BakeReport& r) {
   w.pair("p95_relative_error", r.statement.p95_relative);
   w.pair("within_target", r.statement.within_target).pair("never_sampled", r.statement.never_sampled);
   w.pair("few_samples", r.statement.few_samples).pair("met_no_light", r.statement.met_no_light);
+  w.key("responses").begin_array();
+  for (const ResponseStatement& s : r.responses)
+    w.begin_object()
+        .pair("name", s.name)
+        .pair("median_error", s.median_error)
+        .pair("p95_error", s.p95_error)
+        .pair("within_target", s.within_target)
+        .end_object();
+  w.end_array();
   if (!r.unmet.empty()) w.pair("unmet", r.unmet);
   write_settings(w, r.settings);
   write_atlas(w, r);

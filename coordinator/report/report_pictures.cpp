@@ -7,6 +7,7 @@
 #include "coordinator/output/look/surface_look.h"
 #include "coordinator/report/density_view.h"
 #include "coordinator/report/preview.h"
+#include "coordinator/report/response_view.h"
 #include "coordinator/report/validity_view.h"
 #include "coordinator/scene/imageio/imageio.h"
 
@@ -20,12 +21,21 @@ Expected<Bytes> png(const Picture& picture) {
 }  // namespace
 
 Expected<ReportPictures> make_pictures(const ImportResult& imported, const Atlas& atlas, const Lightmap& map,
-                                       const Camera& camera, PictureSize size) {
+                                       const Camera& camera, PictureSize size, const Quantities& quantities) {
   const SurfaceLook look(imported.scene, atlas, map);
   const View view = rasterise(imported.scene, camera, size.width * kSupersample, size.height * kSupersample,
                               [&](const Fragment& f) { return look.visible(f); });
   ReportPictures out;
-  KILN_TRY(out.preview, png(preview_picture(imported, atlas, map, camera, view, kSupersample)));
+  const auto picture_of = [&](uint32_t response) {
+    return response_picture(imported, atlas, map, response_roster()[response], view, kSupersample);
+  };
+  KILN_TRY(out.preview, png(map.has_light ? preview_picture(imported, atlas, map, camera, view, kSupersample)
+                                          : picture_of(quantities.responses.front())));
+  for (const uint32_t response : quantities.responses) {
+    if (!map.has_light && response == quantities.responses.front()) continue;  // shown already
+    KILN_TRY(Bytes picture, png(picture_of(response)));
+    out.responses.emplace_back(response_roster()[response].about, std::move(picture));
+  }
   KILN_TRY(out.validity, png(validity_picture(imported, atlas, map, camera, view, kSupersample)));
   KILN_TRY(out.density, png(density_picture(imported, atlas, camera, view, kSupersample)));
   return out;
@@ -35,9 +45,15 @@ Expected<ReportPictures> write_pictures(const std::filesystem::path& folder, con
                                         const Atlas& atlas, const Lightmap& map,
                                         const BakeSettings& settings) {
   if (!settings.preview) return ReportPictures{};
-  KILN_TRY(const Camera camera, preview_camera(imported, atlas, map, settings.camera));
+  const Quantities& quantities = settings.quantities;
+  KILN_TRY(const Camera camera,
+           map.has_light
+               ? preview_camera(imported, atlas, map, settings.camera)
+               : preview_camera(imported, atlas, lit_by(map, response_roster()[quantities.responses.front()]),
+                                settings.camera));
   KILN_TRY(ReportPictures pictures,
-           make_pictures(imported, atlas, map, camera, {settings.preview_width, settings.preview_height}));
+           make_pictures(imported, atlas, map, camera, {settings.preview_width, settings.preview_height},
+                         quantities));
   KILN_TRY_STATUS(write_file_atomic(folder / "preview.png", pictures.preview));
   KILN_TRY_STATUS(write_file_atomic(folder / "validity.png", pictures.validity));
   return pictures;

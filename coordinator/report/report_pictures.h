@@ -15,10 +15,13 @@ struct PictureSize {
 // PNG files; empty: there are none.
 struct ReportPictures {
   Bytes preview, validity, density;
+  std::vector<std::pair<std::string, Bytes>> responses{};  // what each is of
 };
 
+// `quantities`: those of the map.
 Expected<ReportPictures> make_pictures(const ImportResult& imported, const Atlas& atlas, const Lightmap& map,
-                                       const Camera& camera, PictureSize size);
+                                       const Camera& camera, PictureSize size,
+                                       const Quantities& quantities = {});
 
 // Finds the camera, makes the pictures and writes preview.png and validity.png, unless settings.preview is
 // off.

@@ -1,26 +1,11 @@
 #include "coordinator/run/bake_run.h"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
-#include <optional>
 
-#include "common/base/clock.h"
 #include "common/base/files.h"
 #include "common/base/format.h"
-#include "common/base/parallel.h"
-#include "common/base/statistics.h"
-#include "common/responses/basis.h"
 #include "coordinator/bake/collapse/same_charts.h"
-#include "coordinator/bake/denoise/coarse.h"
-#include "coordinator/bake/merge/accumulator.h"
-#include "coordinator/bake/neighbours/views.h"
-#include "coordinator/bake/post/stage.h"
-#include "coordinator/output/textures/textures.h"
-#include "coordinator/report/report_pictures.h"
-#include "coordinator/run/baking.h"
-#include "coordinator/run/statement.h"
-#include "coordinator/run/two_pass.h"
+#include "coordinator/run/bake_stages.h"
 
 namespace kiln {
 namespace {
@@ -44,53 +29,6 @@ Status check_going_on(const BakeRequest& request, const Stopwatch& watch) {
                    request.scene.string(), limit));
 }
 
-// The error plane of the map: what is stated of each texel.
-void state_errors(Lightmap& map, const Atlas& atlas, const TexelErrors& errors) {
-  std::vector<float>& plane = map.planes.plane("error");
-  for (uint32_t site = 0; site < errors.standard_error.size(); ++site)
-    if (std::isfinite(errors.standard_error[site]))
-      plane[atlas.sites.texel[site]] = errors.standard_error[site];
-}
-
-void state_band_errors(Lightmap& map, const Atlas& atlas, const TexelStatistics& statistics,
-                       std::span<const uint32_t> charts, const BasisInfo& basis,
-                       std::span<const float> lowered) {
-  map.band_error.width = map.planes.width;
-  map.band_error.height = map.planes.height;
-  for (const BasisBand& band : basis_bands(basis)) {
-    std::vector<size_t> planes;
-    for (const size_t f : band.functions) planes.push_back(3 + 3 * f);
-    const std::vector<float> errors = band_errors(statistics, charts, planes);
-    std::vector<float>& plane = map.band_error.add(band.name);
-    for (size_t site = 0; site < errors.size(); ++site)
-      plane[atlas.sites.texel[site]] = errors[site] * (lowered.empty() ? 1.0f : lowered[site]);
-  }
-}
-
-// Puts the filtered planes in the place of the measured ones, and what is stated of them. Returns by how much
-// errors became less, by site.
-std::vector<float> take_denoised(Lightmap& map, const Atlas& atlas, const TexelStatistics& statistics,
-                                 const SurfaceGraph& surface, uint32_t levels, TexelErrors& errors) {
-  map.measured = map.planes;
-  const auto drop = static_cast<ptrdiff_t>(map.planes.names.size() - 1);  // samples, which have a file
-  map.measured.names.erase(map.measured.names.begin() + drop);
-  map.measured.data.erase(map.measured.data.begin() + drop);
-  const Denoised d = denoise_joined(statistics, map.bounds, surface.sites, surface.links, levels, 0);
-  std::vector<float> lowered(statistics.sites, 1.0f);
-  for_each_index(statistics.sites, 0, [&](size_t site) {
-    if (d.filled[site]) map.validity[atlas.sites.texel[site]] = Validity::kFilled;
-    if (!statistics.known[site] && !d.filled[site]) return;
-    if (d.raw_error[site] > 0 && std::isfinite(d.raw_error[site]))
-      lowered[site] = d.standard_error[site] / d.raw_error[site];
-    for (size_t p = 0; p < statistics.planes; ++p)
-      map.planes.data[p][atlas.sites.texel[site]] = d.mean[site * statistics.planes + p];
-    map.measured.plane("error")[atlas.sites.texel[site]] = d.raw_error[site];
-    errors.mean[site] = d.luminance[site];
-    errors.standard_error[site] = d.standard_error[site];
-  });
-  return lowered;
-}
-
 // A map of which some charts are only guessed is no map.
 tl::unexpected<Error> too_short(const BakeRequest& request, const Preflight& pre, const TimeBudget& budget,
                                 const Stopwatch& watch) {
@@ -102,16 +40,6 @@ tl::unexpected<Error> too_short(const BakeRequest& request, const Preflight& pre
            "published. Give it more time, or a lower --texels-per-metre",
            request.scene.string(), request.settings.time_limit, watch.seconds(), budget.seconds_after(),
            pre.atlas.sites.size()));
-}
-
-void count_classes(const Lightmap& map, const Atlas& atlas, BakeReport& report) {
-  for (Validity v : map.validity) ++report.texels_by_class[static_cast<int>(v)];
-  for (uint32_t owner : atlas.owner) report.owned_texels += owner != 0;
-  report.layout = atlas.packed ? "pack" : "atlas";
-  report.width = atlas.width;
-  report.height = atlas.height;
-  report.pages = atlas.pages;
-  report.charts = atlas.placements.size();
 }
 
 // What is known of a bake before its first pass.
@@ -127,63 +55,30 @@ void begin_report(const Preflight& pre, BakeReport& report) {
     report.two_pass.collapsed[why] = list_charts(pre.atlas.collapsed, why);
 }
 
-// The settings' pictures, or smaller ones where time is short, or none; what is not as asked for is said.
-BakeSettings picture_settings(const BakeRequest& request, const TimeBudget& budget, BakeReport& report) {
-  BakeSettings settings = request.settings;
-  if (!settings.preview) return settings;
-  const double scale = budget.picture_scale();
-  if (scale < 1) {
-    settings.preview = scale > 0;
-    settings.preview_width = std::max(1u, static_cast<uint32_t>(scale * settings.preview_width));
-    settings.preview_height = std::max(1u, static_cast<uint32_t>(scale * settings.preview_height));
-    report.notes.push_back({ImportNote::Kind::kIgnored,
-                            settings.preview
-                                ? text("the pictures are {} x {} pixels: the time limit left no more time",
-                                       settings.preview_width, settings.preview_height)
-                                : "there are no pictures: the time limit left no time for them"});
+// Runs the passes in a farm and closes it: workers end before the map is completed.
+Expected<Baked> run_passes(const BakeRun& run, Workplace& workplace, const JobSpec& job,
+                           const ChunkStore& chunks, const SurfaceGraph* surface, Accumulator& sums) {
+  const StageTimer timer(run.report.stages, "bake");
+  KILN_TRY(FarmJob* const farm, workplace.open(job, chunks));
+  BakingTask task{run.request, run.preflight, surface, run.budget, *farm, sums, run.report, run.progress};
+  if (run.request.settings.two_pass) {
+    task.passes_before = kFirstPassSteps;
+    task.units_before = units_before(job.atlas, 1);
   }
-  return settings;
+  KILN_TRY(Baked baked, bake_passes(task));
+  run.report.farm = farm->statistics();
+  workplace.close();
+  return baked;
 }
 
-// `seams`: they are joined, so that textures keep both sides equal.
-Status publish(const BakeRequest& request, const Preflight& pre, const Lightmap& map, bool seams,
-               SeamFinder& finder, BakeReport& report, const TimeBudget& budget, const Stopwatch& watch) {
-  ReportPictures pictures;
-  TextureResult textures;
-  {
-    const StageTimer timer(report.stages, "textures");
-    BakeSettings settings = request.settings;
-    settings.seams = seams;
-    if (budget.is_quick()) {
-      settings.encode_effort = "fast";
-      report.notes.push_back({ImportNote::Kind::kIgnored,
-                              "textures are encoded by --encode-effort fast, their error is measured on a "
-                              "quarter of their blocks, and masters are written without compression: the "
-                              "time limit left no more time"});
-    }
-    KILN_TRY(textures, make_textures({pre.imported.scene, pre.atlas, map, settings, request.output,
-                                      budget.is_quick() ? 4u : 1u, &finder}));
-    report.textures = textures.figures;
-    report.unmet = beyond_bound(textures, request.settings);
-  }
-  {
-    const StageTimer timer(report.stages, "encode");
-    KILN_TRY(report.outputs,
-             write_outputs({request.settings, pre.imported.scene, pre.atlas, pre.imported.document, map,
-                            request.output, &pre.imported.display, &pre.projection, &textures.list,
-                            &textures.files, !budget.is_quick()}));
-  }
-  if (request.pictures) {
-    const StageTimer timer(report.stages, "preview");
-    KILN_TRY(pictures, write_pictures(request.output, pre.imported, pre.atlas, map,
-                                      picture_settings(request, budget, report)));
-  }
-  report.total_seconds = watch.seconds();
-  if (request.pictures) {
-    KILN_TRY(const std::string page, report_html(report, map, pictures, textures.error_pictures));
-    KILN_TRY_STATUS(write_file_atomic(request.output / "report.html", page));
-  }
-  return write_file_atomic(request.output / "report.json", report_json(report));
+// Asks the budget for time for the denoiser; says so where there is none.
+bool plan_denoiser(const BakeSettings& settings, TimeBudget& budget, BakeReport& report) {
+  const bool denoises = settings.quantities.light && budget.take_time_for_denoiser();
+  if (settings.denoise && settings.quantities.light && !denoises)
+    report.warnings.push_back(
+        "the map was not denoised: the time limit left no time for it; give it more, or a lower "
+        "--texels-per-metre");
+  return denoises;
 }
 
 }  // namespace
@@ -205,92 +100,24 @@ Expected<BakeReport> run_bake(const BakeRequest& request, const Progress& progre
   KILN_TRY(const std::vector<ChartLight> light,
            lay_out_by_light({request, workplace, watch, report, progress, may_go_on}, pre));
   TimeBudget budget(request, pre, watch);
-  const bool denoises = budget.take_time_for_denoiser();
-  if (request.settings.denoise && !denoises)
-    report.warnings.push_back(
-        "the map was not denoised: the time limit left no time for it; give it more, or a lower "
-        "--texels-per-metre");
+  const bool denoises = plan_denoiser(request.settings, budget, report);
   begin_report(pre, report);
-
   KILN_TRY_STATUS(check_cancelled(request));
+
   ChunkStore chunks;
   KILN_TRY(const JobSpec job, make_job(pre, request.settings, chunks));
   report.scene_id = job.scene.hex();
-
-  Accumulator sums(pre.atlas.sites.size(), job.transport.basis);
-  Baked baked;
   SeamFinder seams(pre.imported.scene, pre.atlas);
-  std::optional<SurfaceGraph> surface;
-  if (denoises) {
-    const StageTimer timer(report.stages, "neighbours");
-    surface.emplace();
-    surface->sites = site_geometry(pre.imported.scene, pre.atlas, 0);
-    surface->links = surface_links(seams, surface->sites, 0);
-    budget.seams_are(seams.find().points.size());
-    const double large = share_of_large_pieces(surface->links);
-    budget.surface_is(large);
-    report.post.push_back({"texels on large surfaces", 100 * large, "%"});
-    if (const auto seen =
-            link_by_view(pre.imported.scene, surface->sites, 0, budget.views_seconds(), surface->links)) {
-      report.post.push_back({"neighbours that see other things", static_cast<double>(seen->parted), "pairs"});
-      report.post.push_back({"small pieces that see the same", static_cast<double>(seen->added), "pairs"});
-    } else {
-      report.notes.push_back({ImportNote::Kind::kIgnored,
-                              "texels are denoised without asking what each sees: the time limit left no "
-                              "time for it; some light may be smeared under furniture"});
-    }
-  }
-  {
-    const StageTimer timer(report.stages, "bake");
-    KILN_TRY(FarmJob* const farm, workplace.open(job, chunks));
-    BakingTask task{request, pre, surface ? &*surface : nullptr, budget, *farm, sums, report, progress};
-    if (request.settings.two_pass) {
-      task.passes_before = kFirstPassSteps;
-      task.units_before = units_before(job.atlas, 1);
-    }
-    KILN_TRY(baked, bake_passes(task));
-    report.farm = farm->statistics();
-    workplace.close();
-  }
+  const BakeRun run{request, watch, progress, report, pre, budget, seams};
+  const std::optional<SurfaceGraph> surface = denoises ? std::optional(find_surface(run)) : std::nullopt;
+  Accumulator sums(pre.atlas.sites.size(), MomentLayout(job.transport.basis, job.transport.quantities));
+  KILN_TRY(Baked baked, run_passes(run, workplace, job, chunks, surface ? &*surface : nullptr, sums));
   if (!baked.whole) return too_short(request, pre, budget, watch);
   KILN_TRY_STATUS(check_cancelled(request));
-  Lightmap map = sums.resolve(pre.atlas);
-  check_dark(map, pre.atlas, report);
-  {
-    const StageTimer timer(report.stages, surface ? "denoise" : "errors");
-    progress({.stage = surface ? "denoise" : "errors"});
-    const TexelStatistics statistics = sums.statistics();
-    std::vector<float> lowered;
-    if (surface) {
-      const uint32_t levels = std::max(denoise_levels(statistics), budget.denoise_levels());
-      lowered = take_denoised(map, pre.atlas, statistics, *surface, levels, baked.errors);
-    }
-    const BasisInfo& basis = basis_roster()[job.transport.basis];
-    state_deviations(pre.atlas, light, baked.errors);
-    state_errors(map, pre.atlas, baked.errors);
-    const std::vector<uint32_t> charts = charts_of_sites(pre.atlas);
-    state_band_errors(map, pre.atlas, statistics, charts, basis, lowered);
-    state_deviations(pre.atlas, light, basis, map);
-    report.statement = state_map(baked.errors, statistics, request.settings.error,
-                                 normal_interval(request.settings.confidence));
-    warn_of_few_samples(statistics, charts, report);
-    if (surface) warn_of_rough_cache(baked.errors, baked.first_cache_error, report);
-  }
-  const bool joins_seams = request.settings.seams && budget.has_time_for_seams();
-  for (const PostStage& stage : post_stages()) {
-    if (stage.name == "seams" && request.settings.seams && !joins_seams) {
-      report.warnings.push_back(
-          "seams between charts were not joined: the time limit left no time for it; give it more");
-      continue;
-    }
-    const StageTimer timer(report.stages, std::string(stage.name));
-    progress({.stage = std::string(stage.name)});
-    for (Figure& figure : stage.run(map, {pre.imported.scene, pre.atlas, request.settings, &seams}))
-      report.post.push_back(std::move(figure));
-  }
-  count_classes(map, pre.atlas, report);
-  progress({.stage = "publish"});
-  KILN_TRY_STATUS(publish(request, pre, map, joins_seams, seams, report, budget, watch));
+
+  Lightmap map = resolve_map(run, sums, surface ? &*surface : nullptr, light, baked);
+  const bool joined = complete_map(run, map);
+  KILN_TRY_STATUS(publish_map(run, map, joined));
   return report;
 }
 

@@ -8,6 +8,7 @@
 #include "common/base/clock.h"
 #include "common/base/format.h"
 #include "common/base/statistics.h"
+#include "coordinator/bake/merge/response_errors.h"
 #include "coordinator/bake/sampling/allocation.h"
 #include "coordinator/bake/sampling/first_look.h"
 #include "coordinator/bake/sampling/pace.h"
@@ -54,6 +55,7 @@ class Baking {
         nonfinite_(task.preflight.atlas, task.preflight.imported.scene),
         charts_(charts_of_sites(task.preflight.atlas)),
         z_(normal_interval(settings_.confidence)),
+        target_(settings_.quantities.light ? settings_.error : settings_.visibility_error),
         budget_(task.budget),
         pace_(task.budget.seconds_for_passes()),
         passes_before_(task.passes_before),
@@ -78,7 +80,7 @@ class Baking {
           text("{} units failed on every worker that tried them and were left out; their {} "
                "texels have fewer samples or none: {}",
                skipped_units_, skipped_.size(), skip_reason_));
-    return Baked{std::move(errors_), std::move(first_cache_error_), whole_};
+    return Baked{std::move(errors_), std::move(response_errors_), std::move(first_cache_error_), whole_};
   }
 
  private:
@@ -89,6 +91,7 @@ class Baking {
     sampled_ = 0;
     caches_.clear();
     errors_ = {};
+    response_errors_.clear();
     first_cache_error_.clear();
     most_ = std::max(1u, settings_.max_samples / kReplicates);
     least_ = std::max(1u, (settings_.min_samples + 1) / 2);
@@ -200,6 +203,11 @@ class Baking {
   // Samples of each site (of a replicate) for that error.
   std::vector<double> all_needed(double error) const {
     std::vector<double> needed = needed_samples(state(), norm_, error, z_, fall());
+    for (const TexelErrors& e : response_errors_) {
+      const std::vector<double> of_it =
+          needed_samples({e.mean, e.standard_error, samples_}, norm_, settings_.visibility_error, z_);
+      for (size_t i = 0; i < needed.size(); ++i) needed[i] = std::max(needed[i], of_it[i]);
+    }
     // A bake without much time gives every texel what it can, then looks where it is needed.
     const double least = is_limited() && !affords(least_) ? 1 : least_;
     for (double& n : needed) n = n > least ? n : least;  // of constant light no number is needed: NaN
@@ -261,13 +269,13 @@ class Baking {
   // all texels are there. (Not before: a texel that is as good as black would take all of the time.)
   bool may_raise_most() const {
     constexpr uint32_t kUnbounded = 1u << 29;
-    return is_limited() && !settings_.source.count("error") && !settings_.source.count("max-samples") &&
-           most_ < kUnbounded;
+    return is_limited() && !asks_for_error() && !settings_.source.count("max-samples") && most_ < kUnbounded;
   }
   bool is_limited() const { return std::isfinite(pace_.limit_left()); }
   // A bake whose time is limited takes all of it, unless an error was asked for too.
-  double asked_error() const {
-    return is_limited() && !settings_.source.count("error") ? 0 : settings_.error;
+  double asked_error() const { return is_limited() && !asks_for_error() ? 0 : target_; }
+  bool asks_for_error() const {
+    return settings_.source.count(settings_.quantities.light ? "error" : "visibility-error") > 0;
   }
 
   // Decided at the barrier, from merged sums only: every run of the job decides alike (unless time is
@@ -277,7 +285,10 @@ class Baking {
     if (is_limited()) {
       error = affordable_error(state(), norm_, error, z_, most_samples(),
                                pace_.limit_left() * pace_.samples_per_second(), fall());
-      report_.complete = reached_error(state(), norm_, z_) <= settings_.error;
+      report_.complete = reached_error(state(), norm_, z_) <= target_;
+      for (const TexelErrors& e : response_errors_)
+        report_.complete &=
+            reached_error({e.mean, e.standard_error, samples_}, norm_, z_) <= settings_.visibility_error;
       if (pace_.limit_left() < kMinPassSeconds) {
         report_.passes.back().seconds_left = budget_.seconds_after();
         return {};
@@ -417,6 +428,14 @@ class Baking {
 
   // What is known after a pass: the errors, and the point of the curve.
   void record() {
+    response_errors_.clear();
+    for (size_t k = 0; k < settings_.quantities.responses.size(); ++k)
+      response_errors_.push_back(response_errors(sums_, k, charts_));
+    if (!settings_.quantities.light) {
+      errors_ = response_errors_.front();
+      samples_ = sums_.statistics_of(0, 0).samples;
+      return add_point();
+    }
     const TexelStatistics statistics = sums_.statistics(false);
     const uint32_t levels = surface_ ? std::max(denoise_levels(statistics), budget_.denoise_levels()) : 0;
     budget_.denoise_will_be(levels);
@@ -436,18 +455,26 @@ class Baking {
     filtered_ = filters;
     errors_ = std::move(errors);
     samples_ = statistics.samples;
+    add_point();
+  }
+
+  // A point of the curve: what is known of the map as a whole.
+  void add_point() {
     PassPoint point;
     double squares = 0, samples = 0;
     uint64_t lit = 0, met = 0, measured = 0, converged = 0;
     const double black = least_mean(state(), ErrorNorm::kMeanSquare);
     for (uint32_t site = 0; site < samples_.size(); ++site) {
-      if (!statistics.known[site]) continue;
+      if (samples_[site] == 0 || !std::isfinite(errors_.standard_error[site])) continue;
       const double mean = errors_.mean[site], error = errors_.standard_error[site];
       ++measured;
       samples += kReplicates * samples_[site];
       met += mean > 0;
-      if (!(mean > 0) || !std::isfinite(error)) continue;
-      converged += z_ * error <= settings_.error * mean;
+      if (!(mean > 0)) continue;
+      bool is_converged = z_ * error <= target_ * mean;
+      for (const TexelErrors& e : response_errors_)
+        is_converged &= z_ * e.standard_error[site] <= settings_.visibility_error;
+      converged += is_converged;
       const double relative = error / std::max(mean, black);
       squares += relative * relative;
       point.worst_relative = std::max(point.worst_relative, relative);
@@ -476,6 +503,7 @@ class Baking {
   NonfiniteLog nonfinite_;
   const std::vector<uint32_t> charts_;  // by site
   const double z_;
+  const double target_;  // of errors_
   TimeBudget& budget_;
   ErrorNorm norm_ = ErrorNorm::kMax;
   BakePace pace_;
@@ -485,6 +513,7 @@ class Baking {
   uint64_t active_ = 0;
   std::vector<Digest> caches_;  // by replicate; empty: none
   TexelErrors errors_;
+  std::vector<TexelErrors> response_errors_;  // after the last pass
   std::vector<float> first_cache_error_;
   std::vector<uint32_t> samples_;  // by site, of each replicate
   ConvergenceRate convergence_;

@@ -34,7 +34,8 @@ struct BakingTask {
   uint64_t units_before = 0;
 };
 struct Baked {
-  TexelErrors errors;
+  TexelErrors errors;                  // of light; without light, of the first response
+  std::vector<TexelErrors> responses;  // in the order of the job's
   // By site, relative: what its chart's light was wrong by in the first irradiance cache (chart_errors);
   // empty without one.
   std::vector<float> first_cache_error;

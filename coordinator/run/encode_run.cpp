@@ -111,11 +111,7 @@ Status read_if_there(const fs::path& folder, const std::string& stem, const Atla
   return read_master(folder, stem, atlas, names, planes);
 }
 
-Expected<Lightmap> read_lightmap(const fs::path& folder, const Atlas& atlas, const BakeSettings& settings) {
-  Lightmap map;
-  map.page_height = atlas.height;
-  map.planes.width = atlas.width;
-  map.planes.height = atlas.height * atlas.pages;
+Status read_light(const fs::path& folder, const Atlas& atlas, const BakeSettings& settings, Lightmap& map) {
   KILN_TRY_STATUS(
       read_master(folder, "irradiance", atlas, {{"R", "E.R"}, {"G", "E.G"}, {"B", "E.B"}}, map.planes));
   const BasisInfo& basis = basis_roster()[*find_basis(settings.basis)];
@@ -124,16 +120,45 @@ Expected<Lightmap> read_lightmap(const fs::path& folder, const Atlas& atlas, con
     for (const char* channel : {".R", ".G", ".B"})
       names.emplace_back(std::string(function) + channel, std::string(function) + channel);
   if (!names.empty()) KILN_TRY_STATUS(read_master(folder, std::string(basis.name), atlas, names, map.planes));
-  if (basis.functions.size() == 4)
-    for (size_t c = 0; c < 3; ++c) map.bounds.push_back({3 + c, {6 + c, 9 + c, 12 + c}});
+  map.bounds = direction_bounds(basis);
   KILN_TRY_STATUS(read_master(folder, "error", atlas, {{"Y", "error"}}, map.planes));
-  KILN_TRY_STATUS(read_master(folder, "samples", atlas, {{"Y", "samples"}}, map.planes));
   std::vector<std::string> bands, measured;
   for (const BasisBand& band : basis_bands(basis)) bands.push_back(band.name);
   KILN_TRY_STATUS(read_if_there(folder, "error_" + settings.basis, atlas, bands, map.band_error));
   for (const std::string& plane : map.planes.names)
     if (plane != "samples") measured.push_back(plane);
   KILN_TRY_STATUS(read_if_there(folder, "measured", atlas, measured, map.measured));
+  return {};
+}
+
+Status read_responses(const fs::path& folder, const Atlas& atlas, const Quantities& quantities,
+                      Lightmap& map) {
+  for (Planes* planes : {&map.responses, &map.response_error}) {
+    planes->width = map.planes.width;
+    planes->height = map.planes.height;
+  }
+  for (const uint32_t index : quantities.responses) {
+    const ResponseInfo& r = response_roster()[index];
+    const std::string name(r.name);
+    std::vector<std::pair<std::string, std::string>> channels;
+    for (size_t s = 0; s < r.stored.size(); ++s) channels.emplace_back(r.stored[s], response_plane(r, s));
+    KILN_TRY_STATUS(read_master(folder, name, atlas, channels, map.responses));
+    KILN_TRY_STATUS(read_master(folder, "error_" + name, atlas, {{"Y", name}}, map.response_error));
+  }
+  return {};
+}
+
+Expected<Lightmap> read_lightmap(const fs::path& folder, const Atlas& atlas, const BakeSettings& settings) {
+  Lightmap map;
+  map.page_height = atlas.height;
+  map.planes.width = atlas.width;
+  map.planes.height = atlas.height * atlas.pages;
+  KILN_TRY_STATUS(read_responses(folder, atlas, settings.quantities, map));
+  map.has_light = settings.quantities.light;
+  if (map.has_light) {
+    KILN_TRY_STATUS(read_light(folder, atlas, settings, map));
+  }
+  KILN_TRY_STATUS(read_master(folder, "samples", atlas, {{"Y", "samples"}}, map.planes));
   Planes classes;
   classes.width = map.planes.width;
   classes.height = map.planes.height;

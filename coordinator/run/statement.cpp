@@ -53,6 +53,22 @@ MapStatement state_map(const TexelErrors& errors, const TexelStatistics& s, doub
   return out;
 }
 
+ResponseStatement state_response(const ResponseInfo& response, const TexelErrors& errors, double target,
+                                 double z) {
+  std::vector<double> all;
+  uint64_t within = 0;
+  for (const float error : errors.standard_error) {
+    if (!std::isfinite(error)) continue;
+    all.push_back(error);
+    within += z * error <= target;
+  }
+  ResponseStatement out{std::string(response.name)};
+  out.within_target = all.empty() ? 0 : static_cast<double>(within) / static_cast<double>(all.size());
+  out.median_error = quantile(all, 0.5);
+  out.p95_error = quantile(all, 0.95);
+  return out;
+}
+
 void warn_of_few_samples(const TexelStatistics& s, std::span<const uint32_t> charts, BakeReport& report) {
   for (const float n : effective_samples(s, charts)) report.statement.few_samples += n > 0 && n < kFewSamples;
   const uint64_t few = report.statement.few_samples;

@@ -9,6 +9,10 @@ namespace kiln {
 // `errors` by site, as published; z: half the width of the asked-for interval in standard errors.
 MapStatement state_map(const TexelErrors& errors, const TexelStatistics& statistics, double target, double z);
 
+// `errors` by site: absolute standard errors of a response.
+ResponseStatement state_response(const ResponseInfo& response, const TexelErrors& errors, double target,
+                                 double z);
+
 // Counts that errors do not tell, as figures and warnings: texels lit by a few bright samples, texels that
 // met no light.
 void warn_of_few_samples(const TexelStatistics& statistics, std::span<const uint32_t> charts,

@@ -41,7 +41,7 @@ class FirstPassJob {
   Status run(bool cache, FirstPass& pass) {
     for (;;) {
       next_unit_ = units_before(spec_.atlas, 0) + 1;
-      Accumulator sums(work_.size(), spec_.transport.basis);
+      Accumulator sums(work_.size(), MomentLayout(spec_.transport.basis, spec_.transport.quantities));
       KILN_TRY(PassEnd end, step(0, {}, sums));
       if (end == PassEnd::kComplete) pass.whole = sums.statistics();
       if (end == PassEnd::kComplete && cache) {

@@ -27,6 +27,8 @@ Expected<JobSpec> make_job(const Preflight& pre, const BakeSettings& settings, C
   job.scene = write_scene(pre.imported.scene, chunks);
   job.atlas = chunks.add(write_atlas(pre.atlas));
   KILN_TRY(job.transport.basis, find_basis(settings.basis));
+  job.transport.quantities = settings.quantities;
+  job.transport.response = {static_cast<float>(settings.ao_distance), settings.ao_falloff};
   job.transport.direct = settings.direct;
   job.transport.indirect = settings.indirect;
   job.transport.max_bounces = settings.max_bounces;

@@ -20,7 +20,10 @@ namespace {
 class PathBaker final : public Baker {
  public:
   PathBaker(Atlas atlas, const TransportSettings& settings)
-      : atlas_(std::move(atlas)), settings_(settings), hopeless_(atlas_.sites.size()) {}
+      : atlas_(std::move(atlas)),
+        settings_(settings),
+        layout_(settings.basis, settings.quantities),
+        hopeless_(atlas_.sites.size()) {}
 
   Status build(Scene scene, unsigned threads) {
     recentre(scene);
@@ -28,7 +31,9 @@ class PathBaker final : public Baker {
     KILN_TRY(auto tracer,
              Tracer::create(surfaces_->scene(), *surfaces_, settings_.isa, threads, settings_.watertight));
     tracer_ = with_coincident_rule(std::move(tracer), *surfaces_);
-    KILN_TRY(lights_, Lights::create(*surfaces_, warnings_));
+    if (settings_.quantities.light) {
+      KILN_TRY(lights_, Lights::create(*surfaces_, warnings_));
+    }
     integrator_ =
         Integrator::create(*surfaces_, *tracer_, lights_, settings_, find_features(*surfaces_, lights_));
     return {};
@@ -51,7 +56,7 @@ class PathBaker final : public Baker {
     UnitResult& result = run.result;
     result.unit = unit.id;
     result.site_count = static_cast<uint32_t>(unit.sites.size());
-    result.plane_count = static_cast<uint32_t>(Film(settings_.basis).planes());
+    result.plane_count = static_cast<uint32_t>(layout_.planes());
     result.moments.reserve(unit.sites.size() * result.plane_count);
     for (uint32_t site : unit.sites)
       if (site >= atlas_.sites.size())
@@ -59,7 +64,7 @@ class PathBaker final : public Baker {
                                                    site, atlas_.sites.size()));
     // Texels of few samples share a batch.
     const size_t together = std::max(1u, kBatch / std::max(1u, unit.sample_count));
-    run.films.assign(together, Film(settings_.basis));
+    run.films.assign(together, Film(layout_, settings_.response));
     for (size_t begin = 0; begin < unit.sites.size(); begin += together)
       bake_texels(unit, begin, std::min(unit.sites.size(), begin + together), run);
     result.seconds = watch.seconds();
@@ -96,7 +101,7 @@ class PathBaker final : public Baker {
     std::vector<double>& moments = run.result.moments;
     for (size_t t = 0; t < texels.size(); ++t) {
       const Film& film = run.films[t];
-      moments.insert(moments.end(), film.sums().begin(), film.sums().begin() + film.planes());
+      moments.insert(moments.end(), film.sums().begin(), film.sums().end());
     }
   }
 
@@ -156,6 +161,7 @@ class PathBaker final : public Baker {
 
   Atlas atlas_;
   TransportSettings settings_;
+  MomentLayout layout_;
   mutable std::vector<std::atomic<bool>> hopeless_;  // by site: no place outside (SitePlaces)
   std::vector<std::string> warnings_;
   std::unique_ptr<Surfaces> surfaces_;

@@ -1,27 +1,41 @@
-// Sums of one texel over a range of samples. Linear moments only, in double, in sample order: they merge
-// by addition, and a bit of float noise at 10^6 samples stays far below the stated error.
+// Sums of one texel over a range of samples, laid out as MomentLayout says. Linear moments only, in double,
+// in sample order: they merge by addition, and a bit of float noise at 10^6 samples stays far below the
+// reported error.
 #pragma once
 
 #include <array>
+#include <vector>
 
-#include "common/responses/basis.h"
+#include "common/job/unit.h"
 #include "worker/integrators/integrator.h"
 
 namespace kiln {
 
 class Film {
  public:
-  static constexpr size_t kMaxPlanes = kMomentBasis + 3 * kMaxBasisFunctions;
-
-  explicit Film(uint32_t basis) : basis_(basis), functions_(basis_roster()[basis].functions.size()) {}
-  size_t planes() const { return kMomentBasis + 3 * functions_; }
-  void clear() { sums_.fill(0.0); }
+  // `layout` is that of the job with these settings and outlives the film.
+  Film(const MomentLayout& layout, const ResponseSettings& settings)
+      : layout_(&layout), settings_(&settings), basis_(layout.basis()), functions_(layout.functions()) {
+    sums_.resize(layout.planes());
+  }
+  size_t planes() const { return sums_.size(); }
+  void clear() { std::fill(sums_.begin(), sums_.end(), 0.0); }
 
   // Adds one sample. Returns false if a contribution was not finite: it is dropped, the others count.
   bool add(const RadianceSamples& radiance, const Vec3& normal) {
+    if (radiance.inside) sums_[kMomentInside] += 1.0;
+    const std::vector<uint32_t>& responses = layout_->quantities().responses;
+    for (size_t k = 0; k < responses.size(); ++k)
+      Responses::accumulate(responses[k], radiance.primary, *settings_, &sums_[layout_->response(k)]);
+    return layout_->has_light() ? add_light(radiance, normal) : true;
+  }
+  void count_pushed() { sums_[kMomentPushed] += 1.0; }
+  const std::vector<double>& sums() const { return sums_; }
+
+ private:
+  bool add_light(const RadianceSamples& radiance, const Vec3& normal) {
     bool finite = true;
     Vec3 e(0.0f);
-    if (radiance.inside) sums_[kMomentInside] += 1.0;
     for (int i = 0; i < radiance.count; ++i) {
       const Vec3& d = radiance.items[i].direction;
       const Vec3& c = radiance.items[i].contribution;
@@ -45,13 +59,12 @@ class Film {
     sums_[kMomentLum2] += lum * lum;
     return finite;
   }
-  void count_pushed() { sums_[kMomentPushed] += 1.0; }
-  const std::array<double, kMaxPlanes>& sums() const { return sums_; }
 
- private:
+  const MomentLayout* layout_;
+  const ResponseSettings* settings_;
   uint32_t basis_;
   size_t functions_;
-  std::array<double, kMaxPlanes> sums_{};
+  std::vector<double> sums_;
 };
 
 }  // namespace kiln

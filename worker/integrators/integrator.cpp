@@ -1,6 +1,7 @@
 #include "worker/integrators/integrator.h"
 
 #include "worker/integrators/roster.h"
+#include "worker/integrators/visibility.h"
 
 namespace kiln {
 
@@ -19,6 +20,12 @@ uint32_t find_features(const Surfaces& surfaces, const Lights& lights) {
 std::unique_ptr<Integrator> Integrator::create(const Surfaces& surfaces, const Tracer& tracer,
                                                const Lights& lights, const TransportSettings& settings,
                                                uint32_t features) {
+  if (!settings.quantities.light) {
+    if (!(features & kGlass)) return make_visibility(surfaces, tracer, settings);
+    TransportSettings dark = settings;  // the primary ray alone, and what glass lets through
+    dark.direct = dark.indirect = false;
+    return integrator_of_everything()(surfaces, tracer, lights, dark);
+  }
   if (settings.mis_mode != MisMode::kBoth) features |= kOneStrategy;
   const bool everything = features & (kGlass | kOneStrategy);
   const IntegratorFactory factory = everything           ? integrator_of_everything()

@@ -27,6 +27,7 @@ struct RadianceSamples {
   int count = 0;
   bool inside = false;  // the primary ray met a back face
   uint32_t rays = 0;
+  PrimaryRay primary;  // complete where the job has responses, else its distance alone
 
   void add(const Vec3& direction, const Vec3& contribution) { items[count++] = {direction, contribution}; }
 };

@@ -7,24 +7,10 @@
 #include "common/math/sequence_batch.h"
 #include "common/math/trig.h"
 #include "common/math/warp.h"
+#include "worker/integrators/dimensions.h"
 #include "worker/integrators/integrator.h"
 
 namespace kiln {
-
-// Pairs of dimensions of the vertex after `bounces` reflections. Dimension 0 picks the texel's site.
-enum Dimension : uint32_t {
-  kDirection,
-  kLayer,
-  kLocalLight,
-  kLocalPoint,
-  kSun,
-  kSunPoint,
-  kEnvironment,
-  kPerVertex
-};
-constexpr uint32_t dimension(uint32_t bounces, Dimension d) {
-  return 1 + bounces * kPerVertex + d;
-}
 
 constexpr uint32_t kMaxPasses = 64;     // surfaces of glass between two vertices; what goes further is lost
 constexpr uint32_t kRouletteAfter = 3;  // reflections that every path may make
@@ -256,14 +242,21 @@ void PathIntegrator<kFeatures>::trace_shadows(Wave& w) const {
 template <uint32_t kFeatures>
 void PathIntegrator<kFeatures>::leave_texel(Wave& w) const {
   draw(w, dimension(0, kDirection), w.u);
+  const bool responds = !settings_.quantities.responses.empty();
   size_t kept = 0;
   for (size_t k = 0; k < w.count; ++k) {
     Path& p = w.paths[w.live[k]];
     const Vec3 local = primary_direction(settings_.primary, pair(w.u, k));
     p.direction = p.first_direction = p.frame.to_world(local);
     p.pdf = p.first_pdf = primary_pdf(settings_.primary, local.z);
+    const bool above = dot(p.direction, p.vertices[0].ng) > 0.0f;
+    if (responds) {
+      PrimaryRay& primary = w.tasks[w.live[k]].radiance.primary;
+      primary.direction = p.direction;
+      primary.weight = above ? primary_weight(local.z, p.pdf) : 0.0f;
+    }
     // Directions below the geometric horizon receive no light.
-    if (dot(p.direction, p.vertices[0].ng) > 0.0f) w.live[kept++] = w.live[k];
+    if (above) w.live[kept++] = w.live[k];
   }
   w.count = kept;
 }
@@ -335,6 +328,9 @@ template <uint32_t kFeatures>
 auto PathIntegrator<kFeatures>::arrive(Path& p, Task& task, const KnownIrradiance* known,
                                        uint32_t bounces) const -> Arrival {
   const Hit& hit = p.hit;
+  PrimaryRay& primary = task.radiance.primary;
+  if constexpr (has(kGlass))
+    if (bounces == 0) primary.transmittance = luminance(p.throughput);
   if (!hit.valid()) {
     p.sum += p.throughput * missed(p, bounces);
     return Arrival::kEnds;
@@ -354,6 +350,9 @@ auto PathIntegrator<kFeatures>::arrive(Path& p, Task& task, const KnownIrradianc
     if (max_component(p.glass.absorption) > 0.0f)
       for (int k = 0; k < 3; ++k) p.throughput[k] *= exponential(-p.glass.absorption[k] * hit.t);
   }
+  if (bounces == 0) primary.distance = hit.t;
+  if constexpr (has(kGlass))
+    if (bounces == 0) primary.distance = p.glass.distance;
   const bool leaves = dot(p.direction, at.ng) > 0.0f;  // a back face
   if (leaves) {
     if (!kind.double_sided && !kind.glass) {
@@ -367,8 +366,10 @@ auto PathIntegrator<kFeatures>::arrive(Path& p, Task& task, const KnownIrradianc
     p.sum += p.throughput * emitted(p, at, bounces);
   if (kind.textured) prefetch_textures(*kind.material, at.attributes);
   if constexpr (has(kGlass)) {
-    if (kind.glass && passes_glass(p, at, bsdf_at(*kind.material, at.attributes), leaves, task, bounces))
+    if (kind.glass && passes_glass(p, at, bsdf_at(*kind.material, at.attributes), leaves, task, bounces)) {
+      if (bounces == 0) primary.distance = PrimaryRay{}.distance;
       return Arrival::kPasses;
+    }
     p.glass = {0.0f, p.glass.absorption, 0};
   }
   if (p.reflected_known) {

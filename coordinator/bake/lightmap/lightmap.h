@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "common/image/image.h"
+#include "common/responses/basis.h"
 
 namespace kiln {
 
@@ -31,8 +32,16 @@ struct DirectionBound {
   size_t direction[3] = {};
 };
 
+// Of every colour of a basis that has a direction; its planes follow E's.
+inline std::vector<DirectionBound> direction_bounds(const BasisInfo& basis) {
+  std::vector<DirectionBound> bounds;
+  for (size_t c = 0; basis.has_direction && c < 3; ++c) bounds.push_back({3 + c, {6 + c, 9 + c, 12 + c}});
+  return bounds;
+}
+
 struct Lightmap {
   uint32_t page_height = 0;  // pages are stacked: planes.height = page_height * pages
+  bool has_light = true;     // false: planes are samples alone
   Planes planes;             // E.R E.G E.B, the basis' planes, error, samples
   std::vector<Validity> validity;
   std::vector<DirectionBound> bounds;  // by colour; empty without directions
@@ -41,6 +50,17 @@ struct Lightmap {
   Planes measured;
   // Standard error of the basis by band: planes "L0", "L1"; empty without a basis.
   Planes band_error;
+  // What responses store (response_plane()), and the standard error of each by its name.
+  Planes responses, response_error;
+
+  // Calls visit(values of a plane) for all that is published and completed between texels: light and
+  // responses.
+  template <class Visit>
+  void for_each_plane(const Visit& visit) {
+    for (std::vector<float>& plane : planes.data) visit(plane);
+    for (std::vector<float>& plane : responses.data) visit(plane);
+    for (std::vector<float>& plane : response_error.data) visit(plane);
+  }
 };
 
 }  // namespace kiln

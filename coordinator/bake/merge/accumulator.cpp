@@ -6,7 +6,6 @@
 #include "common/base/check.h"
 #include "common/base/format.h"
 #include "common/base/parallel.h"
-#include "common/responses/basis.h"
 
 namespace kiln {
 namespace {
@@ -15,8 +14,8 @@ constexpr uint32_t kFewSamples = 8;  // of a replicate
 
 }  // namespace
 
-Accumulator::Accumulator(size_t sites, uint32_t basis)
-    : basis_(basis), planes_(moment_plane_names(basis).size()) {
+Accumulator::Accumulator(size_t sites, const MomentLayout& layout)
+    : layout_(layout), planes_(layout.planes()) {
   for (uint32_t r = 0; r < kReplicates; ++r) {
     samples_[r].assign(sites, 0);
     sums_[r] = ZeroedVector<double>(sites * planes_);
@@ -69,6 +68,7 @@ Accumulator::Estimate Accumulator::estimate(uint32_t site) const {
   Estimate e;
   e.inside = n > 0 && sum(site, kMomentInside) > 0.5 * n;
   e.pushed = n > 0 && sum(site, kMomentPushed) > 0.5 * n;
+  if (!layout_.has_light()) return e;
   e.mean = n > 0 ? sum(site, kMomentLum) / n : 0;
   if (n < 2) {
     e.standard_error = std::numeric_limits<double>::infinity();
@@ -80,22 +80,45 @@ Accumulator::Estimate Accumulator::estimate(uint32_t site) const {
 }
 
 TexelStatistics Accumulator::statistics(bool planes) const {
+  KILN_CHECK(layout_.has_light());
+  TexelStatistics out = statistics_of_planes(kMomentLum, kMomentLum2);
+  if (!planes) return out;
+  const size_t functions = 3 * layout_.functions();
+  out.planes = 3 + functions;
+  for (uint32_t r = 0; r < kReplicates; ++r) out.mean[r] = ZeroedVector<float>(out.sites * out.planes);
+  for_each_index(out.sites, 0, [&](size_t site) {
+    if (!out.known[site]) return;
+    for (uint32_t r = 0; r < kReplicates; ++r) {
+      const double* sums = &sums_[r][site * planes_];
+      const double scale = 1.0 / samples_[r][site];
+      float* means = &out.mean[r][site * out.planes];
+      for (size_t c = 0; c < 3; ++c) means[c] = static_cast<float>(sums[kMomentER + c] * scale);
+      for (size_t p = 0; p < functions; ++p)
+        means[3 + p] = static_cast<float>(sums[kMomentBasis + p] * scale);
+    }
+  });
+  return out;
+}
+
+TexelStatistics Accumulator::statistics_of(size_t response, size_t component) const {
+  const size_t first = layout_.response(response) + 2 * component;
+  return statistics_of_planes(first, first + 1);
+}
+
+TexelStatistics Accumulator::statistics_of_planes(size_t first, size_t second) const {
   TexelStatistics out;
   const size_t count = sites();
   out.sites = count;
-  out.planes = planes ? 3 + planes_ - kMomentBasis : 0;
   out.variance.assign(count, 0.0f);
   out.samples.assign(count, 0);
   out.known.assign(count, 0);
   for (uint32_t r = 0; r < kReplicates; ++r) {
-    out.mean[r] = ZeroedVector<float>(count * out.planes);
     out.luminance[r].assign(count, 0.0f);
   }
   for_each_index(count, 0, [&](size_t index) {
     const auto site = static_cast<uint32_t>(index);
     out.samples[site] = std::min(samples_[0][site], samples_[1][site]);
-    const Estimate e = estimate(site);
-    if (e.inside || out.samples[site] == 0) return;
+    if (estimate(site).inside || out.samples[site] == 0) return;
     out.known[site] = 1;
     // Within the replicates: what the means differ by is not in it, but where there is next to nothing else.
     const double n = samples(site);
@@ -103,14 +126,9 @@ TexelStatistics Accumulator::statistics(bool planes) const {
     for (uint32_t r = 0; r < kReplicates; ++r) {
       const double* sums = &sums_[r][site * planes_];
       const double scale = 1.0 / samples_[r][site];
-      const double mean = sums[kMomentLum] * scale;
-      squares += std::max(0.0, sums[kMomentLum2] - mean * sums[kMomentLum]);
+      const double mean = sums[first] * scale;
+      squares += std::max(0.0, sums[second] - mean * sums[first]);
       out.luminance[r][site] = static_cast<float>(mean);
-      if (!planes) continue;
-      float* means = &out.mean[r][site * out.planes];
-      for (size_t c = 0; c < 3; ++c) means[c] = static_cast<float>(sums[kMomentER + c] * scale);
-      for (size_t p = kMomentBasis; p < planes_; ++p)
-        means[3 + p - kMomentBasis] = static_cast<float>(sums[p] * scale);
     }
     double freedom = n - kReplicates;
     if (out.samples[site] < kFewSamples) {
@@ -144,18 +162,19 @@ Lightmap Accumulator::resolve(const Atlas& atlas) const {
   map.planes.width = atlas.width;
   map.planes.height = atlas.height * atlas.pages;
   map.validity.assign(atlas.texel_count(), Validity::kEmpty);
-  const std::vector<std::string> moments = moment_plane_names(basis_);
   // Plane i of the map is sums plane source[i]; error and samples are computed.
   std::vector<size_t> source;
-  for (size_t p : {kMomentER, kMomentEG, kMomentEB}) source.push_back(p);
-  for (size_t p = kMomentBasis; p < moments.size(); ++p) source.push_back(p);
-  for (size_t p : source) map.planes.add(moments[p]);
-  const BasisInfo& basis = basis_roster()[basis_];
-  if (basis.functions.size() == 4)
-    for (size_t c = 0; c < 3; ++c) map.bounds.push_back({3 + c, {6 + c, 9 + c, 12 + c}});
-  map.planes.add("error");
+  map.has_light = layout_.has_light();
+  if (map.has_light) {
+    const std::vector<std::string> moments = layout_.names();
+    for (size_t p : {kMomentER, kMomentEG, kMomentEB}) source.push_back(p);
+    for (size_t p = 0; p < 3 * layout_.functions(); ++p) source.push_back(kMomentBasis + p);
+    for (size_t p : source) map.planes.add(moments[p]);
+    map.bounds = direction_bounds(basis_roster()[layout_.basis()]);
+    map.planes.add("error");
+  }
   map.planes.add("samples");
-  std::vector<float>& error = map.planes.plane("error");
+  std::vector<float>* const error = map.has_light ? &map.planes.plane("error") : nullptr;
   std::vector<float>& samples = map.planes.plane("samples");
   for_each_index(sites(), 0, [&](size_t index) {
     const auto site = static_cast<uint32_t>(index);
@@ -166,10 +185,34 @@ Lightmap Accumulator::resolve(const Atlas& atlas) const {
     const double scale = 1.0 / this->samples(site);
     for (size_t i = 0; i < source.size(); ++i)
       map.planes.data[i][texel] = static_cast<float>(sum(site, source[i]) * scale);
-    error[texel] = static_cast<float>(e.standard_error);
+    if (error) (*error)[texel] = static_cast<float>(e.standard_error);
     samples[texel] = static_cast<float>(this->samples(site));
   });
+  resolve_responses(atlas, map);
   return map;
+}
+
+void Accumulator::resolve_responses(const Atlas& atlas, Lightmap& map) const {
+  const std::vector<uint32_t>& list = layout_.quantities().responses;
+  for (Planes* planes : {&map.responses, &map.response_error}) {
+    planes->width = map.planes.width;
+    planes->height = map.planes.height;
+  }
+  for (size_t k = 0; k < list.size(); ++k) {
+    const ResponseInfo& r = response_roster()[list[k]];
+    const size_t first = map.responses.data.size();
+    for (size_t s = 0; s < r.stored.size(); ++s) map.responses.add(response_plane(r, s));
+    for_each_index(sites(), 0, [&](size_t index) {
+      const auto site = static_cast<uint32_t>(index);
+      if (samples(site) == 0) return;
+      float means[kMaxComponents], stored[kMaxComponents];
+      for (size_t c = 0; c < r.components; ++c)
+        means[c] = static_cast<float>(sum(site, layout_.response(k) + 2 * c) / samples(site));
+      r.resolve(means, stored);
+      for (size_t s = 0; s < r.stored.size(); ++s)
+        map.responses.data[first + s][atlas.sites.texel[site]] = stored[s];
+    });
+  }
 }
 
 }  // namespace kiln

@@ -18,7 +18,7 @@ namespace kiln {
 
 class Accumulator {
  public:
-  Accumulator(size_t sites, uint32_t basis);
+  Accumulator(size_t sites, const MomentLayout& layout);
 
   // Adds a unit's sums. A unit whose earlier range of the same sites is still missing waits for it.
   Status add(const WorkUnit& unit, const UnitResult& result);
@@ -41,6 +41,9 @@ class Accumulator {
   // `planes`: with the means of all planes; without them they are as large as a few planes, whatever the
   // basis.
   TexelStatistics statistics(bool planes = true) const;
+  // Of one component of entry `response` of the layout's responses, in the place of luminance; no planes.
+  TexelStatistics statistics_of(size_t response, size_t component) const;
+  const MomentLayout& layout() const { return layout_; }
   // What paths of the next pass may read: means of one replicate.
   IrradianceCache cache(uint32_t replicate) const;
 
@@ -54,7 +57,9 @@ class Accumulator {
   double sum(uint32_t site, size_t plane) const {
     return sums_[0][site * planes_ + plane] + sums_[1][site * planes_ + plane];
   }
-  uint32_t basis_;
+  void resolve_responses(const Atlas& atlas, Lightmap& map) const;
+  TexelStatistics statistics_of_planes(size_t first, size_t second) const;
+  MomentLayout layout_;
   size_t planes_;
   std::vector<uint32_t> samples_[kReplicates];  // by site
   ZeroedVector<double> sums_[kReplicates];      // [site][plane]

@@ -58,6 +58,13 @@ void find_left_out_of_materials(const Scene& scene, std::vector<std::string>& ou
 
 std::vector<std::string> find_left_out(const Scene& scene, const BakeSettings& settings) {
   std::vector<std::string> out;
+  if (!settings.quantities.light) {
+    out.push_back(
+        "no light asked for: no lamp, sun or sky is sampled, no ray goes beyond the first surface, nothing "
+        "is "
+        "denoised");
+    return out;
+  }
   const auto has_light = [&](std::string_view type) {
     return std::any_of(scene.lights.begin(), scene.lights.end(),
                        [&](const Record& l) { return l.type == type; });
@@ -86,7 +93,7 @@ std::vector<std::string> find_left_out(const Scene& scene, const BakeSettings& s
 
 std::string why_no_cache(const Scene& scene, const BakeSettings& settings) {
   constexpr uint32_t kEnoughBounces = 16;  // what is left of light then is below what float paths lose
-  if (!settings.cache) return "";
+  if (!settings.cache || !settings.quantities.light) return "";
   if (!settings.indirect || settings.max_bounces == 0) return "no indirect light is asked for";
   if (settings.max_bounces < kEnoughBounces)
     return text("--max-bounces {} asks for paths of a length, and a texel's irradiance is of paths of any",
@@ -101,7 +108,11 @@ std::string why_no_cache(const Scene& scene, const BakeSettings& settings) {
 
 TexelMemory texel_memory(const BakeSettings& settings) {
   // Measured: 745 to 789 and 386 without the denoiser, 927 and 467 with it.
-  return settings.denoise ? TexelMemory{950, 470} : TexelMemory{800, 400};
+  TexelMemory memory = settings.denoise ? TexelMemory{950, 470} : TexelMemory{800, 400};
+  // Sums of two replicates, what is stored of them, and their errors while a pass is judged.
+  const MomentLayout all(0, settings.quantities), light;
+  if (all.planes() > light.planes()) memory.coordinator += (all.planes() - light.planes()) * (2 * 8 + 8) + 32;
+  return memory;
 }
 
 Plan make_plan(const Scene& scene, const Atlas& atlas, const BakeSettings& settings, unsigned threads) {
@@ -116,7 +127,7 @@ Plan make_plan(const Scene& scene, const Atlas& atlas, const BakeSettings& setti
     scene_bytes += m.positions.size() * 24 + m.triangles.size() * 16 + (m.uv[0].size() + m.uv[1].size()) * 8;
   }
   for (const Texture& t : scene.textures) scene_bytes += t.texels.size();
-  const uint64_t planes = moment_plane_names(*find_basis(settings.basis)).size();
+  const uint64_t planes = MomentLayout(*find_basis(settings.basis), settings.quantities).planes();
   const TexelMemory texel = texel_memory(settings);
   // Texels of the pages that nothing is sampled for hold planes all the same.
   const uint64_t unsampled =
@@ -126,7 +137,9 @@ Plan make_plan(const Scene& scene, const Atlas& atlas, const BakeSettings& setti
   // Embree: about 120 B a triangle.
   plan.worker_bytes = scene_bytes + plan.triangles * 120 + plan.valid_texels * texel.worker;
   plan.output_bytes = plan.texels * (planes + 4) * 4 + 2 * scene_bytes;
-  const double rays_per_sample = settings.indirect && settings.max_bounces > 0 ? 8 : 3;
+  const double rays_per_sample = !settings.quantities.light                      ? 1
+                                 : settings.indirect && settings.max_bounces > 0 ? 8
+                                                                                 : 3;
   const double second = std::max(1u, threads) * kRaysPerSecond;
   plan.least_seconds =
       static_cast<double>(plan.valid_texels) * settings.min_samples * rays_per_sample / second;
@@ -134,7 +147,7 @@ Plan make_plan(const Scene& scene, const Atlas& atlas, const BakeSettings& setti
       static_cast<double>(plan.valid_texels) * settings.max_samples * rays_per_sample / second;
   plan.left_out = find_left_out(scene, settings);
   const std::string no_cache = why_no_cache(scene, settings);
-  plan.cache = settings.cache && no_cache.empty();
+  plan.cache = settings.cache && settings.quantities.light && no_cache.empty();
   if (!no_cache.empty()) plan.left_out.push_back("no irradiance cache: " + no_cache);
   return plan;
 }

@@ -26,7 +26,7 @@ void for_each_neighbour(const Lightmap& map, size_t texel, const Visit& visit) {
 template <class Accept>
 std::vector<uint32_t> fill_ring(Lightmap& map, const std::vector<uint32_t>& open, Validity made,
                                 const Accept& accept) {
-  const size_t samples = map.planes.index("samples");
+  const std::vector<float>* const samples = &map.planes.plane("samples");
   std::vector<uint32_t> left, done;
   for (const uint32_t texel : open) {
     std::vector<size_t> from;
@@ -38,12 +38,12 @@ std::vector<uint32_t> fill_ring(Lightmap& map, const std::vector<uint32_t>& open
       continue;
     }
     done.push_back(texel);
-    for (size_t p = 0; p < map.planes.data.size(); ++p) {
-      if (p == samples) continue;
+    map.for_each_plane([&](std::vector<float>& plane) {
+      if (&plane == samples) return;
       double sum = 0;
-      for (size_t n : from) sum += map.planes.data[p][n];
-      map.planes.data[p][texel] = static_cast<float>(sum / static_cast<double>(from.size()));
-    }
+      for (size_t n : from) sum += plane[n];
+      plane[texel] = static_cast<float>(sum / static_cast<double>(from.size()));
+    });
   }
   for (const uint32_t texel : done) map.validity[texel] = made;
   return left;

@@ -16,7 +16,8 @@ FarmJobImpl::FarmJobImpl(FarmImpl& farm, const JobSpec& spec, std::shared_ptr<Jo
     : farm_(farm),
       spec_(spec),
       port_(std::move(port)),
-      planes_(static_cast<uint32_t>(moment_plane_names(spec.transport.basis).size())) {}
+      planes_(static_cast<uint32_t>(MomentLayout(spec.transport.basis, spec.transport.quantities).planes())) {
+}
 
 FarmJobImpl::~FarmJobImpl() {
   farm_.run([&](Server& server) { server.close_job(spec_.id); });

@@ -3,23 +3,30 @@
 #include <cmath>
 
 #include "common/base/format.h"
-#include "common/responses/basis.h"
 
 namespace kiln {
 namespace {
 
 // Sums that cannot be: of counts beyond the samples, and of quantities that have no negative samples.
-const char* impossible(const double* sums, double samples) {
+const char* impossible(const double* sums, double samples, const MomentLayout& layout) {
   if (sums[kMomentInside] < 0 || sums[kMomentInside] > samples) return "primary rays inside of geometry";
   if (sums[kMomentPushed] < 0 || sums[kMomentPushed] > samples) return "samples of a moved place";
-  if (sums[kMomentLum] < 0) return "luminance";
-  if (sums[kMomentLum2] < 0) return "squared luminance";
+  if (layout.has_light() && sums[kMomentLum] < 0) return "luminance";
+  if (layout.has_light() && sums[kMomentLum2] < 0) return "squared luminance";
+  const std::vector<uint32_t>& responses = layout.quantities().responses;
+  for (size_t k = 0; k < responses.size(); ++k) {
+    const ResponseInfo& r = response_roster()[responses[k]];
+    const double* moments = sums + layout.response(k);
+    for (size_t c = 0; c < r.components; ++c)
+      if (moments[2 * c + 1] < 0 || (!r.is_signed && moments[2 * c] < 0)) return r.about.data();
+  }
   return nullptr;
 }
 
 }  // namespace
 
-Status check_result(const Result& result, const WorkUnit* unit, uint32_t plane_count) {
+Status check_result(const Result& result, const WorkUnit* unit, const MomentLayout& layout) {
+  const size_t plane_count = layout.planes();
   const UnitResult& r = result.result;
   if ((unit && r.site_count != unit->sites.size()) || r.plane_count != plane_count)
     return fail(ErrorKind::kProtocol,
@@ -30,7 +37,7 @@ Status check_result(const Result& result, const WorkUnit* unit, uint32_t plane_c
       return fail(ErrorKind::kProtocol, text("the result of unit {} holds {} at site {}, plane {}", r.unit,
                                              r.moments[i], i / plane_count, i % plane_count));
   for (uint32_t site = 0; unit && site < r.site_count; ++site)
-    if (const char* what = impossible(&r.moments[size_t{site} * plane_count], unit->sample_count))
+    if (const char* what = impossible(&r.moments[size_t{site} * plane_count], unit->sample_count, layout))
       return fail(ErrorKind::kProtocol,
                   text("the result of unit {} cannot be: the sum of its {} at site {} is out of range",
                        r.unit, what, site));

@@ -228,7 +228,7 @@ void Server::take_result(WorkerId worker, OpenJob& job, Result&& result) {
     ledger_.hand_back(worker, job_id, unit, now, actions);
     return perform(std::move(actions));
   }
-  if (const Status good = check_result(result, known, job.planes); !good) {
+  if (const Status good = check_result(result, known, job.layout); !good) {
     const std::string reason = good.error().message;
     ledger_.unit_failed(worker, job_id, unit, Error{ErrorKind::kInternal, reason}, now, actions);
     ledger_.quarantine(member->second.identity, reason, now, actions);

@@ -54,7 +54,7 @@ class Server final : public SessionHost {
     std::map<Digest, std::shared_ptr<const Bytes>> added;  // chunks of the pass
     std::shared_ptr<JobPort> port;
     std::shared_ptr<const PassUnits> units;
-    uint32_t planes = 0;
+    MomentLayout layout;
     uint64_t rays = 0;
     std::deque<std::string> events;
     bool resumed = false;                             // an earlier coordinator worked on it

@@ -35,7 +35,7 @@ Status Server::open_job(const FarmJobSpec& spec, std::shared_ptr<JobPort> port) 
   job.spec = spec.spec;
   job.chunks = spec.chunks;
   job.port = std::move(port);
-  job.planes = static_cast<uint32_t>(moment_plane_names(spec.spec.transport.basis).size());
+  job.layout = MomentLayout(spec.spec.transport.basis, spec.spec.transport.quantities);
   ledger_.add_job(spec.spec.id, spec.traits);
   ledger_.restore(spec.spec.id, spec.known);
   job.resumed = !spec.known.empty();

@@ -29,6 +29,7 @@ Expected<std::vector<std::string>> write_pages(const OutputContext& c, const std
 }  // namespace
 
 Expected<std::vector<std::string>> write_irradiance(const OutputContext& c) {
+  if (!c.lightmap.has_light) return std::vector<std::string>{};
   std::vector<float> alpha(c.lightmap.validity.size());
   for (size_t i = 0; i < alpha.size(); ++i) {
     const Validity v = c.lightmap.validity[i];
@@ -40,6 +41,7 @@ Expected<std::vector<std::string>> write_irradiance(const OutputContext& c) {
 }
 
 Expected<std::vector<std::string>> write_basis(const OutputContext& c) {
+  if (!c.lightmap.has_light) return std::vector<std::string>{};
   const BasisInfo& basis = basis_roster()[*find_basis(c.settings.basis)];
   std::vector<NamedPlane> planes;
   for (std::string_view function : basis.functions)
@@ -52,6 +54,7 @@ Expected<std::vector<std::string>> write_basis(const OutputContext& c) {
 }
 
 Expected<std::vector<std::string>> write_error(const OutputContext& c) {
+  if (!c.lightmap.has_light) return std::vector<std::string>{};
   return write_pages(c, "error", {{"Y", &c.lightmap.planes.plane("error")}});
 }
 
@@ -71,6 +74,23 @@ Expected<std::vector<std::string>> write_band_error(const OutputContext& c) {
 
 Expected<std::vector<std::string>> write_measured(const OutputContext& c) {
   return write_all(c, "measured", c.lightmap.measured);
+}
+
+Expected<std::vector<std::string>> write_responses(const OutputContext& c) {
+  std::vector<std::string> files;
+  for (const uint32_t index : c.settings.quantities.responses) {
+    const ResponseInfo& r = response_roster()[index];
+    const std::string name(r.name);
+    std::vector<NamedPlane> values;
+    for (size_t s = 0; s < r.stored.size(); ++s)
+      values.push_back({std::string(r.stored[s]), &c.lightmap.responses.plane(response_plane(r, s))});
+    KILN_TRY(const std::vector<std::string> value_files, write_pages(c, name, values));
+    KILN_TRY(const std::vector<std::string> error_files,
+             write_pages(c, "error_" + name, {{"Y", &c.lightmap.response_error.plane(name)}}));
+    files.insert(files.end(), value_files.begin(), value_files.end());
+    files.insert(files.end(), error_files.begin(), error_files.end());
+  }
+  return files;
 }
 
 Expected<std::vector<std::string>> write_samples(const OutputContext& c) {

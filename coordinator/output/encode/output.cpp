@@ -11,6 +11,8 @@ std::span<const Output> output_roster() {
       {"error", "stated standard error of E (luminance)", true, write_error},
       {"band_error", "stated standard error of the basis, by band (luminance)", true, write_band_error},
       {"measured", "E and the basis before the denoiser, and their error", true, write_measured},
+      {"responses", "ambient occlusion, sky visibility, bent normals, and their errors", true,
+       write_responses},
       {"samples", "samples of each texel", true, write_samples},
       {"validity", "class of each texel", true, write_validity},
       {"charts", "where every chart is: the table for engines", true, write_charts},

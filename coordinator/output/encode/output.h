@@ -37,6 +37,7 @@ Expected<std::vector<std::string>> write_basis(const OutputContext& context);
 Expected<std::vector<std::string>> write_error(const OutputContext& context);
 Expected<std::vector<std::string>> write_band_error(const OutputContext& context);
 Expected<std::vector<std::string>> write_measured(const OutputContext& context);
+Expected<std::vector<std::string>> write_responses(const OutputContext& context);
 Expected<std::vector<std::string>> write_samples(const OutputContext& context);
 Expected<std::vector<std::string>> write_validity(const OutputContext& context);
 Expected<std::vector<std::string>> list_textures(const OutputContext& context);

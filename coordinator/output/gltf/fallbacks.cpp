@@ -98,7 +98,8 @@ class PageMaterials {
 };
 
 bool has_planes(const OutputContext& c) {
-  return c.lightmap.planes.data.size() >= 3 && c.lightmap.validity.size() == c.atlas.texel_count();
+  return c.lightmap.has_light && c.lightmap.planes.data.size() >= 3 &&
+         c.lightmap.validity.size() == c.atlas.texel_count();
 }
 
 // One page: its texels as bytes.
@@ -109,6 +110,26 @@ Expected<Bytes> moz_page(const OutputContext& c, uint32_t page, float intensity)
     const Vec3 e = irradiance_of(c.lightmap, page * count + t);
     for (size_t k = 0; k < 3; ++k) rgb[3 * t + k] = byte_of(double{e[static_cast<int>(k)]} / intensity);
   }
+  return encode_png(c.atlas.width, c.atlas.height, rgb);
+}
+
+// Ambient occlusion, if the map has it.
+const std::vector<float>* occlusion_plane(const OutputContext& c) {
+  const std::vector<uint32_t>& responses = c.settings.quantities.responses;
+  if (std::find(responses.begin(), responses.end(), Responses::index_of<AmbientOcclusion>()) ==
+          responses.end() ||
+      c.lightmap.validity.size() != c.atlas.texel_count())
+    return nullptr;
+  return &c.lightmap.responses.plane(std::string(AmbientOcclusion::name));
+}
+
+// glTF reads the red channel; grey, so that the picture can be looked at.
+Expected<Bytes> occlusion_page(const OutputContext& c, uint32_t page, const std::vector<float>& plane) {
+  const size_t count = size_t{c.atlas.width} * c.atlas.height;
+  std::vector<uint8_t> rgb(3 * count, 255);
+  for (size_t t = 0; t < count; ++t)
+    if (is_set(c.lightmap.validity[page * count + t]))
+      for (size_t k = 0; k < 3; ++k) rgb[3 * t + k] = byte_of(plane[page * count + t]);
   return encode_png(c.atlas.width, c.atlas.height, rgb);
 }
 
@@ -148,8 +169,10 @@ Expected<Bytes> epic_page(const OutputContext& c, uint32_t page, const LogRange&
 
 }  // namespace
 
-Status GltfOutput::attach_moz_lightmap() {
-  if (!has_planes(*c_)) return {};
+Status GltfOutput::attach_material_maps() {
+  const bool moz = c_->settings.gltf_lightmap.moz && has_planes(*c_);
+  const std::vector<float>* occlusion = occlusion_plane(*c_);
+  if (!moz && !occlusion) return {};
   PageMaterials materials(doc);
   // What has no lightmap keeps the material as it is.
   for (const bool lit : {false, true})
@@ -161,19 +184,29 @@ Status GltfOutput::attach_moz_lightmap() {
           if (lit || holder.contains("material")) holder["material"] = materials.of(holder, page);
         });
       }
-  const float intensity = brightest(*c_);
-  std::map<int, size_t> textures;
+  const float intensity = moz ? brightest(*c_) : 1.0f;
+  std::map<int, size_t> light, shade;  // textures by page
   for (const auto& [key, place] : materials.made()) {
     const int page = key.second;
     if (page == kNoPage || is_unlit(doc["materials"][place])) continue;
-    if (!textures.count(page)) {
-      KILN_TRY(const Bytes png, moz_page(*c_, static_cast<uint32_t>(page), intensity));
-      textures[page] = buffer.add_page_texture(doc, png, "lightmap page " + std::to_string(page));
+    if (moz) {
+      if (!light.count(page)) {
+        KILN_TRY(const Bytes png, moz_page(*c_, static_cast<uint32_t>(page), intensity));
+        light[page] = buffer.add_page_texture(doc, png, "lightmap page " + std::to_string(page));
+      }
+      doc["materials"][place]["extensions"][kMoz] = {
+          {"index", light[page]}, {"texCoord", 1}, {"intensity", intensity}};
     }
-    doc["materials"][place]["extensions"][kMoz] = {
-        {"index", textures[page]}, {"texCoord", 1}, {"intensity", intensity}};
+    // A material's own occlusion map stays: it has detail that texels of the atlas do not.
+    if (occlusion && !doc["materials"][place].contains("occlusionTexture")) {
+      if (!shade.count(page)) {
+        KILN_TRY(const Bytes png, occlusion_page(*c_, static_cast<uint32_t>(page), *occlusion));
+        shade[page] = buffer.add_page_texture(doc, png, "ambient occlusion page " + std::to_string(page));
+      }
+      doc["materials"][place]["occlusionTexture"] = {{"index", shade[page]}, {"texCoord", 1}};
+    }
   }
-  if (!textures.empty()) use_extension(doc, kMoz);
+  if (!light.empty()) use_extension(doc, kMoz);
   return {};
 }
 

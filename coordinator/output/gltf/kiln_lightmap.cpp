@@ -1,4 +1,5 @@
 // KILN_lightmap: what the maps are and which nodes have them (docs/gltf.md, docs/schema).
+#include "common/base/format.h"
 #include "common/math/vec.h"
 #include "common/responses/basis.h"
 #include "coordinator/output/gltf/output_file.h"
@@ -49,22 +50,35 @@ Json master_json(const OutputContext& c, const std::string& stem, uint32_t page,
 Json masters_json(const OutputContext& c, const BasisInfo& basis) {
   Json textures = Json::array();
   std::vector<std::pair<std::string, std::string>> planes;
-  for (const std::string_view function : basis.functions)
-    for (const char* channel : {".R", ".G", ".B"}) {
-      const std::string name = std::string(function) + channel;
-      planes.emplace_back(name, name);
-    }
+  const bool light = c.settings.quantities.light;
+  if (light)
+    for (const std::string_view function : basis.functions)
+      for (const char* channel : {".R", ".G", ".B"}) {
+        const std::string name = std::string(function) + channel;
+        planes.emplace_back(name, name);
+      }
   for (uint32_t page = 0; page < c.atlas.pages; ++page) {
-    textures.push_back(
-        master_json(c, "irradiance", page, {{"R", "E.R"}, {"G", "E.G"}, {"B", "E.B"}, {"A", "set"}}));
+    if (light)
+      textures.push_back(
+          master_json(c, "irradiance", page, {{"R", "E.R"}, {"G", "E.G"}, {"B", "E.B"}, {"A", "set"}}));
     if (!planes.empty()) textures.push_back(master_json(c, std::string(basis.name), page, planes));
+    for (const uint32_t index : c.settings.quantities.responses) {
+      const ResponseInfo& r = response_roster()[index];
+      std::vector<std::pair<std::string, std::string>> stored;
+      for (size_t s = 0; s < r.stored.size(); ++s) stored.emplace_back(r.stored[s], response_plane(r, s));
+      textures.push_back(master_json(c, std::string(r.name), page, stored));
+    }
   }
   return {{"name", "masters"}, {"container", "exr"}, {"textures", textures}};
 }
 
 Json diagnostics_json(const OutputContext& c) {
   Json textures = Json::array();
-  for (const char* name : {"error", "samples", "validity"})
+  std::vector<std::string> names{"samples", "validity"};
+  if (c.settings.quantities.light) names.insert(names.begin(), "error");
+  for (const uint32_t index : c.settings.quantities.responses)
+    names.push_back(text("error_{}", response_roster()[index].name));
+  for (const std::string& name : names)
     for (uint32_t page = 0; page < c.atlas.pages; ++page)
       textures.push_back(master_json(c, name, page, {{"Y", name}}));
   return textures;
@@ -73,9 +87,20 @@ Json diagnostics_json(const OutputContext& c) {
 Json basis_json(const BasisInfo& basis) {
   Json out = {{"name", basis.name}, {"functions", Json::array()}};
   for (const std::string_view function : basis.functions) out["functions"].push_back(function);
-  if (basis.name == "sh_l1")
-    out["convention"] = "L0 = 1/(4 pi) integral L dw, L1 = 1/(4 pi) integral L d dw; E(n)/pi = L0 + 2 L1.n";
+  if (!basis.convention.empty()) out["convention"] = basis.convention;
   out["axes"] = "world";
+  return out;
+}
+
+// What every response is, for who looks for a plane of its name in the textures.
+Json responses_json(const BakeSettings& settings) {
+  Json out = Json::array();
+  for (const uint32_t index : settings.quantities.responses) {
+    const ResponseInfo& r = response_roster()[index];
+    Json planes = Json::array();
+    for (size_t s = 0; s < r.stored.size(); ++s) planes.push_back(response_plane(r, s));
+    out.push_back({{"name", r.name}, {"about", r.about}, {"planes", planes}});
+  }
   return out;
 }
 
@@ -86,6 +111,7 @@ bool has_mark(const Json& primitive) {
 }  // namespace
 
 float viewing_exposure(const OutputContext& c) {
+  if (!c.lightmap.has_light) return 1.0f;
   constexpr float kMiddleAlbedo = 0.5f;
   std::vector<float> radiance;
   for (size_t t = 0; t < c.lightmap.validity.size(); ++t)
@@ -108,9 +134,14 @@ void GltfOutput::attach_kiln_lightmap(bool by_table) {
   const BasisInfo& basis = basis_roster()[*find_basis(c_->settings.basis)];
   Json map = {{"width", c_->atlas.width},   {"height", c_->atlas.height},
               {"pages", c_->atlas.pages},   {"texCoord", 1},
-              {"quantity", "irradiance"},   {"unit", "that of the scene's radiance, times steradian"},
-              {"basis", basis_json(basis)}, {"exposure", viewing_exposure(*c_)},
               {"encodings", Json::array()}, {"diagnostics", diagnostics_json(*c_)}};
+  if (c_->settings.quantities.light) {
+    map["quantity"] = "irradiance";
+    map["unit"] = "that of the scene's radiance, times steradian";
+    map["basis"] = basis_json(basis);
+    map["exposure"] = viewing_exposure(*c_);
+  }
+  if (!c_->settings.quantities.responses.empty()) map["responses"] = responses_json(c_->settings);
   if (by_table) map["chartTable"] = {{"uri", "charts.bin"}, {"attribute", "_CHART"}};
   if (c_->textures)
     for (const PublishedEncoding& e : *c_->textures) {

@@ -63,9 +63,10 @@ class GltfOutput {
   // KILN_lightmap at the root and on every node that shows a marked primitive. `by_table`: coordinates of
   // primitives with _CHART are found by the chart table.
   void attach_kiln_lightmap(bool by_table);
-  // MOZ_lightmap on materials: copies for primitives of other pages and for those that are not lit by the
-  // map.
-  Status attach_moz_lightmap();
+  // On materials, of which primitives of other pages, and those that the map does not light, get copies:
+  // MOZ_lightmap if settings ask for it, and occlusionTexture from a baked ambient occlusion where the
+  // material has none of its own.
+  Status attach_material_maps();
   // EPIC_lightmap_textures: one lightmap a page; a node whose mesh is on several pages gets a child for each.
   Status attach_epic_lightmap();
 

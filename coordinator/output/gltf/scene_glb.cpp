@@ -75,7 +75,7 @@ Expected<Bytes> write(const OutputContext& c) {
   scene.note_lightmap();
   scene.attach_kiln_lightmap(false);
   const GltfLightmaps& which = c.settings.gltf_lightmap;
-  if (which.moz) KILN_TRY_STATUS(scene.attach_moz_lightmap());
+  KILN_TRY_STATUS(scene.attach_material_maps());
   if (which.epic) KILN_TRY_STATUS(scene.attach_epic_lightmap());
   if (!which.kiln) drop_extension(scene.doc, kKilnLightmap);
   return scene.finish("scene.glb");

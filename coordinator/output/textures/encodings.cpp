@@ -9,33 +9,59 @@ using F = TextureFormat;
 using U = Unpack;
 constexpr FileKind kTexture = FileKind::kTexture, kPng = FileKind::kPng;
 
+using Formats = Encoding::ResponseFormats;
+constexpr Formats kBlocks{F::kBc4Unorm, F::kBc7Unorm};
+constexpr Formats kAstc4x4{F::kAstc4x4Unorm, F::kAstc4x4Unorm};
+constexpr Formats kAstc6x6{F::kAstc6x6Unorm, F::kAstc6x6Unorm};
+constexpr Formats kAstc8x8{F::kAstc8x8Unorm, F::kAstc8x8Unorm};
+constexpr Formats kHalves{F::kRgba16Float, F::kRgba16Float};
+constexpr Formats kBytes{F::kRgba8Unorm, F::kRgba8Unorm};
+
 constexpr Encoding kRoster[] = {
     {"bc6h", "L0 in BC6H, L1/L0 in BC7: 32 bits a texel", kTexture, F::kBc6hUfloat, U::kNone, F::kBc7Unorm,
-     true, true, true},
+     true, true, true, kBlocks},
     {"bc6h-bc1", "L0 in BC6H, L1/L0 in BC1: 20 bits a texel", kTexture, F::kBc6hUfloat, U::kNone,
-     F::kBc1Unorm, true, true, true},
+     F::kBc1Unorm, true, true, true, kBlocks},
     {"bc6h-plain", "L0 and L1 in BC6H: 32 bits a texel, filtered without error", kTexture, F::kBc6hUfloat,
-     U::kNone, F::kBc6hSfloat, false, true, true},
+     U::kNone, F::kBc6hSfloat, false, true, true, kBlocks},
     {"astc-4x4", "L0 in ASTC HDR, L1/L0 in ASTC LDR: 32 bits a texel", kTexture, F::kAstc4x4Sfloat, U::kNone,
-     F::kAstc4x4Unorm, true, false, true},
+     F::kAstc4x4Unorm, true, false, true, kAstc4x4},
     {"astc-6x6", "the same, 14.2 bits a texel", kTexture, F::kAstc6x6Sfloat, U::kNone, F::kAstc6x6Unorm, true,
-     false, true},
+     false, true, kAstc6x6},
     {"astc-8x8", "the same, 8 bits a texel", kTexture, F::kAstc8x8Sfloat, U::kNone, F::kAstc8x8Unorm, true,
-     false, true},
+     false, true, kAstc8x8},
     {"half", "16-bit floats, uncompressed: 256 bits a texel", kTexture, F::kRgba16Float, U::kNone,
-     F::kRgba16Float, false, true, true},
+     F::kRgba16Float, false, true, true, kHalves},
     {"rgb9e5", "L0 with a shared exponent, L1/L0 in 8 bits: 128 bits a texel", kTexture, F::kRgb9e5, U::kNone,
-     F::kRgba8Unorm, true, true, true},
+     F::kRgba8Unorm, true, true, true, kBytes},
     {"rgbe", "8-bit PNG, Ward's RGBE; not to be filtered before it is unpacked", kPng, F::kRgba8Unorm,
-     U::kRgbe, F::kRgba8Unorm, true, false, true},
-    {"rgbm", "8-bit PNG, (8 a c)^2", kPng, F::kRgba8Unorm, U::kRgbm, F::kRgba8Unorm, true, false, true},
-    {"rgbd", "8-bit PNG, c^2.2 / a", kPng, F::kRgba8Unorm, U::kRgbd, F::kRgba8Unorm, true, false, true},
-    {"exr", "16-bit EXR, all planes in one file", FileKind::kExr, F::kRgba16Float, U::kNone, F::kRgba16Float,
-     false, false, true},
+     U::kRgbe, F::kRgba8Unorm, true, false, true, kBytes},
+    {"rgbm", "8-bit PNG, (8 a c)^2", kPng, F::kRgba8Unorm, U::kRgbm, F::kRgba8Unorm, true, false, true,
+     kBytes},
+    {"rgbd", "8-bit PNG, c^2.2 / a", kPng, F::kRgba8Unorm, U::kRgbd, F::kRgba8Unorm, true, false, true,
+     kBytes},
+    {"exr",
+     "16-bit EXR, all planes in one file",
+     FileKind::kExr,
+     F::kRgba16Float,
+     U::kNone,
+     F::kRgba16Float,
+     false,
+     false,
+     true,
+     {}},
     {"png", "8-bit PNG of E, sRGB; hardware decodes it before it filters", kPng, F::kRgba8Unorm, U::kSrgb,
-     F::kRgba8Unorm, true, false, false},
-    {"hdr", "Radiance HDR of E", FileKind::kHdr, F::kRgba8Unorm, U::kRgbe, F::kRgba8Unorm, true, false,
-     false},
+     F::kRgba8Unorm, true, false, false, kBytes},
+    {"hdr",
+     "Radiance HDR of E",
+     FileKind::kHdr,
+     F::kRgba8Unorm,
+     U::kRgbe,
+     F::kRgba8Unorm,
+     true,
+     false,
+     false,
+     {}},
 };
 
 std::array<std::string, 3> channels_of(const std::string& function) {
@@ -58,17 +84,17 @@ const Encoding& encoding(std::string_view name) {
 std::vector<TextureLayout> layouts_of(const Encoding& e, const BasisInfo& basis, Quantity quantity) {
   std::vector<TextureLayout> out;
   if (quantity == Quantity::kIrradiance || basis.functions.empty()) {
-    out.push_back({"E", channels_of("E"), {}, e.light, e.unpack, false});
+    out.push_back({"E", channels_of("E"), {}, e.light, e.unpack, false, channels_of("E")});
     return out;
   }
   const std::string base(basis.functions[0]);
   for (size_t f = 0; f < basis.functions.size(); ++f) {
     const std::string function(basis.functions[f]);
     if (!basis.is_signed[f]) {
-      out.push_back({function, channels_of(function), {}, e.light, e.unpack, false});
+      out.push_back({function, channels_of(function), {}, e.light, e.unpack, false, channels_of(base)});
       continue;
     }
-    TextureLayout t{function, channels_of(function), {}, e.direction, Unpack::kNone, true};
+    TextureLayout t{function, channels_of(function), {}, e.direction, Unpack::kNone, true, channels_of(base)};
     if (e.ratio) t.times = channels_of(base);
     out.push_back(std::move(t));
   }

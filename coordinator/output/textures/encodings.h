@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -30,6 +31,10 @@ struct Encoding {
   bool ratio;               // L1/L0 in [0, 1] (O'Donnell 2018, "Encoding"); else L1 as it is
   bool dds;                 // the format has a DXGI number
   bool directional;         // else E alone can be held
+  struct ResponseFormats {
+    TextureFormat scalar, vector;
+  };
+  std::optional<ResponseFormats> responses;  // of ao, sky, bent; empty: left to the masters
 };
 
 std::span<const Encoding> encoding_roster();
@@ -42,7 +47,8 @@ struct TextureLayout {
   std::array<std::string, 3> times;  // planes that ratios are of; empty: values as they are
   TextureFormat format;
   Unpack unpack = Unpack::kNone;
-  bool is_signed = false;  // values may be negative
+  bool is_signed = false;              // values may be negative
+  std::array<std::string, 3> light{};  // planes that errors are relative to
   bool is_ratio() const { return !times[0].empty(); }
 };
 

@@ -1,5 +1,7 @@
 #include "coordinator/output/textures/texture_files.h"
 
+#include <algorithm>
+
 #include "common/base/files.h"
 #include "common/base/format.h"
 #include "coordinator/output/textures/pixel_codes.h"
@@ -33,7 +35,8 @@ PublishedTexture describe(const FinishedTexture& t, std::string uri, std::string
   p.levels = static_cast<uint32_t>(t.levels.size());
   p.page = page;
   for (int c = 0; c < 3; ++c)
-    p.channels.push_back({t.layout.plane[c], t.scale.scale, t.scale.bias, t.layout.times[c]});
+    if (!t.layout.plane[c].empty())
+      p.channels.push_back({t.layout.plane[c], t.scale.scale, t.scale.bias, t.layout.times[c], {}});
   return p;
 }
 
@@ -42,6 +45,7 @@ std::vector<KtxNote> notes_of(const FinishedTexture& t) {
   std::vector<KtxNote> notes;
   std::string planes, times;
   for (int c = 0; c < 3; ++c) {
+    if (t.layout.plane[c].empty()) continue;
     planes += (c ? "," : "") + t.layout.plane[c];
     if (t.layout.is_ratio()) times += (c ? "," : "") + t.layout.times[c];
   }
@@ -124,6 +128,18 @@ Status write_exr_pages(const Encoding& e, std::span<const FinishedTexture> textu
 }
 
 }  // namespace
+
+void add_published(TextureList added, TextureList& list) {
+  for (PublishedEncoding& one : added) {
+    const auto same = std::find_if(list.begin(), list.end(), [&](const PublishedEncoding& o) {
+      return o.name == one.name && o.container == one.container;
+    });
+    if (same == list.end())
+      list.push_back(std::move(one));
+    else
+      same->textures.insert(same->textures.end(), one.textures.begin(), one.textures.end());
+  }
+}
 
 Expected<WrittenFiles> write_texture_files(const Encoding& e, std::span<const FinishedTexture> textures,
                                            const BakeSettings& settings,

@@ -24,6 +24,9 @@ struct WrittenFiles {
   std::vector<std::string> names;
 };
 
+// Adds encodings to those that are published; textures of one encoding and container join.
+void add_published(TextureList added, TextureList& list);
+
 // Writes the textures of one encoding by rename.
 Expected<WrittenFiles> write_texture_files(const Encoding& encoding,
                                            std::span<const FinishedTexture> textures,

@@ -69,12 +69,8 @@ TextureScale choose_scale(const TextureLayout& layout, const MapLevel& level, bo
 
 TextureWeights texture_weights(const TextureLayout& layout, const MapLevel& level, const TextureScale& scale,
                                BlockMetric metric) {
-  const bool irradiance = layout.plane[0] == "E.R";
   const std::vector<float>* light[3];
-  for (int c = 0; c < 3; ++c)
-    light[c] = &level.planes.plane(std::string(irradiance ? "E" : "L0") + (c == 0   ? ".R"
-                                                                           : c == 1 ? ".G"
-                                                                                    : ".B"));
+  for (size_t c = 0; c < 3; ++c) light[c] = &level.planes.plane(layout.light[c]);
   const auto luminance_at = [&](size_t t) {
     const float l = luminance(Vec3((*light[0])[t], (*light[1])[t], (*light[2])[t]));
     return std::isfinite(l) ? std::max(0.0, double{l}) : 0.0;

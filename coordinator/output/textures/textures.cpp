@@ -5,6 +5,8 @@
 #include "common/base/clock.h"
 #include "common/base/files.h"
 #include "common/base/format.h"
+#include "coordinator/output/textures/efforts.h"
+#include "coordinator/output/textures/response_textures.h"
 #include "coordinator/output/textures/texel_codec.h"
 #include "coordinator/output/textures/texel_normals.h"
 #include "coordinator/output/textures/texture_files.h"
@@ -14,19 +16,6 @@ namespace kiln {
 namespace {
 
 constexpr uint32_t kSeamStride = 3;
-
-constexpr std::string_view kEfforts[] = {"fast", "normal", "best"};
-
-BlockEffort effort_of(const std::string& name) {
-  return static_cast<BlockEffort>(std::find(std::begin(kEfforts), std::end(kEfforts), name) -
-                                  std::begin(kEfforts));
-}
-
-BlockMetric metric_of(const std::string& name) {
-  return name == "linear" ? BlockMetric::kLinear
-         : name == "log"  ? BlockMetric::kLog
-                          : BlockMetric::kPerceptual;
-}
 
 bool has_effort(const FinishedTexture& t) {
   return texture_format(t.layout.format).block_x > 1;
@@ -79,16 +68,7 @@ class Maker {
         figures.bytes += std::filesystem::file_size(r_.folder / name, ignored);
         result.files.push_back(name);
       }
-      for (PublishedEncoding& published : written.list) {
-        const auto same =
-            std::find_if(result.list.begin(), result.list.end(), [&](const PublishedEncoding& o) {
-              return o.name == published.name && o.container == published.container;
-            });
-        if (same == result.list.end())
-          result.list.push_back(std::move(published));
-        else
-          same->textures.insert(same->textures.end(), published.textures.begin(), published.textures.end());
-      }
+      add_published(std::move(written.list), result.list);
     }
     KILN_TRY_STATUS(write_picture(figures, picture, result));
     result.error_pictures.push_back(std::move(picture));
@@ -246,13 +226,18 @@ class Maker {
 }  // namespace
 
 Expected<TextureResult> make_textures(const EncodeTextures& request) {
-  return Maker(request).run();
+  TextureResult result;
+  if (request.lightmap.has_light) {
+    KILN_TRY(result, Maker(request).run());
+  }
+  KILN_TRY_STATUS(make_response_textures(request, result));
+  return result;
 }
 
 TextureNeeds texture_needs(const BakeSettings& settings, uint64_t texels) {
   const BasisInfo& basis = basis_roster()[*find_basis(settings.basis)];
   TextureNeeds needs;
-  if (settings.encodings.empty()) return needs;
+  if (settings.encodings.empty() || !settings.quantities.light) return needs;
   uint64_t most = 0;
   for (const std::string& name : settings.encodings) {
     const Encoding& e = encoding(name);

@@ -1,0 +1,99 @@
+#include "common/responses/quantities.h"
+
+#include <algorithm>
+
+#include "common/base/format.h"
+
+namespace kiln {
+namespace {
+
+constexpr std::string_view kLight = "light";
+constexpr std::string_view kFalloffNames[kFalloffs] = {"none", "linear", "smooth"};
+
+std::string quantity_names() {
+  std::string out(kLight);
+  for (const ResponseInfo& r : response_roster()) out += text(", {}", r.name);
+  return out;
+}
+
+}  // namespace
+
+std::string_view falloff_name(Falloff falloff) {
+  return kFalloffNames[static_cast<uint32_t>(falloff)];
+}
+
+Expected<Falloff> find_falloff(std::string_view name) {
+  for (uint32_t i = 0; i < kFalloffs; ++i)
+    if (kFalloffNames[i] == name) return static_cast<Falloff>(i);
+  return fail(ErrorKind::kUsage, text("there is no falloff '{}': choose none, linear or smooth", name));
+}
+
+std::span<const ResponseInfo> response_roster() {
+  return Responses::all();
+}
+
+std::string response_plane(const ResponseInfo& response, size_t stored) {
+  return response.stored.size() == 1 ? std::string(response.name)
+                                     : text("{}.{}", response.name, response.stored[stored]);
+}
+
+Expected<Quantities> parse_quantities(std::string_view list) {
+  Quantities out;
+  out.light = false;
+  for (size_t at = 0; at <= list.size();) {
+    const size_t comma = std::min(list.find(',', at), list.size());
+    const std::string_view name = list.substr(at, comma - at);
+    at = comma + 1;
+    if (name == kLight) {
+      out.light = true;
+      continue;
+    }
+    const std::span<const ResponseInfo> roster = response_roster();
+    const auto found =
+        std::find_if(roster.begin(), roster.end(), [&](const ResponseInfo& r) { return r.name == name; });
+    if (found == roster.end())
+      return fail(ErrorKind::kUsage,
+                  text("there is no quantity '{}': choose from {}", name, quantity_names()));
+    out.responses.push_back(static_cast<uint32_t>(found - roster.begin()));
+  }
+  std::sort(out.responses.begin(), out.responses.end());
+  out.responses.erase(std::unique(out.responses.begin(), out.responses.end()), out.responses.end());
+  return out;
+}
+
+std::string print_quantities(const Quantities& quantities) {
+  std::string out = quantities.light ? std::string(kLight) : "";
+  for (const uint32_t r : quantities.responses)
+    out += text("{}{}", out.empty() ? "" : ",", response_roster()[r].name);
+  return out;
+}
+
+MomentLayout::MomentLayout(uint32_t basis, const Quantities& quantities)
+    : basis_(basis), quantities_(quantities) {
+  planes_ = kMomentER;
+  if (quantities.light) {
+    functions_ = basis_roster()[basis].functions.size();
+    planes_ = kMomentBasis + 3 * functions_;
+  }
+  for (const uint32_t r : quantities.responses) {
+    first_.push_back(planes_);
+    planes_ += 2 * response_roster()[r].components;
+  }
+}
+
+std::vector<std::string> MomentLayout::names() const {
+  std::vector<std::string> names{"inside", "pushed"};
+  if (quantities_.light) {
+    for (const char* name : {"E.R", "E.G", "E.B", "lum", "lum2"}) names.push_back(name);
+    for (const std::string_view function : basis_roster()[basis_].functions)
+      for (const char* channel : {".R", ".G", ".B"}) names.push_back(std::string(function) + channel);
+  }
+  for (const uint32_t index : quantities_.responses) {
+    const ResponseInfo& r = response_roster()[index];
+    for (size_t c = 0; c < r.components; ++c)
+      for (const char* moment : {"sum", "squares"}) names.push_back(text("{}.{}.{}", r.name, c, moment));
+  }
+  return names;
+}
+
+}  // namespace kiln

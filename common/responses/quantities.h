@@ -1,0 +1,42 @@
+// What a bake is asked for, and how the sums of it lie in a unit result.
+#pragma once
+
+#include "common/responses/basis.h"
+#include "common/responses/response.h"
+
+namespace kiln {
+
+// --quantities: light, and entries of the roster of responses.
+struct Quantities {
+  bool light = true;
+  std::vector<uint32_t> responses{};  // indices into response_roster(), ascending
+  bool operator==(const Quantities&) const = default;
+};
+
+// "light,ao" in any order. Errors list the names.
+Expected<Quantities> parse_quantities(std::string_view list);
+std::string print_quantities(const Quantities& quantities);
+
+// The planes of a texel's moment record: "inside" and "pushed"; E, its luminance and the square of that, and
+// the basis (function major, R G B), where light is asked for; then each response's components, sum and sum
+// of squares.
+class MomentLayout {
+ public:
+  explicit MomentLayout(uint32_t basis = 0, const Quantities& quantities = {});
+  size_t planes() const { return planes_; }
+  bool has_light() const { return quantities_.light; }
+  uint32_t basis() const { return basis_; }
+  size_t functions() const { return functions_; }  // of the basis; 0 without light
+  const Quantities& quantities() const { return quantities_; }
+  // First plane of entry k of quantities().responses.
+  size_t response(size_t k) const { return first_[k]; }
+  std::vector<std::string> names() const;
+
+ private:
+  uint32_t basis_;
+  Quantities quantities_;
+  size_t functions_ = 0, planes_ = 0;
+  std::vector<size_t> first_;
+};
+
+}  // namespace kiln

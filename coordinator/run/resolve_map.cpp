@@ -1,0 +1,113 @@
+#include <algorithm>
+#include <cmath>
+
+#include "common/base/clock.h"
+#include "common/base/parallel.h"
+#include "common/base/statistics.h"
+#include "coordinator/bake/merge/response_errors.h"
+#include "coordinator/run/bake_stages.h"
+#include "coordinator/run/statement.h"
+
+namespace kiln {
+namespace {
+
+// The error plane of the map: what is stated of each texel.
+void state_errors(Lightmap& map, const Atlas& atlas, const TexelErrors& errors) {
+  std::vector<float>& plane = map.planes.plane("error");
+  for (uint32_t site = 0; site < errors.standard_error.size(); ++site)
+    if (std::isfinite(errors.standard_error[site]))
+      plane[atlas.sites.texel[site]] = errors.standard_error[site];
+}
+
+void state_band_errors(Lightmap& map, const Atlas& atlas, const TexelStatistics& statistics,
+                       std::span<const uint32_t> charts, const BasisInfo& basis,
+                       std::span<const float> lowered) {
+  map.band_error.width = map.planes.width;
+  map.band_error.height = map.planes.height;
+  for (const BasisBand& band : basis_bands(basis)) {
+    std::vector<size_t> planes;
+    for (const size_t f : band.functions) planes.push_back(3 + 3 * f);
+    const std::vector<float> errors = band_errors(statistics, charts, planes);
+    std::vector<float>& plane = map.band_error.add(band.name);
+    for (size_t site = 0; site < errors.size(); ++site)
+      plane[atlas.sites.texel[site]] = errors[site] * (lowered.empty() ? 1.0f : lowered[site]);
+  }
+}
+
+// Puts the filtered planes in the place of the measured ones, and what is stated of them. Returns by how much
+// errors became less, by site.
+std::vector<float> take_denoised(Lightmap& map, const Atlas& atlas, const TexelStatistics& statistics,
+                                 const SurfaceGraph& surface, uint32_t levels, TexelErrors& errors) {
+  map.measured = map.planes;
+  const auto drop = static_cast<ptrdiff_t>(map.planes.names.size() - 1);  // samples, which have a file
+  map.measured.names.erase(map.measured.names.begin() + drop);
+  map.measured.data.erase(map.measured.data.begin() + drop);
+  const Denoised d = denoise_joined(statistics, map.bounds, surface.sites, surface.links, levels, 0);
+  std::vector<float> lowered(statistics.sites, 1.0f);
+  for_each_index(statistics.sites, 0, [&](size_t site) {
+    if (d.filled[site]) map.validity[atlas.sites.texel[site]] = Validity::kFilled;
+    if (!statistics.known[site] && !d.filled[site]) return;
+    if (d.raw_error[site] > 0 && std::isfinite(d.raw_error[site]))
+      lowered[site] = d.standard_error[site] / d.raw_error[site];
+    for (size_t p = 0; p < statistics.planes; ++p)
+      map.planes.data[p][atlas.sites.texel[site]] = d.mean[site * statistics.planes + p];
+    map.measured.plane("error")[atlas.sites.texel[site]] = d.raw_error[site];
+    errors.mean[site] = d.luminance[site];
+    errors.standard_error[site] = d.standard_error[site];
+  });
+  return lowered;
+}
+
+// Light: denoised where there is a surface, and what is reported of it.
+void resolve_light(const BakeRun& run, const Accumulator& sums, const SurfaceGraph* surface,
+                   std::span<const ChartLight> light, Baked& baked, Lightmap& map) {
+  const Atlas& atlas = run.preflight.atlas;
+  const BakeSettings& settings = run.request.settings;
+  check_dark(map, atlas, run.report);
+  const TexelStatistics statistics = sums.statistics();
+  std::vector<float> lowered;
+  if (surface) {
+    const uint32_t levels = std::max(denoise_levels(statistics), run.budget.denoise_levels());
+    lowered = take_denoised(map, atlas, statistics, *surface, levels, baked.errors);
+  }
+  const BasisInfo& basis = basis_roster()[sums.layout().basis()];
+  state_deviations(atlas, light, baked.errors);
+  state_errors(map, atlas, baked.errors);
+  const std::vector<uint32_t> charts = charts_of_sites(atlas);
+  state_band_errors(map, atlas, statistics, charts, basis, lowered);
+  state_deviations(atlas, light, basis, map);
+  run.report.statement =
+      state_map(baked.errors, statistics, settings.error, normal_interval(settings.confidence));
+  warn_of_few_samples(statistics, charts, run.report);
+  if (surface) warn_of_rough_cache(baked.errors, baked.first_cache_error, run.report);
+}
+
+// The reported error of every response, as a plane and as figures.
+void resolve_responses(const BakeRun& run, std::span<const TexelErrors> errors, Lightmap& map) {
+  const Atlas& atlas = run.preflight.atlas;
+  const BakeSettings& settings = run.request.settings;
+  for (size_t k = 0; k < errors.size(); ++k) {
+    const ResponseInfo& response = response_roster()[settings.quantities.responses[k]];
+    std::vector<float>& plane = map.response_error.add(std::string(response.name));
+    for (size_t site = 0; site < errors[k].standard_error.size(); ++site)
+      if (std::isfinite(errors[k].standard_error[site]))
+        plane[atlas.sites.texel[site]] = errors[k].standard_error[site];
+    run.report.responses.push_back(
+        state_response(response, errors[k], settings.visibility_error, normal_interval(settings.confidence)));
+  }
+}
+
+}  // namespace
+
+Lightmap resolve_map(const BakeRun& run, const Accumulator& sums, const SurfaceGraph* surface,
+                     std::span<const ChartLight> light, Baked& baked) {
+  const char* const stage = surface ? "denoise" : "errors";
+  const StageTimer timer(run.report.stages, stage);
+  run.progress({.stage = stage});
+  Lightmap map = sums.resolve(run.preflight.atlas);
+  if (map.has_light) resolve_light(run, sums, surface, light, baked, map);
+  resolve_responses(run, baked.responses, map);
+  return map;
+}
+
+}  // namespace kiln
