@@ -44,18 +44,32 @@ Channel channel_of(const BlockTexels& texels, int channel, bool is_signed) {
   return c;
 }
 
-// Ends may lie between steps: boxes of ends are judged by their middles. Returns the error.
+// The nearest value of each texel; returns the error. Ends may lie between steps, since boxes of ends are
+// judged by their middles.
 KILN_INLINE float measure(const Channel& c, float low, float high, Values values, int* place) {
-  const bool eight = values == Values::kEight;
-  const float parts = eight ? 7.0f : 5.0f;
-  float palette[1][8];
-  for (int k = 0; k < 8; ++k) {
-    const auto t = static_cast<float>(k);
-    palette[0][k] = ((parts - t) * low + t * high) / parts;
+  const bool six = values == Values::kSix;
+  const float parts = six ? 5.0f : 7.0f, scale = high > low ? parts / (high - low) : 0.0f;
+  const auto top = static_cast<float>(c.top);
+  alignas(64) float error[16];
+  for (int i = 0; i < 16; ++i) {
+    const float v = c.v[0][i];
+    float t = (v - low) * scale;
+    t = t < 0.0f ? 0.0f : t > parts ? parts : t;
+    int k = static_cast<int>(t + 0.5f);
+    t = static_cast<float>(k);
+    const float d = v - ((parts - t) * low + t * high) / parts;
+    float e = d * d;
+    if (six) {
+      const float far = top - v, to_bottom = v * v, to_top = far * far;
+      k = to_bottom < e ? 6 : k;
+      e = to_bottom < e ? to_bottom : e;
+      k = to_top < e ? 7 : k;
+      e = to_top < e ? to_top : e;
+    }
+    place[i] = k;
+    error[i] = e * c.weight[i];
   }
-  if (!eight) palette[0][6] = 0, palette[0][7] = static_cast<float>(c.top);
-  constexpr float kOne[1] = {1};
-  return nearest_of<1, 8>(c.v, kOne, c.weight, palette, place);
+  return lane_sum(error);
 }
 
 // Eight values need two ends: equal ones are written as six values, which hold theirs too.
@@ -85,7 +99,8 @@ KILN_INLINE void refine(const Channel& c, int rounds, Bc4Block& best) {
     }
     float ends[2][4] = {{static_cast<float>(best.low)}, {static_cast<float>(best.high)}};
     least_squares_ends<1>(c.v, weight, t, ends);
-    if (!try_ends(c, nearest_step(ends[0][0]), nearest_step(ends[1][0]), best)) return;
+    const int high = std::min(nearest_step(ends[1][0]), c.top);
+    if (!try_ends(c, nearest_step(ends[0][0]), high, best)) return;
   }
 }
 
@@ -108,7 +123,15 @@ KILN_WIDE Bc4Block start(const Channel& c, Values values) {
   return best;
 }
 
+// Least squares end in the nearest valley, of which there are many: other starts draw both ends in or out by
+// quarters of a place.
 KILN_WIDE void improve(const Channel& c, Bc4Block& best) {
+  const auto low = static_cast<float>(best.low), high = static_cast<float>(best.high);
+  const float quarter = (high - low) / (best.values == Values::kSix ? 20.0f : 28.0f);
+  for (int i = -1; i <= 2; ++i)
+    for (int j = -1; j <= 2; ++j)
+      try_ends(c, nearest_step(in_byte(low + static_cast<float>(i) * quarter)),
+               nearest_step(in_byte(high - static_cast<float>(j) * quarter)), best);
   refine(c, 3, best);
   constexpr int kMoves[8][2] = {{-1, 0}, {1, 0}, {0, -1}, {0, 1}, {-1, -1}, {1, 1}, {-1, 1}, {1, -1}};
   for (int round = 0; round < 16; ++round) {
@@ -118,13 +141,17 @@ KILN_WIDE void improve(const Channel& c, Bc4Block& best) {
   }
 }
 
-// All ends that can be better than `best`. Moving an end by r steps moves no value by more, so no texel's
-// distance to its nearest one changes by more, nor does their weighted root mean square (the triangle
+// What single precision does to a root mean square as measure() has it, in steps, twice: values, differences
+// and texels are rounded by 2^-17 each; at a tie a place is misjudged by 7 * 3 * 2^-24 + 2^-22, which costs
+// twice as much of 255 / 7 steps; six roundings of the sum are halved by the root, of 128 at most. Together
+// below 2e-4, of what is found and of what it is held against.
+constexpr float kSlack = 4e-4f;
+
+// All ends that can be better than `best`. Moving the ends by up to r steps moves no value by more, so no
+// texel's distance to its nearest one changes by more, nor does their weighted root mean square (the triangle
 // inequality). A box of ends whose middle errs more than the best by its radius therefore holds none better;
-// others are quartered. The slack is above what rounding does to such a root: two roundings of values up to
-// 255 (2^-17 each), and half of six in the sum, relative to a root of 128 at most (3 * 128 * 2^-24).
+// others are quartered.
 KILN_WIDE void exhaust(const Channel& c, Bc4Block& best) {
-  constexpr float kSlack = 1e-4f;
   struct Box {
     int low, high, side;
   };
