@@ -136,13 +136,14 @@ struct Errors {
 
 constexpr double kDark = 1e-4;  // of logarithms and of relative errors: less is as good as black
 
-// Of texels with weight. Ranges are those of the block's channels, each its own.
-Errors compare(const Map& map, const std::vector<float>& decoded) {
+// Of the colours that the format has, of texels with weight. Ranges are those of the block's channels, each
+// its own.
+Errors compare(const BlockFormat& format, const Map& map, const std::vector<float>& decoded) {
   Errors e;
   for (uint32_t by = 0; by < map.height; by += 4)
     for (uint32_t bx = 0; bx < map.width; bx += 4) {
       double range = 0, largest = 0, worst = 0;
-      for (size_t c = 0; c < 3; ++c) {
+      for (size_t c = 0; c < std::min(format.channels, 3u); ++c) {
         double low = 1e30, high = 0, count = 0;
         for (uint32_t i = 0; i < 16; ++i) {
           const size_t x = bx + i % 4, y = by + i / 4;
@@ -183,7 +184,7 @@ bool row(const BlockFormat& format, const Map& map, const BlockChoice& choice, b
     std::fprintf(stderr, "%s: %s\n", map.name.c_str(), blocks.error().message.c_str());
     return false;
   }
-  const Errors e = compare(map, *decode_blocks(format, *blocks, map.width, map.height, 1));
+  const Errors e = compare(format, map, *decode_blocks(format, *blocks, map.width, map.height, 1));
   std::printf("| %s | %s | %s%s | %.4f | %.1f | %.2e | %.2e | %.1f %% | %.1f %% | %.0f %% | %.2f |\n",
               std::string(format.name).c_str(), map.name.c_str(), kEfforts[int(choice.effort)],
               fill ? "" : ", no fill", e.rmse(), e.psnr(), e.rel_squares / e.values, e.of_levels / e.values,

@@ -99,7 +99,8 @@ TEST(Damage, Ktx2FieldsAreNamed) {
 }
 
 TEST(Damage, EveryCutAndEveryBitIsAnErrorOrATexture) {
-  for (const TextureFormat format : {TextureFormat::kBc1Unorm, TextureFormat::kRgba8Unorm}) {
+  for (const TextureFormat format : {TextureFormat::kBc1Unorm, TextureFormat::kBc4Unorm,
+                                     TextureFormat::kBc5Snorm, TextureFormat::kRgba8Unorm}) {
     const TextureImages t = picture(format, 5, 3, 2, 0);
     for (const Bytes& file : {*write_dds(t), *write_ktx2(t, 0), *write_ktx2(t, 3)}) {
       const auto read = [&](std::span<const std::byte> bytes) {

@@ -7,6 +7,8 @@
 #include "common/base/format.h"
 #include "common/base/parallel.h"
 #include "coordinator/output/blocks/bc1.h"
+#include "coordinator/output/blocks/bc4.h"
+#include "coordinator/output/blocks/bc5.h"
 #include "coordinator/output/blocks/bc6h.h"
 #include "coordinator/output/blocks/bc7.h"
 
@@ -34,10 +36,14 @@ constexpr uint64_t kNone = ~uint64_t{0};
 
 std::span<const BlockFormat> block_formats() {
   static const std::vector<BlockFormat> kFormats = {
-      {"bc1", 8, encode_bc1, decode_bc1, 0, 1},
-      {"bc7", 16, encode_bc7, decode_bc7, 0, 1},
-      {"bc6h_ufloat", 16, encode_bc6h_ufloat, decode_bc6h_ufloat, 0, kLargestHalf},
-      {"bc6h_sfloat", 16, encode_bc6h_sfloat, decode_bc6h_sfloat, -kLargestHalf, kLargestHalf},
+      {"bc1", 8, 3, encode_bc1, decode_bc1, 0, 1},
+      {"bc4", 8, 1, encode_bc4, decode_bc4, 0, 1},
+      {"bc4_snorm", 8, 1, encode_bc4_snorm, decode_bc4_snorm, -1, 1},
+      {"bc5", 16, 2, encode_bc5, decode_bc5, 0, 1},
+      {"bc5_snorm", 16, 2, encode_bc5_snorm, decode_bc5_snorm, -1, 1},
+      {"bc7", 16, 4, encode_bc7, decode_bc7, 0, 1},
+      {"bc6h_ufloat", 16, 3, encode_bc6h_ufloat, decode_bc6h_ufloat, 0, kLargestHalf},
+      {"bc6h_sfloat", 16, 3, encode_bc6h_sfloat, decode_bc6h_sfloat, -kLargestHalf, kLargestHalf},
   };
   return kFormats;
 }

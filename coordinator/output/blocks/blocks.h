@@ -12,7 +12,8 @@
 
 namespace kiln {
 
-// 4x4 texels, row by row from the top. BC6H: linear values (signed or not); BC1 and BC7: [0, 1].
+// 4x4 texels, row by row from the top. BC6H: linear values (signed or not); BC1, BC4, BC5 and BC7: [0, 1];
+// BC4 and BC5 with sign: [-1, 1].
 struct BlockTexels {
   float rgba[16][4];
   float weight[16];  // of the texel's error; 0: nobody's texel, any value will do
@@ -36,6 +37,7 @@ struct BlockChoice {
 struct BlockFormat {
   std::string_view name;  // "bc6h_ufloat"
   uint32_t bytes;         // of a block: 8 or 16
+  uint32_t channels;      // coded, from red on; others decode as 0, alpha as 1
   // Values are finite and within the format's range (encode_blocks sees to it). Deterministic: the same bytes
   // on any machine and for any instruction set.
   void (*encode)(const BlockTexels& texels, const BlockChoice& choice, uint8_t* block);

@@ -53,6 +53,10 @@ constexpr std::array<uint32_t, 4> kRgba8 = {0xff, 0xff00, 0xff0000, 0xff000000};
 std::optional<TextureFormat> format_of_dx9(const PixelFormat& p) {
   if (p.flags & kFormatFourCc) {
     if (p.four_cc == kDxt1) return TextureFormat::kBc1Unorm;
+    if (p.four_cc == four("ATI1") || p.four_cc == four("BC4U")) return TextureFormat::kBc4Unorm;
+    if (p.four_cc == four("BC4S")) return TextureFormat::kBc4Snorm;
+    if (p.four_cc == four("ATI2") || p.four_cc == four("BC5U")) return TextureFormat::kBc5Unorm;
+    if (p.four_cc == four("BC5S")) return TextureFormat::kBc5Snorm;
     if (p.four_cc == 113) return TextureFormat::kRgba16Float;  // D3DFMT_A16B16G16R16F
     if (p.four_cc == 116) return TextureFormat::kRgba32Float;  // D3DFMT_A32B32G32R32F
     return std::nullopt;

@@ -8,6 +8,8 @@ namespace {
 enum : uint32_t {
   kModelRgbsda = 1,
   kModelBc1 = 128,
+  kModelBc4 = 131,
+  kModelBc5 = 132,
   kModelBc6h = 133,
   kModelBc7 = 134,
   kModelAstc = 162,
@@ -37,6 +39,12 @@ uint32_t colour_model(TextureFormat format) {
       return kModelRgbsda;
     case TextureFormat::kBc1Unorm:
       return kModelBc1;
+    case TextureFormat::kBc4Unorm:
+    case TextureFormat::kBc4Snorm:
+      return kModelBc4;
+    case TextureFormat::kBc5Unorm:
+    case TextureFormat::kBc5Snorm:
+      return kModelBc5;
     case TextureFormat::kBc6hUfloat:
     case TextureFormat::kBc6hSfloat:
       return kModelBc6h;
@@ -54,6 +62,12 @@ std::vector<Sample> samples(TextureFormat format) {
       list.push_back({size * c, size, (c < 3 ? c : kAlpha) | qualifiers, lower, upper});
   };
   const uint32_t block_bits = 8 * texture_format(format).bytes;
+  // Limits of blocks are those of 32-bit integers, which stand for 1 and -1.
+  const auto channels = [&](uint32_t count, bool is_signed) {
+    for (uint32_t c = 0; c < count; ++c)
+      list.push_back({64 * c, 64, c | (is_signed ? kSigned : 0u), is_signed ? 0x80000000 : 0,
+                      is_signed ? 0x7fffffff : 0xffffffff});
+  };
   switch (format) {
     case TextureFormat::kRgba8Unorm:
       rgba(8, 0, 0, 255);
@@ -71,6 +85,14 @@ std::vector<Sample> samples(TextureFormat format) {
         list.push_back({9 * c, 9, c, 0, 8448});
         list.push_back({27, 5, c | kExponent, 15, 31});
       }
+      break;
+    case TextureFormat::kBc4Unorm:
+    case TextureFormat::kBc4Snorm:
+      channels(1, format == TextureFormat::kBc4Snorm);
+      break;
+    case TextureFormat::kBc5Unorm:
+    case TextureFormat::kBc5Snorm:
+      channels(2, format == TextureFormat::kBc5Snorm);
       break;
     case TextureFormat::kBc6hUfloat:
       list.push_back({0, block_bits, kFloat, bits(0), bits(1)});

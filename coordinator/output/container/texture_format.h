@@ -13,6 +13,10 @@ enum class TextureFormat : uint8_t {
   kRgba32Float,
   kRgb9e5,  // E5B9G9R9_UFLOAT_PACK32
   kBc1Unorm,
+  kBc4Unorm,
+  kBc4Snorm,
+  kBc5Unorm,
+  kBc5Snorm,
   kBc6hUfloat,
   kBc6hSfloat,
   kBc7Unorm,
@@ -23,7 +27,7 @@ enum class TextureFormat : uint8_t {
   kAstc6x6Sfloat,
   kAstc8x8Sfloat,
 };
-constexpr int kTextureFormats = 14;
+constexpr int kTextureFormats = 18;
 
 struct TextureFormatInfo {
   TextureFormat format;

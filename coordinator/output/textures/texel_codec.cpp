@@ -60,6 +60,14 @@ const BlockFormat* block_format(TextureFormat format) {
   switch (format) {
     case TextureFormat::kBc1Unorm:
       return find_block_format("bc1");
+    case TextureFormat::kBc4Unorm:
+      return find_block_format("bc4");
+    case TextureFormat::kBc4Snorm:
+      return find_block_format("bc4_snorm");
+    case TextureFormat::kBc5Unorm:
+      return find_block_format("bc5");
+    case TextureFormat::kBc5Snorm:
+      return find_block_format("bc5_snorm");
     case TextureFormat::kBc6hUfloat:
       return find_block_format("bc6h_ufloat");
     case TextureFormat::kBc6hSfloat:
