@@ -48,11 +48,4 @@ void evaluate_basis(uint32_t index, const Vec3& direction, float* f) {
   Bases::evaluate(index, direction, f);
 }
 
-std::vector<std::string> moment_plane_names(uint32_t basis) {
-  std::vector<std::string> names{"inside", "pushed", "E.R", "E.G", "E.B", "lum", "lum2"};
-  for (std::string_view function : basis_roster()[basis].functions)
-    for (const char* channel : {".R", ".G", ".B"}) names.push_back(std::string(function) + channel);
-  return names;
-}
-
 }  // namespace kiln

@@ -84,10 +84,7 @@ Expected<uint32_t> find_basis(std::string_view name);
 // f_i(d) of basis `index`, into f[0 .. functions.size()).
 void evaluate_basis(uint32_t index, const Vec3& direction, float* f);
 
-// Names of the moment planes of a unit result, in order; see worker/bake/film.h for what they sum.
-std::vector<std::string> moment_plane_names(uint32_t basis);
-
-// The fixed head of every moment record; the basis' planes (function major, R G B) follow.
+// Planes of a moment record (MomentLayout); without light those from kMomentER on are not there.
 enum MomentPlane : uint32_t {
   kMomentInside,  // primary rays that met a back face
   kMomentPushed,  // samples taken from a place moved out of geometry

@@ -15,13 +15,23 @@ std::string percent(double share) {
   return std::isfinite(share) ? text("{:.1f} %", 100 * share) : "unknown";
 }
 
-void print_statement(const BakeReport& r) {
+void print_light(const BakeReport& r) {
   const MapStatement& m = r.statement;
   std::printf("relative error: median %s, 95th percentile %s\n", percent(m.median_relative).c_str(),
               percent(m.p95_relative).c_str());
   std::printf("%s of texels within %g %% at %g %% confidence%s\n", percent(m.within_target).c_str(),
               100 * r.settings.error, 100 * r.settings.confidence,
               r.complete ? "" : "; stopped by the time limit");
+}
+
+void print_statement(const BakeReport& r) {
+  const MapStatement& m = r.statement;
+  for (const ResponseStatement& s : r.responses)
+    std::printf(
+        "%s: standard error %.4f in the median, %.4f at the 95th percentile; %s of texels within %g\n",
+        s.name.c_str(), s.median_error, s.p95_error, percent(s.within_target).c_str(),
+        r.settings.visibility_error);
+  if (r.settings.quantities.light) print_light(r);
   const auto count = [&](uint64_t n, const char* what) {
     if (n > 0)
       std::printf(

@@ -8,43 +8,42 @@
 namespace kiln {
 namespace {
 
-constexpr Vec3 kNoValue(255, 0, 255);
+// A map whose E is what is stored, one value in all three colours.
+Lightmap stored_as_light(const Lightmap& map, const ResponseInfo& response) {
+  Lightmap out;
+  out.page_height = map.page_height;
+  out.validity = map.validity;
+  out.planes.width = map.planes.width;
+  out.planes.height = map.planes.height;
+  for (size_t c = 0; c < 3; ++c)
+    out.planes.add(std::string("E.") + "RGB"[c]) =
+        map.responses.plane(response_plane(response, std::min(c, response.stored.size() - 1)));
+  return out;
+}
 
-// Pixel of a texel, 0 to 255.
-class ResponsePaint {
- public:
-  ResponsePaint(const Lightmap& map, const ResponseInfo& response) : map_(map) {
-    for (size_t s = 0; s < response.stored.size(); ++s)
-      planes_.push_back(&map.responses.plane(response_plane(response, s)));
-  }
-  Vec3 operator()(size_t texel) const {
-    if (!is_set(map_.validity[texel])) return map_.validity[texel] == Validity::kEmpty ? Vec3(24) : kNoValue;
-    if (planes_.size() == 1) return Vec3(255.0f * std::clamp((*planes_[0])[texel], 0.0f, 1.0f));
-    Vec3 out(0);
-    for (size_t c = 0; c < planes_.size(); ++c)
-      out[static_cast<int>(c)] = 127.5f * (1.0f + std::clamp((*planes_[c])[texel], -1.0f, 1.0f));
-    return out;
-  }
-
- private:
-  const Lightmap& map_;
-  std::vector<const std::vector<float>*> planes_;
-};
+// Pixel of a value, 0 to 255.
+Vec3 paint(const Vec3& value, const ResponseInfo& response) {
+  const Vec3 shown = response.is_signed ? 0.5f + 0.5f * value : value;
+  return 255.0f * glm::clamp(shown, Vec3(0), Vec3(1));
+}
 
 }  // namespace
 
 Picture response_picture(const ImportResult& imported, const Atlas& atlas, const Lightmap& map,
                          const ResponseInfo& response, const View& view, uint32_t fine) {
   constexpr uint32_t kGap = 8;
-  const SurfaceLook look(imported.scene, atlas, map);
-  const ResponsePaint paint(map, response);
+  const Lightmap shown = stored_as_light(map, response);
+  const SurfaceLook look(imported.scene, atlas, shown);
   const Picture scene = supersampled(view.width / fine, view.height / fine, fine, [&](size_t i) {
     const Fragment& f = view.fragments[i];
-    if (f.inverse_depth == 0) return Vec3(40.0f);
-    return look.receives(f) ? paint(look.texel(f)) : Vec3(90.0f);
+    if (f.inverse_depth == 0) return Vec3(40);
+    if (Vec3 value; look.irradiance(f, value)) return paint(value, response);
+    return look.receives(f) ? Vec3(255, 0, 255) : Vec3(90);
   });
   const Picture sheet = page_sheet(map, scene.height, [&](size_t t) -> std::array<uint8_t, 3> {
-    const Vec3 v = paint(t);
+    if (!is_set(map.validity[t])) return {24, 24, 24};
+    const auto& e = shown.planes.data;
+    const Vec3 v = paint(Vec3(e[0][t], e[1][t], e[2][t]), response);
     return {static_cast<uint8_t>(v.x), static_cast<uint8_t>(v.y), static_cast<uint8_t>(v.z)};
   });
   Picture both(scene.width + kGap + sheet.width, scene.height, 16);

@@ -80,8 +80,9 @@ std::string textures_summary(std::span<const TextureFigures> figures) {
     out += text(
         "textures {}{}: {:.3g} MiB, {:.2f} % rms after decoding (worst texel {:.1f} %), {:.1f} bits a "
         "texel{}\n",
-        f.encoding, f.quantity == "irradiance" ? " (E)" : "", static_cast<double>(f.bytes) / (1 << 20),
-        100 * f.error.relative_rms(), 100 * f.error.worst_texel.error, f.bits,
+        f.encoding, f.is_light ? (f.quantity == "irradiance" ? " (E)" : "") : text(" ({})", f.quantity),
+        static_cast<double>(f.bytes) / (1 << 20), 100 * f.error.relative_rms(),
+        100 * f.error.worst_texel.error, f.bits,
         f.within_bound ? "" : "; NOT WRITTEN: beyond --max-encode-error");
   return out;
 }

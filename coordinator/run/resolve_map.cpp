@@ -106,6 +106,11 @@ Lightmap resolve_map(const BakeRun& run, const Accumulator& sums, const SurfaceG
   run.progress({.stage = stage});
   Lightmap map = sums.resolve(run.preflight.atlas);
   if (map.has_light) resolve_light(run, sums, surface, light, baked, map);
+  if (!map.has_light)
+    for (uint32_t site = 0; site < sums.sites(); ++site) {
+      ++run.report.statement.texels;
+      run.report.statement.never_sampled += sums.samples(site) == 0;
+    }
   resolve_responses(run, baked.responses, map);
   return map;
 }

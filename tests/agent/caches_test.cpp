@@ -5,7 +5,7 @@
 #include <limits>
 #include <thread>
 
-#include "common/responses/basis.h"
+#include "common/responses/quantities.h"
 #include "tests/farm/stub_caches.h"
 #include "tests/farm/worker_process.h"
 
@@ -25,7 +25,7 @@ struct Blob {
     return unit;
   }
   Digest truth(const Unit& unit) const {
-    const auto planes = static_cast<uint32_t>(moment_plane_names(TransportSettings{}.basis).size());
+    const auto planes = static_cast<uint32_t>(MomentLayout(TransportSettings{}.basis).planes());
     return result_digest(stub_bake(unit.unit, planes, &cache));
   }
   void serve(RawPeer& peer) const { peer.send(ChunkPiece{id, 0, bytes.size(), bytes, true}); }

@@ -1,5 +1,5 @@
 // The stub worker misbehaves as it is told: what tests of the coordinator rely on.
-#include "common/responses/basis.h"
+#include "common/responses/quantities.h"
 #include "tests/farm/stub_bake.h"
 #include "tests/farm/worker_process.h"
 
@@ -9,7 +9,7 @@ namespace {
 using namespace test;
 
 UnitResult true_result(uint64_t id) {
-  const auto planes = static_cast<uint32_t>(moment_plane_names(TransportSettings{}.basis).size());
+  const auto planes = static_cast<uint32_t>(MomentLayout(TransportSettings{}.basis).planes());
   return stub_bake(make_units(id, 1)[0], planes);
 }
 

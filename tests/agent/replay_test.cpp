@@ -4,7 +4,7 @@
 #include <fstream>
 
 #include "common/base/files.h"
-#include "common/responses/basis.h"
+#include "common/responses/quantities.h"
 #include "tests/farm/stub_caches.h"
 #include "tests/farm/worker_process.h"
 
@@ -50,7 +50,7 @@ CommandResult replay(const TempDir& cache) {
 }
 
 std::string true_digest() {
-  const auto planes = static_cast<uint32_t>(moment_plane_names(TransportSettings{}.basis).size());
+  const auto planes = static_cast<uint32_t>(MomentLayout(TransportSettings{}.basis).planes());
   return result_digest(stub_bake(make_units(4, 1)[0], planes)).hex();
 }
 
@@ -86,7 +86,7 @@ TEST(Replay, TheIrradianceCacheOfAUnitIsReplayedToo) {
   EXPECT_NE(content.find(name, content.find("\"chunks\"")), std::string::npos) << content;
   const auto good = replay(cache);
   EXPECT_EQ(good.exit_status, 0) << good.output;
-  const auto planes = static_cast<uint32_t>(moment_plane_names(TransportSettings{}.basis).size());
+  const auto planes = static_cast<uint32_t>(MomentLayout(TransportSettings{}.basis).planes());
   const UnitResult truth = stub_bake(make_units(4, 1)[0], planes, &irradiance);
   EXPECT_NE(good.output.find("digest " + result_digest(truth).hex()), std::string::npos) << good.output;
   EXPECT_NE(result_digest(truth).hex(), true_digest());

@@ -4,7 +4,7 @@
 
 #include "common/base/check.h"
 #include "common/base/parallel.h"
-#include "common/responses/basis.h"
+#include "common/responses/quantities.h"
 
 namespace kiln::test {
 namespace {
@@ -53,7 +53,7 @@ Bake bake(Scene scene, float texels_per_metre, uint32_t samples, TransportSettin
   auto baker = Baker::create(std::move(scene), std::move(*atlas), settings, 2);
   if (!baker) throw std::runtime_error(baker.error().message);
   const auto sites = static_cast<uint32_t>(b.atlas.sites.size());
-  Accumulator sums(sites, settings.basis);
+  Accumulator sums(sites, MomentLayout(settings.basis));
   constexpr size_t kRun = 64;
   std::vector<WorkUnit> units;
   for (uint32_t site = 0; site < sites; ++site) {

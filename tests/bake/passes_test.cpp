@@ -6,7 +6,7 @@
 
 #include "common/job/irradiance_cache.h"
 #include "common/math/sequence.h"
-#include "common/responses/basis.h"
+#include "common/responses/quantities.h"
 #include "coordinator/run/bake_run.h"
 #include "tests/bake/scene_gltf.h"
 
@@ -91,7 +91,7 @@ class Passes : public testing::Test {
   BakeReport bake(Stub& stub) {
     request_.output = dir_.path() / ("out" + std::to_string(++count_));
     request_.open_job = [&](const JobSpec& spec, const ChunkStore&) -> Expected<std::unique_ptr<FarmJob>> {
-      const auto planes = static_cast<uint32_t>(moment_plane_names(spec.transport.basis).size());
+      const auto planes = static_cast<uint32_t>(MomentLayout(spec.transport.basis).planes());
       return std::make_unique<StubJob>(stub, planes);
     };
     const auto report = run_bake(request_, [](const auto&) {});
@@ -340,7 +340,7 @@ TEST_F(Passes, TooLittleTimeForEveryChartIsNoMap) {
   request_.output = dir_.path() / "none";
   request_.open_job = [&](const JobSpec& spec, const ChunkStore&) -> Expected<std::unique_ptr<FarmJob>> {
     return std::make_unique<StubJob>(stub,
-                                     static_cast<uint32_t>(moment_plane_names(spec.transport.basis).size()));
+                                     static_cast<uint32_t>(MomentLayout(spec.transport.basis).planes()));
   };
   const auto report = run_bake(request_, [](const auto&) {});
   ASSERT_FALSE(report);

@@ -14,7 +14,7 @@
 #include "common/base/format.h"
 #include "common/base/parallel.h"
 #include "common/math/samplers.h"
-#include "common/responses/basis.h"
+#include "common/responses/quantities.h"
 #include "coordinator/scene/import/import.h"
 #include "tests/analytic/scene_maker.h"
 #include "tests/bench/log_plot.h"
@@ -58,7 +58,7 @@ Scene box() {
 // Sums over samples [first, first + count) of each site, added to `sums`.
 Status add_samples(const Baker& baker, const std::vector<uint32_t>& sites, uint32_t first, uint32_t count,
                    std::vector<double>& sums) {
-  const size_t planes = moment_plane_names(1).size();
+  const size_t planes = MomentLayout(1).planes();
   sums.resize(sites.size() * planes, 0.0);
   std::vector<Status> status(sites.size());
   parallel_for(sites.size(), [&](size_t i) {
@@ -74,7 +74,7 @@ Status add_samples(const Baker& baker, const std::vector<uint32_t>& sites, uint3
 }
 
 std::vector<Moments> means(const std::vector<double>& sums, uint32_t samples) {
-  const size_t planes = moment_plane_names(1).size();
+  const size_t planes = MomentLayout(1).planes();
   std::vector<Moments> out;
   for (size_t at = 0; at < sums.size(); at += planes) {
     const double* s = &sums[at];

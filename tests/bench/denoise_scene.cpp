@@ -65,7 +65,7 @@ Baker& baker_of(Lab& lab) {
 // Samples [first, first + count) of the part, in both replicates; moments from a file where it is there.
 TexelStatistics statistics_of(Lab& lab, uint32_t first, uint32_t count) {
   constexpr size_t kRun = 256;
-  Accumulator sums(lab.pre.atlas.sites.size(), 1);
+  Accumulator sums(lab.pre.atlas.sites.size(), MomentLayout(1));
   const fs::path file =
       lab.folder / text("samples_{}_{}_{}_{}.bin", lab.pre.atlas.sites.size(), lab.part.first, first, count);
   std::ifstream in(file, std::ios::binary);
@@ -91,7 +91,7 @@ TexelStatistics statistics_of(Lab& lab, uint32_t first, uint32_t count) {
   std::ofstream out;
   if (!known) out.open(file, std::ios::binary);
   for (size_t u = 0; u < units.size(); ++u) {
-    const size_t planes = moment_plane_names(1).size();
+    const size_t planes = MomentLayout(1).planes();
     if (known) {
       kept[u].resize(units[u].sites.size() * planes);
       in.read(reinterpret_cast<char*>(kept[u].data()), static_cast<std::streamsize>(kept[u].size() * 8));

@@ -12,7 +12,7 @@
 
 #include "common/base/check.h"
 #include "common/base/format.h"
-#include "common/responses/basis.h"
+#include "common/responses/quantities.h"
 #include "coordinator/farm/dispatch/farm.h"
 #include "tests/bench/share_error.h"
 #include "tests/bench/spool_results.h"
@@ -40,7 +40,7 @@ FarmJobSpec make_job(ChunkStore& chunks) {
 }
 
 uint32_t planes() {
-  return static_cast<uint32_t>(moment_plane_names(0).size());
+  return static_cast<uint32_t>(MomentLayout(0).planes());
 }
 
 std::vector<WorkUnit> make_units(size_t count) {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <random>
 
-#include "common/responses/basis.h"
+#include "common/responses/quantities.h"
 #include "coordinator/bake/sampling/schedule.h"
 
 namespace kiln {
@@ -16,7 +16,7 @@ UnitResult answer(const WorkUnit& unit) {
   UnitResult r;
   r.unit = unit.id;
   r.site_count = static_cast<uint32_t>(unit.sites.size());
-  r.plane_count = static_cast<uint32_t>(moment_plane_names(kBasis).size());
+  r.plane_count = static_cast<uint32_t>(MomentLayout(kBasis).planes());
   for (uint32_t site : unit.sites) {
     std::mt19937 random((site * 7919 + unit.first_sample) * kReplicates + unit.replicate);
     for (uint32_t p = 0; p < r.plane_count; ++p) r.moments.push_back(random() * 1e-7 * (p % 3 ? 1.0 : 1e-9));
@@ -26,7 +26,7 @@ UnitResult answer(const WorkUnit& unit) {
 
 std::vector<double> merged(std::vector<WorkUnit> units, size_t sites, unsigned shuffle) {
   std::shuffle(units.begin(), units.end(), std::mt19937(shuffle));
-  Accumulator sums(sites, kBasis);
+  Accumulator sums(sites, MomentLayout(kBasis));
   for (const WorkUnit& u : units) EXPECT_TRUE(sums.add(u, answer(u)));
   std::vector<double> out;
   for (uint32_t s = 0; s < sites; ++s) {
@@ -58,7 +58,7 @@ UnitResult of_samples(const WorkUnit& unit, const std::vector<double>& values, d
   UnitResult r;
   r.unit = unit.id;
   r.site_count = 1;
-  r.plane_count = static_cast<uint32_t>(moment_plane_names(0).size());
+  r.plane_count = static_cast<uint32_t>(MomentLayout(0).planes());
   r.moments.assign(r.plane_count, 0.0);
   r.moments[kMomentInside] = inside;
   for (double v : values) {
@@ -69,7 +69,7 @@ UnitResult of_samples(const WorkUnit& unit, const std::vector<double>& values, d
 }
 
 TEST(Accumulator, StandardErrorOfKnownSamples) {
-  Accumulator sums(1, 0);
+  Accumulator sums(1, MomentLayout(0));
   const WorkUnit unit{0, 0, 4, {0}};
   ASSERT_TRUE(sums.add(unit, of_samples(unit, {1, 2, 3, 6})));
   const auto e = sums.estimate(0);
@@ -79,7 +79,7 @@ TEST(Accumulator, StandardErrorOfKnownSamples) {
 
 TEST(Accumulator, InsideGeometryMeansMoreThanHalfOfTheRays) {
   for (double hits : {2.0, 3.0}) {
-    Accumulator sums(1, 0);
+    Accumulator sums(1, MomentLayout(0));
     const WorkUnit unit{0, 0, 4, {0}};
     ASSERT_TRUE(sums.add(unit, of_samples(unit, {1, 2, 3, 6}, hits)));
     EXPECT_EQ(sums.estimate(0).inside, hits > 2);
@@ -93,27 +93,27 @@ TEST(Accumulator, PushedMeansMoreThanHalfOfTheSamples) {
   atlas.width = atlas.height = 1;
   atlas.sites.texel = {0};
   for (double pushed : {2.0, 3.0}) {
-    Accumulator sums(1, 0);
+    Accumulator sums(1, MomentLayout(0));
     const WorkUnit unit{0, 0, 4, {0}};
     UnitResult result = of_samples(unit, {1, 2, 3, 6});
     result.moments[kMomentPushed] = pushed;
     ASSERT_TRUE(sums.add(unit, result));
     EXPECT_EQ(sums.resolve(atlas).validity[0], pushed > 2 ? Validity::kPushed : Validity::kMeasured);
     result.moments[kMomentInside] = 3;  // pushed, and still inside
-    Accumulator inside(1, 0);
+    Accumulator inside(1, MomentLayout(0));
     ASSERT_TRUE(inside.add(unit, result));
     EXPECT_EQ(inside.resolve(atlas).validity[0], Validity::kInside);
   }
 }
 
 TEST(Accumulator, WrongShapeIsRefused) {
-  Accumulator sums(2, 0);
+  Accumulator sums(2, MomentLayout(0));
   const WorkUnit unit{0, 0, 4, {0, 1}};
   EXPECT_FALSE(sums.add(unit, of_samples(unit, {1})));
 }
 
 TEST(Accumulator, ClearedIsAsNew) {
-  Accumulator sums(1, 0);
+  Accumulator sums(1, MomentLayout(0));
   const WorkUnit unit{0, 0, 4, {0}}, later{1, 8, 4, {0}};
   ASSERT_TRUE(sums.add(unit, of_samples(unit, {1, 2, 3, 6})));
   ASSERT_TRUE(sums.add(later, of_samples(later, {9, 9, 9, 9})));  // waits for samples 4 to 7
@@ -141,7 +141,7 @@ struct Half {
 };
 
 TEST(Accumulator, StatisticsAreOfEachReplicate) {
-  Accumulator sums(3, 0);
+  Accumulator sums(3, MomentLayout(0));
   Half(0, 0, {1, 2, 3}).add_to(sums);
   Half(0, 1, {10, 12, 14}).add_to(sums);
   Half(1, 0, {1, 2}, 2).add_to(sums);  // inside geometry
@@ -161,21 +161,21 @@ TEST(Accumulator, StatisticsAreOfEachReplicate) {
 }
 
 TEST(Accumulator, VarianceOfManySamplesIsThatWithinTheHalves) {
-  Accumulator sums(1, 0);
+  Accumulator sums(1, MomentLayout(0));
   Half(0, 0, {1, 2, 3, 1, 2, 3, 1, 3}).add_to(sums);
   Half(0, 1, {10, 12, 14, 10, 12, 14, 10, 14}).add_to(sums);
   EXPECT_FLOAT_EQ(sums.statistics().variance[0], (6 + 24) / 14.0f);
 }
 
 TEST(Accumulator, OneSampleOfEachHalfHasAVariance) {
-  Accumulator sums(1, 0);
+  Accumulator sums(1, MomentLayout(0));
   Half(0, 0, {1}).add_to(sums);
   Half(0, 1, {4}).add_to(sums);
   EXPECT_FLOAT_EQ(sums.statistics().variance[0], 4.5f);
 }
 
 TEST(Accumulator, CacheHoldsMeansOfOneReplicate) {
-  Accumulator sums(3, 0);
+  Accumulator sums(3, MomentLayout(0));
   Half(0, 0, {1, 2, 3}).add_to(sums);
   Half(0, 1, {10, 12, 14}).add_to(sums);
   Half(1, 0, {1, 2}, 2).add_to(sums);

@@ -40,7 +40,9 @@ ReadyScene::Estimate ReadyScene::mean_e(TransportSettings settings, uint32_t sam
   Estimate e;
   double n = 0;
   for (uint32_t site = 0; site < texels(); site += step, ++n) {
-    Film film(0);
+    const MomentLayout layout(0);
+    const ResponseSettings response;
+    Film film(layout, response);
     for (uint32_t done = 0; done < samples; done += Integrator::kBatch) {
       tasks.clear();
       for (uint32_t k = 0; k < Integrator::kBatch; ++k) tasks.push_back(task(settings, site, done + k));

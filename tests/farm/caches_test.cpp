@@ -4,7 +4,7 @@
 
 #include <thread>
 
-#include "common/responses/basis.h"
+#include "common/responses/quantities.h"
 #include "tests/farm/farm_support.h"
 #include "tests/farm/raw_peer.h"
 #include "tests/farm/stub_caches.h"
@@ -42,7 +42,7 @@ class Passes {
 
   Expected<PassEnd> run_pass(uint32_t pass, const std::vector<IrradianceCache>& caches,
                              const std::function<void(size_t)>& on_result) {
-    const auto planes = static_cast<uint32_t>(moment_plane_names(TransportSettings{}.basis).size());
+    const auto planes = static_cast<uint32_t>(MomentLayout(TransportSettings{}.basis).planes());
     std::vector<Digest> ids;
     for (const IrradianceCache& cache : caches) ids.push_back(job_.add_chunk(write_irradiance_cache(cache)));
     std::vector<WorkUnit> units = make_units(unit_id(pass, 0), kUnits, pass * 8);
@@ -139,7 +139,7 @@ struct PeerFarm {
     return peer;
   }
   static Result answer(const Unit& unit) {
-    const auto planes = static_cast<uint32_t>(moment_plane_names(TransportSettings{}.basis).size());
+    const auto planes = static_cast<uint32_t>(MomentLayout(TransportSettings{}.basis).planes());
     Result r{unit.job, unit.lease, stub_bake(unit.unit, planes), {}};
     r.digest = result_digest(r.result);
     return r;

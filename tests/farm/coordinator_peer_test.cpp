@@ -3,7 +3,7 @@
 #include <set>
 #include <thread>
 
-#include "common/responses/basis.h"
+#include "common/responses/quantities.h"
 #include "common/wire/limits.h"
 #include "tests/farm/farm_support.h"
 #include "tests/farm/raw_peer.h"
@@ -64,7 +64,7 @@ class WaitingFarm {
     (void)farm_.farm.release();
   }
   static Result answer(const Unit& unit) {
-    const auto planes = static_cast<uint32_t>(moment_plane_names(TransportSettings{}.basis).size());
+    const auto planes = static_cast<uint32_t>(MomentLayout(TransportSettings{}.basis).planes());
     Result r{unit.job, unit.lease, stub_bake(unit.unit, planes), {}};
     r.digest = result_digest(r.result);
     return r;

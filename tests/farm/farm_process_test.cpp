@@ -8,7 +8,7 @@
 #include <thread>
 
 #include "common/base/clock.h"
-#include "common/responses/basis.h"
+#include "common/responses/quantities.h"
 #include "tests/farm/farm_support.h"
 #include "tests/farm/stub_bake.h"
 
@@ -19,7 +19,7 @@ using namespace test;
 
 const std::map<uint64_t, std::vector<double>>& truth() {
   static const auto made = [] {
-    const auto planes = static_cast<uint32_t>(moment_plane_names(TransportSettings{}.basis).size());
+    const auto planes = static_cast<uint32_t>(MomentLayout(TransportSettings{}.basis).planes());
     std::map<uint64_t, std::vector<double>> moments;
     for (const WorkUnit& u : make_units(100, 40)) moments[u.id] = stub_bake(u, planes).moments;
     return moments;

@@ -24,7 +24,7 @@
 #include <map>
 #include <thread>
 
-#include "common/responses/basis.h"
+#include "common/responses/quantities.h"
 #include "common/wire/listener.h"
 #include "tests/farm/fault_proxy.h"
 #include "tests/farm/stub_bake.h"
@@ -66,7 +66,7 @@ bool first(const Options& o, const std::string& what) {
 class StubBaker final : public Baker {
  public:
   explicit StubBaker(uint32_t basis)
-      : options_(options()), planes_(static_cast<uint32_t>(moment_plane_names(basis).size())) {}
+      : options_(options()), planes_(static_cast<uint32_t>(MomentLayout(basis).planes())) {}
 
   Expected<UnitResult> bake(const WorkUnit& unit, const IrradianceCache* cache) const override {
     if (options_.count("dir"))

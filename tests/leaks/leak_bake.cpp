@@ -26,7 +26,7 @@ LeakBake bake_map(Scene scene, AtlasSettings settings, uint32_t samples, uint64_
   }
   std::vector<UnitResult> results(units.size());
   parallel_for(units.size(), [&](size_t i) { results[i] = *(*baker)->bake(units[i]); });
-  Accumulator sums(sites, transport.basis);
+  Accumulator sums(sites, MomentLayout(transport.basis));
   for (size_t i = 0; i < units.size(); ++i) KILN_CHECK(sums.add(units[i], results[i]).has_value());
   b.map = sums.resolve(b.atlas);
   const BakeSettings defaults;

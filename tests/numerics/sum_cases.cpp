@@ -1,4 +1,4 @@
-#include "common/responses/basis.h"
+#include "common/responses/quantities.h"
 #include "tests/numerics/cases.h"
 #include "worker/bake/film.h"
 
@@ -10,7 +10,9 @@ constexpr uint32_t kSamples = 1'000'000, kRange = 1024;
 // E of a texel, summed as bakes do: in ranges, which are then added.
 template <class F>
 double summed(const F& contribution) {
-  Film film(1);
+  const MomentLayout layout(1);
+  const ResponseSettings response;
+  Film film(layout, response);
   double sum = 0;
   for (uint32_t i = 0; i < kSamples; ++i) {
     RadianceSamples s;
@@ -131,7 +133,9 @@ Measured overflowing_together() {
   RadianceSamples s;
   s.add({0, 1, 0}, Vec3(3e38f));
   s.add({0, 1, 0}, Vec3(2e38f));
-  Film film(1);
+  const MomentLayout layout(1);
+  const ResponseSettings response;
+  Film film(layout, response);
   EXPECT_FALSE(film.add(s, {0, 1, 0}));
   for (const double m : film.sums()) EXPECT_TRUE(std::isfinite(m));
   return {double{3e38f}, film.sums()[kMomentEG], 0};

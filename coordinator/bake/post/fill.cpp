@@ -44,8 +44,7 @@ Figures fill_invalid(Lightmap& map, const PostContext& context) {
   for (int k = 0; k < kMaxSeams && !open.empty() && fill_across_seams(map, seams); ++k)
     open = fill_rings(map, atlas, same_chart);
   // What saw only the inside of geometry or nothing, and borders on nothing that knows more, stays black.
-  for (const uint32_t t : open)
-    map.for_each_plane([t](std::vector<float>& plane) { plane[t] = 0.0f; });
+  for (const uint32_t t : open) map.for_each_plane([t](std::vector<float>& plane) { plane[t] = 0.0f; });
   if (alone == 0) return {};
   return {{"texels of charts without a measured one", static_cast<double>(alone), "texels"},
           {"of these black: no surface goes on from them", static_cast<double>(open.size()), "texels"}};

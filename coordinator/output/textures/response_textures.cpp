@@ -36,6 +36,7 @@ class ResponseTexture {
     TextureFigures figures;
     figures.encoding = encoding_.name;
     figures.quantity = response_.name;
+    figures.is_light = false;
     if (format.block_x > 1) figures.effort = r_.settings.encode_effort;
     figures.bits = 8.0 * format.bytes / (format.block_x * format.block_y);
     KILN_TRY_STATUS(compress(effort, figures));

@@ -25,6 +25,7 @@ struct EncodeTextures {
 // What one --encode name came to for one quantity.
 struct TextureFigures {
   std::string encoding, quantity;  // "bc6h", "sh_l1" or "irradiance"
+  bool is_light = true;            // false: of a response, and errors are absolute
   std::string effort;              // that was used; empty: the format knows none
   double seconds = 0;              // of compression, on the clock
   uint64_t texels = 0;             // of level 0, times textures

@@ -120,7 +120,7 @@ Status read_all_lights(const ImportContext& context, const std::vector<PlacedNod
   KILN_TRY(std::optional<Record> environment, read_environment_light(context, scene.textures, notes));
   if (environment) scene.lights.push_back(std::move(*environment));
   const bool emissive = std::any_of(scene.materials.begin(), scene.materials.end(), emits);
-  if (scene.lights.empty() && !emissive)
+  if (scene.lights.empty() && !emissive && context.settings.quantities.light)
     add_note(
         notes, Kind::kWarning,
         text("{}: there is no light: no lamp, no emissive material, no environment. The map will be black; "
