@@ -25,7 +25,7 @@ TEST(BlockRoster, SameBytesForAnyNumberOfThreads) {
   }
 }
 
-// Noise of any block's texels stays nearer to itself than half of its range, uncoded channels are constant.
+// A coded channel of noise comes back nearer than its mean would be; others are constant.
 TEST(BlockRoster, ChannelsAreThoseThatAreCoded) {
   const std::vector<float> rgba = noise(size_t{32} * 32);
   for (const BlockFormat& format : block_formats()) {
@@ -40,7 +40,7 @@ TEST(BlockRoster, ChannelsAreThoseThatAreCoded) {
         const double d = double{(*out)[4 * t + c]} - rgba[4 * t + c];
         squares += d * d / (32 * 32);
       }
-      // 1/12 is the mean square of such noise around its mean: what a constant leaves.
+      // 1/12: the variance of the noise.
       if (c < format.channels) EXPECT_LT(squares, 1.0 / 12) << format.name << c;
     }
   }
