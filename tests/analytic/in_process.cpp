@@ -53,13 +53,24 @@ Bake bake(Scene scene, float texels_per_metre, uint32_t samples, TransportSettin
   auto baker = Baker::create(std::move(scene), std::move(*atlas), settings, 2);
   if (!baker) throw std::runtime_error(baker.error().message);
   const auto sites = static_cast<uint32_t>(b.atlas.sites.size());
-  Accumulator sums(sites, MomentLayout(settings.basis));
+  const auto merged = std::make_shared<Accumulator>(sites, MomentLayout(settings.basis, settings.quantities));
+  Accumulator& sums = *merged;
+  b.sums = merged;
   constexpr size_t kRun = 64;
   std::vector<WorkUnit> units;
   for (uint32_t site = 0; site < sites; ++site) {
     if (only && instance_of(b.atlas, site) != *only) continue;
     if (units.empty() || units.back().sites.size() == kRun) units.push_back({units.size(), 0, samples, {}});
     units.back().sites.push_back(site);
+  }
+  if (!settings.quantities.responses.empty()) {
+    const size_t count = units.size();
+    for (WorkUnit& unit : units) unit.sample_count = samples / kReplicates;
+    for (size_t i = 0; i < count; ++i) {
+      units.push_back(units[i]);
+      units.back().id = units.size() - 1;
+      units.back().replicate = 1;
+    }
   }
   std::vector<UnitResult> results(units.size());
   parallel_for(units.size(), [&](size_t i) { results[i] = *(*baker)->bake(units[i]); });
@@ -72,6 +83,7 @@ Bake bake(Scene scene, float texels_per_metre, uint32_t samples, TransportSettin
     if (sums.samples(site) == 0) continue;
     const uint32_t t = b.atlas.sites.texel[site];
     const auto plane = [&](size_t p) {
+      if (!b.map.has_light) return Vec3(0);
       return Vec3(b.map.planes.data[p][t], b.map.planes.data[p + 1][t], b.map.planes.data[p + 2][t]);
     };
     BakedTexel out{};
@@ -84,7 +96,7 @@ Bake bake(Scene scene, float texels_per_metre, uint32_t samples, TransportSettin
     out.standard_error = estimate.standard_error;
     out.inside = estimate.inside;
     out.pushed = estimate.pushed;
-    if (settings.basis == 1) {
+    if (settings.basis == 1 && b.map.has_light) {
       out.l0 = plane(3);
       for (int k = 0; k < 3; ++k) out.l1[k] = plane(6 + 3 * k);
     }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <optional>
 
 #include "common/atlas/atlas.h"
@@ -25,10 +26,12 @@ struct Bake {
   Atlas atlas;
   std::vector<BakedTexel> texels;  // those baked, by site
   Lightmap map;                    // as merge resolves it
+  std::shared_ptr<const Accumulator> sums;
 };
 
-// Bakes with a fixed number of samples, two threads, layout pack. With `only`, texels of other instances
-// are left out (walls and panes that are there to cast shadows).
+// Bakes with a fixed number of samples, two threads, layout pack; of both replicates, half of them each,
+// where settings ask for responses. With `only`, texels of other instances are left out (walls and panes that
+// are there to cast shadows).
 Bake bake(Scene scene, float texels_per_metre, uint32_t samples, TransportSettings settings = {},
           std::optional<uint32_t> only = std::nullopt);
 
