@@ -48,10 +48,10 @@ int run(const Arguments& a, const BakeSettings&) {
 
 Command fetch_command() {
   return {"fetch",
-          "Get the results of a job that is done; goes on where an earlier try broke off",
+          "Download the results of a finished job; resumes an interrupted download",
           "kiln fetch 12 -o out",
-          with_service_options(
-              {{"id", "ID", "of the job", true}, {"-o,--output", "DIR", "made if needed", true}}),
+          with_service_options({{"id", "ID", "the job's number", true},
+                                {"-o,--output", "DIR", "output folder, created if needed", true}}),
           false,
           run};
 }

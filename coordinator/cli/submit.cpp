@@ -102,15 +102,16 @@ int run(const Arguments& a, const BakeSettings& settings) {
 Command submit_command() {
   return {
       "submit",
-      "Send a scene to a coordinator's queue; files that it has already are not sent again",
+      "Submit a scene to a coordinator's queue; files that it already has are not sent again",
       "kiln submit scene.glb --texels-per-metre 8 --name hall --priority 10 --wait -o out",
       with_service_options({{"scene", "SCENE", "glTF 2.0 file (.gltf or .glb)", true},
-                            {"--name", "NAME", "for people [the scene's file]"},
+                            {"--name", "NAME", "display name of the job [the scene's file]"},
                             {"--priority", "P", "-100 to 100 [0]"},
-                            {"--after", "IDS", "jobs that must be done before, with commas"},
+                            {"--after", "IDS", "jobs that must finish first, separated by commas"},
                             {"--quorum", "Q", "workers that must agree on every unit [1]"},
-                            {"--on-poison", "WORD", "fail or skip: a unit that fails on every worker [fail]"},
-                            {"--wait", "", "until the job has ended; the exit status is its outcome"},
+                            {"--on-poison", "WORD",
+                             "when a unit fails on every worker: fail the job, or skip the unit [fail]"},
+                            {"--wait", "", "wait until the job has ended; the exit status is its outcome"},
                             {"-o,--output", "DIR", "with --wait: fetch the results"}}),
       true,
       run};
