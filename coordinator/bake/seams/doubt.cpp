@@ -144,7 +144,7 @@ class Doubts {
     return s;
   }
 
-  // The light is the harmonic mean of both sides: what is stated in the sun excuses nothing in the dark.
+  // The light follows the darkest texels (kDarkCounts): error in the sun does not excuse a step in the dark.
   Difference difference(const SeamEquation& e, const std::array<Surroundings, 2>& side) const {
     Difference d;
     const double size = noise_of_step(e);
