@@ -31,7 +31,7 @@ Json texture_json(const PublishedTexture& t) {
   return out;
 }
 
-// One master file of a page; its channels are found by name.
+// One master file of a page; readers find its channels by name.
 Json master_json(const OutputContext& c, const std::string& stem, uint32_t page,
                  const std::vector<std::pair<std::string, std::string>>& channels) {
   Json out = {{"uri", page_name(stem, "exr", page, c.atlas.pages)},
