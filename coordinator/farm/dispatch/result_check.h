@@ -1,4 +1,4 @@
-// What a result must be before anybody looks at its numbers.
+// Sanity checks on a result before its numbers are used.
 #pragma once
 
 #include "common/wire/messages.h"
