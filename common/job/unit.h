@@ -18,7 +18,7 @@ namespace kiln {
 // one of the two. Other lights have one strategy, which always applies.
 enum class MisMode { kBoth, kLights, kPaths };
 
-// What every unit of a job shares; shipped once. Everything that decides a byte of the result is here or
+// Settings shared by every unit of a job; sent once. Everything that affects a byte of the result is here or
 // in the unit.
 struct TransportSettings {
   uint32_t basis = 1;  // index into basis_roster()

@@ -1,4 +1,4 @@
-// cancel, pause, resume, retry, forget and priority: one question about one job.
+// cancel, pause, resume, retry, forget and priority: one request about one job.
 #include <cstdio>
 
 #include "common/base/format.h"

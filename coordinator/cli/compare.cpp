@@ -13,7 +13,7 @@
 namespace kiln {
 namespace {
 
-// A number of the command line above 0 and below `limit`.
+// Parses a number of the command line above 0 and below `limit`.
 Status store_option(const Arguments& a, const char* name, double limit, double& value) {
   if (!a.has(name)) return {};
   const std::string given = a.get(name);

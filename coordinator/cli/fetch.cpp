@@ -17,7 +17,7 @@ Status fetch_results(ServiceClient& client, uint64_t job, const std::string& fol
   if (code) return fail(ErrorKind::kIo, text("cannot make {}: {}", folder, code.message()));
   for (const JsonValue& file : files->items) {
     const std::string path = text_of(file, "path");
-    // Results are plain names; anything else is not a place in this folder.
+    // Results are plain file names; anything else might lie outside this folder.
     if (path.empty() || path.find('/') != std::string::npos || path.front() == '.')
       return fail(ErrorKind::kProtocol,
                   text("the coordinator names a result '{}', which is no file's name", path));

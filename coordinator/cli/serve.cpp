@@ -33,7 +33,7 @@ Expected<int64_t> number_of_option(const Arguments& a, const std::string& name, 
   return parse_whole("--" + name, a.get(name), least, most);
 }
 
-// "host:0" too: an address to connect to has a port, one to listen on need not.
+// Accepts "host:0" too: an address to listen on need not have a port.
 Expected<std::pair<std::string, uint16_t>> parse_listen_address(std::string address) {
   const bool any_port = address.ends_with(":0");
   if (any_port) address.back() = '1';
@@ -93,7 +93,7 @@ Expected<ServiceSettings> read_settings(const Arguments& a) {
     return fail(ErrorKind::kUsage, "--ca, --certificate and --key belong together: give all three or none");
   if (files == 3) {
     KILN_TRY(s.farm.tls, TlsContext::load({a.get("ca"), a.get("certificate"), a.get("key")}));
-    s.farm.admit_strangers = true;  // for `enrol`, and for nothing else
+    s.farm.admit_strangers = true;  // for `enrol` only
     if (workers)
       return fail(ErrorKind::kUsage,
                   "--local-workers have no certificates: with TLS start kiln-worker with its own");
@@ -126,7 +126,7 @@ int run(const Arguments& a, const BakeSettings&) {
             a.get("log") == "json" ? LogFormat::kJson : LogFormat::kText);
   auto settings = read_settings(a);
   if (!settings) return report_error(settings.error());
-  // Before any thread is made, so that all have it: the signals are waited for here alone.
+  // Before any thread starts, so that all inherit the mask: only this thread waits for signals.
   sigset_t signals;
   ::sigemptyset(&signals);
   ::sigaddset(&signals, SIGTERM);
@@ -145,7 +145,7 @@ int run(const Arguments& a, const BakeSettings&) {
   int signal = 0;
   ::sigwait(&signals, &signal);
   std::fprintf(stderr, "kiln: ends; jobs that are not done go on at the next start\n");
-  if (!(*service)->stop(kStopPatience)) std::_Exit(0);  // a long stage of a job: what is durable is safe
+  if (!(*service)->stop(kStopPatience)) std::_Exit(0);  // a long stage of a job: durable state is safe
   return 0;
 }
 

@@ -11,7 +11,7 @@ namespace {
 
 Expected<std::string> manifest(const Arguments& a, const Snapshot& snapshot) {
   JsonWriter w;
-  // Drawn here, so that asking again after a lost reply does not make a second job.
+  // Generated here, so that a retry after a lost reply does not create a second job.
   w.begin_object().pair("key", random_hex(16)).pair("scene", snapshot.scene);
   if (a.has("name")) w.pair("name", a.get("name"));
   if (a.has("priority")) {
@@ -56,7 +56,7 @@ Status send_missing(ServiceClient& client, const Snapshot& snapshot, const JsonV
 
 Expected<uint64_t> submit(ServiceClient& client, const std::string& document, const Snapshot& snapshot,
                           bool quiet) {
-  // A blob may go between two questions, if another job was just forgotten: so more than once.
+  // A blob may disappear between two requests if another job was just forgotten, so try more than once.
   for (int round = 0; round < 4; ++round) {
     KILN_TRY(const std::string reply, client.call("submit", document));
     KILN_TRY(const JsonValue answer, parse_json(reply));

@@ -31,7 +31,7 @@ int run(const Arguments& a, const BakeSettings&) {
     if (!port) return report_error(port.error());
     settings.port = static_cast<uint16_t>(*port);
   }
-  // Before any thread is made: the signals are waited for here alone.
+  // Before any thread starts: only this thread waits for signals.
   sigset_t signals;
   ::sigemptyset(&signals);
   ::sigaddset(&signals, SIGTERM);

@@ -28,7 +28,7 @@ std::string job_line(const JsonValue& job) {
   return line + (text_of(job, "reason").empty() ? "" : ", " + text_of(job, "reason"));
 }
 
-// Rewrites its lines on a terminal; elsewhere a line when the state or the pass changes.
+// Rewrites its lines on a terminal; elsewhere prints a line when the state or the pass changes.
 class Screen {
  public:
   void show(const std::vector<const JsonValue*>& jobs) {

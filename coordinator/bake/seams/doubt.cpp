@@ -46,10 +46,10 @@ struct Surroundings {
   double change = 0;  // squared change of light between texels, without the linear part
 };
 
-// Of a seam point.
+// The two sides' difference at a seam point.
 struct Difference {
   double light = 0;
-  std::array<double, 3> variance{}, square{};  // stated, relative; the step
+  std::array<double, 3> variance{}, square{};  // relative, as reported; squared step
   double step = 0;                             // luminance, side 0 minus side 1
   double slope = 0, change = 0;                // as Surroundings', the larger of both sides
   double agreed = 0;  // part of the step that all points reading the same texels share

@@ -7,8 +7,8 @@
 
 namespace kiln {
 
-// Of |side 0 - side 1| of the luminance of E at every equation, relative to the mean of both or to kDarkStep
-// of the map's mean, whichever is larger: a step between two nearly black texels is invisible.
+// Statistics of |side 0 - side 1| of the luminance of E over all equations, relative to the mean of both or
+// to kDarkStep of the map's mean, whichever is larger: a step between two nearly black texels is invisible.
 struct SeamSteps {
   double largest = 0, rms = 0;
   double p99 = 0;  // 99th percentile by length of seam, in texels

@@ -10,7 +10,7 @@ namespace kiln {
 class DisplaySurface {
  public:
   explicit DisplaySurface(const Mesh& mesh, const Mat4x3& to_world);
-  // Of a triangle, with barycentrics of vertices 1 and 2.
+  // A point of a triangle, from barycentrics of vertices 1 and 2.
   DisplayPoint point(uint32_t triangle, const DVec2& b) const;
   DVec3 position(uint32_t triangle, const DVec2& b) const;
   const Mesh& mesh() const { return mesh_; }

@@ -83,7 +83,7 @@ class Search {
   uint32_t outside() const { return first_object_ - 1; }  // seeds come first
   uint32_t object(uint32_t instance, bool back) const { return first_object_ + 2 * instance + back; }
 
-  // Of the charts that are marked.
+  // For the marked charts.
   std::vector<ChartNodes> points_of(const std::vector<uint8_t>& which, bool again) {
     more_from_ = nodes_;
     std::vector<ChartNodes> all(which.size());
