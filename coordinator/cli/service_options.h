@@ -14,7 +14,7 @@ namespace kiln {
 std::vector<Option> with_service_options(std::vector<Option> own);
 Expected<std::unique_ptr<ServiceClient>> connect_service(const Arguments& arguments);
 
-Expected<uint64_t> parse_id(const std::string& typed);  // of a job
+Expected<uint64_t> parse_id(const std::string& typed);  // a job id
 Expected<int64_t> parse_whole(const std::string& name, const std::string& typed, int64_t least, int64_t most);
 std::string id_document(uint64_t id);
 
