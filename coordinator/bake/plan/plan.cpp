@@ -92,7 +92,7 @@ std::vector<std::string> find_left_out(const Scene& scene, const BakeSettings& s
 }  // namespace
 
 std::string why_no_cache(const Scene& scene, const BakeSettings& settings) {
-  constexpr uint32_t kEnoughBounces = 16;  // what is left of light then is below what float paths lose
+  constexpr uint32_t kEnoughBounces = 16;  // the remaining light is below the rounding of float paths
   if (!settings.cache || !settings.quantities.light) return "";
   if (!settings.indirect || settings.max_bounces == 0) return "no indirect light is asked for";
   if (settings.max_bounces < kEnoughBounces)

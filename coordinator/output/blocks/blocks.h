@@ -38,7 +38,7 @@ struct BlockFormat {
   std::string_view name;  // "bc6h_ufloat"
   uint32_t bytes;         // of a block: 8 or 16
   uint32_t channels;      // coded, from red on; others decode as 0, alpha as 1
-  // Values are finite and within the format's range (encode_blocks sees to it). Deterministic: the same bytes
+  // Values are finite and within the format's range (encode_blocks ensures it). Deterministic: the same bytes
   // on any machine and for any instruction set.
   void (*encode)(const BlockTexels& texels, const BlockChoice& choice, uint8_t* block);
   // Any bytes are a valid block; reserved ones decode as the specification requires. Does not write weights.

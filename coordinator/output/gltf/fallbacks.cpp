@@ -112,7 +112,7 @@ Expected<Bytes> moz_page(const OutputContext& c, uint32_t page, float intensity)
   return encode_png(c.atlas.width, c.atlas.height, rgb);
 }
 
-// Ambient occlusion, if the map has it.
+// Ambient occlusion, if baked.
 const std::vector<float>* occlusion_plane(const OutputContext& c) {
   const std::vector<uint32_t>& responses = c.settings.quantities.responses;
   if (std::find(responses.begin(), responses.end(), Responses::index_of<AmbientOcclusion>()) ==
@@ -122,7 +122,7 @@ const std::vector<float>* occlusion_plane(const OutputContext& c) {
   return &c.lightmap.responses.plane(std::string(AmbientOcclusion::name));
 }
 
-// glTF reads the red channel; grey, so that the picture can be looked at.
+// glTF reads the red channel; stored as grey so that the image is viewable.
 Expected<Bytes> occlusion_page(const OutputContext& c, uint32_t page, const std::vector<float>& plane) {
   const size_t count = size_t{c.atlas.width} * c.atlas.height;
   std::vector<uint8_t> rgb(3 * count, 255);
@@ -196,7 +196,7 @@ Status GltfOutput::attach_material_maps() {
       doc["materials"][place]["extensions"][kMoz] = {
           {"index", light[page]}, {"texCoord", 1}, {"intensity", intensity}};
     }
-    // A material's own occlusion map stays: it has detail that texels of the atlas do not.
+    // A material's own occlusion map stays: it has finer detail than the atlas.
     if (occlusion && !doc["materials"][place].contains("occlusionTexture")) {
       if (!shade.count(page)) {
         KILN_TRY(const Bytes png, occlusion_page(*c_, static_cast<uint32_t>(page), *occlusion));

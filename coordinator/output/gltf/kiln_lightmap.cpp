@@ -1,4 +1,4 @@
-// KILN_lightmap: what the maps are and which nodes have them (docs/gltf.md, docs/schema).
+// KILN_lightmap: describes the maps and the nodes that use them (docs/gltf.md, docs/schema).
 #include "common/base/format.h"
 #include "common/math/vec.h"
 #include "common/responses/basis.h"
@@ -92,7 +92,7 @@ Json basis_json(const BasisInfo& basis) {
   return out;
 }
 
-// What every response is, for who looks for a plane of its name in the textures.
+// Describes every response, for readers that look up planes by name.
 Json responses_json(const BakeSettings& settings) {
   Json out = Json::array();
   for (const uint32_t index : settings.quantities.responses) {

@@ -63,11 +63,11 @@ class GltfOutput {
   // KILN_lightmap at the root and on every node that shows a marked primitive. `by_table`: primitives with
   // _CHART get coordinates from the chart table.
   void attach_kiln_lightmap(bool by_table);
-  // On materials, of which primitives of other pages, and those that the map does not light, get copies:
-  // MOZ_lightmap if settings ask for it, and occlusionTexture from a baked ambient occlusion where the
-  // material has none of its own.
+  // Adds to materials, copied for primitives on other pages and for those without the lightmap: MOZ_lightmap
+  // if the settings request it, and occlusionTexture from baked ambient occlusion if the material has none.
   Status attach_material_maps();
-  // EPIC_lightmap_textures: one lightmap a page; a node whose mesh is on several pages gets a child for each.
+  // EPIC_lightmap_textures: one lightmap per page; a node whose mesh is on several pages gets a child for
+  // each.
   Status attach_epic_lightmap();
 
   // The whole as one .glb; `name` is for messages.

@@ -30,11 +30,11 @@ struct Encoding {
   TextureFormat direction;  // of L1
   bool ratio;               // L1/L0 in [0, 1] (O'Donnell 2018, "Encoding"); else L1 as it is
   bool dds;                 // the format has a DXGI number
-  bool directional;         // else E alone can be held
+  bool directional;         // else stores E only
   struct ResponseFormats {
     TextureFormat scalar, vector;
   };
-  std::optional<ResponseFormats> responses;  // of ao, sky, bent; empty: left to the masters
+  std::optional<ResponseFormats> responses;  // for ao, sky, bent; empty: masters only
 };
 
 std::span<const Encoding> encoding_roster();

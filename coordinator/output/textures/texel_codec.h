@@ -7,9 +7,9 @@
 
 namespace kiln {
 
-// Texels of `image` as the format takes them: [0, 1] for unorm formats, [-1, 1] for snorm ones. With `unpack`
-// (of kRgba8Unorm) values are packed first. Errors (kInvalidInput): a texel with weight that is not finite,
-// by its place in the image.
+// Texels of `image` are in the format's range: [0, 1] for unorm formats, [-1, 1] for snorm ones. With
+// `unpack` (of kRgba8Unorm) values are packed first. Errors (kInvalidInput): a non-finite texel with weight,
+// by its position in the image.
 Expected<Bytes> encode_texels(TextureFormat format, Unpack unpack, const BlockImage& image,
                               const BlockChoice& choice);
 
