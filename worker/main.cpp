@@ -7,5 +7,5 @@
 int main(int argc, char** argv) {
   const int status =
       kiln::worker_main({argv + 1, argv + argc}, KILN_ENGINE, kiln::Baker::create, kiln::numeric_class);
-  std::_Exit(status);  // a unit that still runs has nobody to wait for it
+  std::_Exit(status);  // do not wait for a unit that still runs
 }

@@ -18,7 +18,7 @@ namespace kiln {
 
 // Texel coordinates of a chart's point: (turned ? uv.yx : uv) * scale + offset, on `page`. A chart turned by
 // 90 degrees has one negative scale, so that it is not mirrored. Texel (x, y) covers [x, x+1) x [y, y+1); a
-// bilinear lookup at texel coordinates c touches the centres around c.
+// bilinear lookup at texel coordinates c reads the texels whose centres surround c.
 struct ChartPlacement {
   Vec2 scale{1.0f}, offset{0.0f};
   uint32_t page = 0;
@@ -29,8 +29,7 @@ struct ChartPlacement {
   }
 };
 
-// A face on its page. Whatever finds or evaluates sites takes its corners from here, so that the same bits
-// come out everywhere.
+// A face on its page. Everything that finds or evaluates sites gets corners from here, so the bits agree.
 inline Triangle2 texel_triangle(const MeshCharts& charts, const ChartPlacement& place, size_t face) {
   Triangle2 t = uv_triangle(charts, face);
   for (DVec2& c : t.c) c = place.to_texels(c);
@@ -47,8 +46,8 @@ struct TexelSites {
   size_t size() const { return texel.size(); }
 };
 
-// Where layout pack put a chart: the corner of its mask in texels. `key`: hash of its number in the mesh, its
-// steps and its mask.
+// Position of a chart in layout pack: the corner of its mask, in texels. `key`: hash of its number in the
+// mesh, its size in steps and its mask.
 struct PackedChart {
   uint64_t key = 0;
   uint32_t x = 0, y = 0, page = 0;
@@ -56,37 +55,37 @@ struct PackedChart {
 };
 struct PreviousLayout;
 
-// Why a chart has the least size (AtlasSettings::collapse).
+// Why a chart is collapsed to the minimum size (AtlasSettings::collapse).
 enum CollapseReason : uint8_t {
   kNotCollapsed,
   kUnseen,     // no camera, light or opening reaches it
-  kUnlit,      // a first pass met no light there
-  kEvenlyLit,  // a first pass found the same light all over it
+  kUnlit,      // a first pass found no light there
+  kEvenlyLit,  // a first pass found it evenly lit
 };
 constexpr size_t kCollapseReasons = 4;
 
 struct CollapsedCharts {
   uint64_t charts = 0;
   uint64_t texels = 0;  // of their masks
-  uint64_t from = 0;    // that these would have at their whole size
+  uint64_t from = 0;    // texels they would have at full size
   uint64_t saved() const { return from - texels; }
 };
 
 // For the report.
 struct AtlasStatistics {
-  uint64_t charts = 0;             // placed: of all instances
-  uint64_t distinct_masks = 0;     // layout pack: equal instances share one
-  uint64_t mask_texels = 0;        // texels that belong to a chart: the footprint of bilinear lookups
-  uint64_t covered_texels = 0;     // texels with a site
-  uint64_t overlapped_points = 0;  // site points claimed twice; the first triangle has them
-  uint32_t generated_meshes = 0;   // meshes whose charts are ours
-  float texels_per_metre = 0;      // layout pack: what was used, at density 1
-  uint64_t kept_charts = 0;        // layout pack: at their place in the previous layout
-  uint32_t cut_charts = 0;         // more charts because others stand on them
-  CollapsedCharts collapsed[kCollapseReasons];  // layout pack: given the least size, by CollapseReason
-  std::vector<StageTime> steps;                 // where the time went
+  uint64_t charts = 0;                          // placed, over all instances
+  uint64_t distinct_masks = 0;                  // layout pack: equal instances share one
+  uint64_t mask_texels = 0;                     // texels in a chart's bilinear footprint
+  uint64_t covered_texels = 0;                  // texels with a site
+  uint64_t overlapped_points = 0;               // site points claimed twice; the first triangle owns them
+  uint32_t generated_meshes = 0;                // meshes that were unwrapped
+  float texels_per_metre = 0;                   // layout pack: the density used, for factor 1
+  uint64_t kept_charts = 0;                     // layout pack: charts kept where the previous layout had them
+  uint32_t cut_charts = 0;                      // charts added by cuts at contacts
+  CollapsedCharts collapsed[kCollapseReasons];  // layout pack: collapsed, by CollapseReason
+  std::vector<StageTime> steps;                 // time by step
 
-  // Of the texels that charts would have if none were collapsed.
+  // Share of the texels that charts would have if none were collapsed.
   double share(uint64_t texels) const {
     uint64_t all = mask_texels;
     for (const CollapsedCharts& c : collapsed) all += c.saved();
@@ -97,7 +96,7 @@ struct AtlasStatistics {
 struct Atlas {
   uint32_t width = 0, height = 0, pages = 1;
   bool packed = false;                         // layout pack; else the file's own atlas
-  std::vector<MeshCharts> charts;              // by mesh; then those of instances that have others
+  std::vector<MeshCharts> charts;              // by mesh; then sets of instances with their own
   std::vector<uint32_t> charts_of_instance;    // index into charts
   std::vector<uint32_t> instance_first_chart;  // by instance, size + 1: index into placements
   std::vector<ChartPlacement> placements;      // by (instance, chart)
@@ -106,13 +105,13 @@ struct Atlas {
   std::vector<PackedChart> packed_charts;      // layout pack: by placement. Coordinator only: not sent.
   std::vector<uint8_t> collapsed;  // by placement: a CollapseReason; empty: none. Coordinator only: not sent.
   TexelSites sites;
-  std::vector<ContactLine> contacts;  // where surfaces stand on others. Coordinator only: not sent.
-  std::vector<std::string> warnings;  // for the report, one sentence each: what somebody should change
-  std::vector<std::string> notes;     // likewise: what asks for nothing
+  std::vector<ContactLine> contacts;  // lines where surfaces stand on others. Coordinator only: not sent.
+  std::vector<std::string> warnings;  // for the report, one sentence each: the user should act
+  std::vector<std::string> notes;     // likewise: for information
   AtlasStatistics statistics;         // coordinator only: not sent
 
   const MeshCharts& of_instance(size_t instance) const { return charts[charts_of_instance[instance]]; }
-  // Does it have charts? Not where Instance::receive is false, nor in layout atlas without any area there.
+  // Whether an instance has charts. False where Instance::receive is false, or without area in layout atlas.
   bool receives(size_t instance) const { return of_instance(instance).chart_count > 0; }
   uint64_t texel_count() const { return uint64_t{width} * height * pages; }
   // Packing efficiency: share of all texels that belong to a chart.
@@ -122,11 +121,11 @@ struct Atlas {
   }
 };
 
-// Charts as they are cut for one density, before they have a place.
+// Charts cut for one density, before packing.
 struct ChartsToSize {
   const Atlas& atlas;                // charts, charts_of_instance and instance_first_chart are there
   std::span<const double> texel;     // metres of a texel, by instance
-  std::span<const uint64_t> texels;  // of the box, by placement: about what a chart will take; 4 is the least
+  std::span<const uint64_t> texels;  // of the box, by placement: estimated size of a chart; at least 4
 };
 
 struct AtlasSettings {
@@ -139,16 +138,16 @@ struct AtlasSettings {
   bool block_align = false;              // layout pack: no two charts in one 4x4 block
   uint32_t mip_levels = 0;    // layout pack: below the first; no bilinear lookup there mixes two charts
   uint64_t texel_budget = 0;  // layout pack: of all pages; lowers texels_per_metre; 0: none
-  // layout pack: which charts get the least size (2 x 2 texels) whatever the density: a CollapseReason by
-  // placement; all others are as without it. Must answer alike for any number of threads. Empty: none.
+  // layout pack: selects charts to collapse to 2 x 2 texels whatever the density: a CollapseReason by
+  // placement; other charts are unaffected. Must not depend on the number of threads. Empty: none.
   std::function<std::vector<uint8_t>(const ChartsToSize&)> collapse;
   const PreviousLayout* previous = nullptr;  // layout pack: charts stay where they were (previous_layout.h)
-  uint64_t max_texels = uint64_t{1} << 31;   // of all pages; beyond it is an error that names what fits
+  uint64_t max_texels = uint64_t{1} << 31;   // on all pages; more is an error that names what fits
   bool cut_contacts = true;                  // layout pack: charts end where a wall stands on them
   UnwrapChoice unwrap;                       // layout pack: which charts are generated, and how
-  unsigned threads = 0;                      // 0: all; changes nothing but the time
-  // Asked between steps and within long ones, from any thread: an error ends the layout with it. Empty:
-  // never.
+  unsigned threads = 0;                      // 0: all; affects only run time
+  // Called between steps and within long ones, from any thread; an error stops the layout with that error.
+  // Empty: never called.
   std::function<Status()> may_go_on;
 
   Status check() const { return may_go_on ? may_go_on() : Status{}; }
@@ -160,8 +159,8 @@ struct AtlasSettings {
 // two objects on one texel; a density at which the pages would not fit; no texel covered at all.
 Expected<Atlas> build_atlas(const Scene& scene, const AtlasSettings& settings);
 
-// Texels that layout pack needs about for the charts of an atlas at a density, with the settings it was built
-// with; exact enough for proportions.
+// Estimated texels that layout pack needs for the charts of an atlas at a density, with the settings it was
+// built with; accurate enough for ratios.
 double layout_texels(const Scene& scene, const Atlas& atlas, const AtlasSettings& settings, double density);
 
 // Point j of 64 in the unit square: Hammersley (j + 1/2)/64, radical inverse.
@@ -175,7 +174,7 @@ struct SitePick {
 };
 SitePick pick_site(const Atlas& atlas, uint32_t site, float u);
 
-// What a worker needs of the atlas, as one chunk.
+// The part of the atlas that a worker needs, as one chunk.
 Bytes write_atlas(const Atlas& atlas);
 Expected<Atlas> read_atlas(std::span<const std::byte> bytes, const Scene& scene);  // checked; owner is empty
 

@@ -12,7 +12,7 @@ namespace {
 
 constexpr size_t kManyParts = 24;  // of a triangle: from here on they are found by cells
 
-// Cells of [0, 1] that an interval touches, with room for rounding.
+// Cells of [0, 1] that an interval touches, with slack for rounding.
 uint32_t cell_of(double at, uint32_t side, double slack) {
   return static_cast<uint32_t>(std::clamp(at * side + slack, 0.0, side - 1.0));
 }
@@ -80,7 +80,7 @@ uint32_t AtlasLookup::face_at(uint32_t instance, uint32_t triangle, double& b1, 
   KILN_CHECK(triangle + 1 < parts.first.size());
   uint32_t best = 0;
   double most = -std::numeric_limits<double>::infinity(), best1 = 0, best2 = 0;
-  // The first of these that holds the point, or else the one it is least outside of.
+  // The first of these that contains the point, or else the one it is closest to.
   const auto look_at = [&](std::span<const uint32_t> faces) {
     for (const uint32_t face : faces) {
       const FacePart& part = charts.parts[face];
@@ -89,7 +89,7 @@ uint32_t AtlasLookup::face_at(uint32_t instance, uint32_t triangle, double& b1, 
       const double det = e1.x * e2.y - e1.y * e2.x;
       if (det == 0) continue;
       const double c1 = (q.x * e2.y - q.y * e2.x) / det, c2 = (e1.x * q.y - e1.y * q.x) / det;
-      // How far inside, in the triangle's barycentrics, so that slivers do not win by their own small scale.
+      // Signed depth in the triangle's barycentrics, so that slivers do not win by their own small scale.
       const double inside = std::min({c1, c2, 1 - c1 - c2}) * std::sqrt(std::abs(det));
       if (inside > most) {
         most = inside;

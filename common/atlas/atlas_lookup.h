@@ -16,16 +16,16 @@ class AtlasLookup {
  public:
   explicit AtlasLookup(const Atlas& atlas);  // outlives the lookup
 
-  // Does the triangle have a face in the atlas?
+  // Whether the triangle has a face in the atlas.
   bool holds(uint32_t instance, uint32_t triangle) const;
-  // Of the point with barycentrics (b1, b2) of vertices 1 and 2 of a triangle. On a line along which a
-  // triangle was parted the face that comes first has it.
+  // Looks up the point with barycentrics (b1, b2) of vertices 1 and 2 of a triangle. On a line where a
+  // triangle was cut, the first face wins.
   AtlasPlace at(uint32_t instance, uint32_t triangle, double b1, double b2) const;
-  // The face that holds the point; `b1`, `b2` become its own.
+  // The face that contains the point; `b1`, `b2` become barycentrics of that face.
   uint32_t face_at(uint32_t instance, uint32_t triangle, double& b1, double& b2) const;
 
  private:
-  // Of a triangle with many parts: which ones may hold a point, by cells of its barycentrics.
+  // For a triangle with many parts: candidate parts for a point, by cells of its barycentrics.
   struct Grid {
     uint32_t side = 0;
     std::vector<uint32_t> first, faces;  // by cell, side^2 + 1: faces in their order
@@ -33,7 +33,7 @@ class AtlasLookup {
   static Grid make_grid(const MeshCharts& charts, std::span<const uint32_t> faces);
 
   const Atlas& atlas_;
-  // By set of charts that has parts: the parts of each triangle.
+  // By set of charts with cut triangles: the parts of each triangle.
   struct Parts {
     std::vector<uint32_t> first, faces;
     std::vector<uint32_t> grid_of;  // by triangle: index into grids + 1; 0: few parts. Empty: no grids

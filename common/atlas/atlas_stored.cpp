@@ -30,8 +30,8 @@ bool finite(const Vec2& v) {
   return std::isfinite(v.x) && std::isfinite(v.y);
 }
 
-// Does every face have its coordinates and its chart, and every part lie in its triangle? What does not, or
-// "".
+// Checks that every face has coordinates and a chart, and that every part lies in its triangle. Returns what
+// is wrong, or "".
 std::string_view fault_of_charts(const MeshCharts& m) {
   const size_t faces = m.face_count();
   if (m.corner_uv.size() != 3 * faces || (!m.parts.empty() && m.parts.size() != faces))
@@ -46,7 +46,7 @@ std::string_view fault_of_charts(const MeshCharts& m) {
   return {};
 }
 
-// Do the faces of these charts exist in the mesh?
+// Whether the faces of these charts exist in the mesh.
 bool faces_exist(const MeshCharts& m, const Mesh& mesh) {
   if (m.face_count() == 0 && m.chart_count == 0) return true;  // it gets no texels
   if (m.parts.empty()) return m.face_count() == mesh.triangles.size();

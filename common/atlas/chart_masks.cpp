@@ -49,7 +49,7 @@ ChartPlacement placement_at(const ChartBox& box, const Steps& steps, uint32_t ma
 // `rules.mip_cell` texels a bit, or one.
 BitImage rasterise(const MeshCharts& charts, std::span<const uint32_t> triangles, const ChartBox& box,
                    const Steps& steps, uint32_t margin, uint32_t cell) {
-  const auto bits = [&](uint32_t s) {  // up to the last bit that a lookup at the box's high side touches
+  const auto bits = [&](uint32_t s) {  // up to the last bit that a lookup at the box's high side reads
     return cell == 1 ? s + 1
                      : static_cast<uint32_t>(std::ceil((margin + 0.5 + s) / cell + 0.5 - kFootprintShrink));
   };

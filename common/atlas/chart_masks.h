@@ -1,4 +1,4 @@
-// Masks of charts at their size in texels, and where a packed mask puts its chart.
+// Chart masks at their size in texels, and the placement that a packed mask gives its chart.
 #pragma once
 
 #include "common/atlas/chart_size.h"
@@ -15,7 +15,7 @@ struct ChartMasks {
   };
   std::vector<Key> keys;
   std::vector<uint32_t> of_placement;
-  MaskSet texels;  // by key: what bilinear lookups touch
+  MaskSet texels;  // by key: bilinear footprints
   MaskSet cells;   // what is packed; empty if cells are texels
 
   const MaskSet& packed() const { return cells.size() ? cells : texels; }
@@ -28,7 +28,7 @@ ChartMasks chart_masks(const Atlas& atlas, const std::vector<MeshChartBoxes>& bo
 // By placement, as PackedChart::key.
 std::vector<uint64_t> chart_keys(const ChartMasks& masks, const PackRules& rules);
 
-// Fills atlas.placements, owner, packed_charts and the statistics of masks.
+// Fills atlas.placements, owner, packed_charts and the mask statistics.
 void apply_packing(const PackResult& packed, const ChartMasks& masks,
                    const std::vector<MeshChartBoxes>& boxes, const PackRules& rules, Atlas& atlas);
 

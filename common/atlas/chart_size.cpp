@@ -8,7 +8,7 @@
 namespace kiln {
 namespace {
 
-// A chart is never stretched more than this to one side, whatever its map looks like.
+// Upper bound on the aspect correction of a chart, whatever its parameterisation.
 constexpr double kMaxRatio = 64.0;
 
 // Sums over the triangles of one placed chart.
@@ -19,7 +19,7 @@ struct Measure {
 
 void add_triangle(const DVec3& e1, const DVec3& e2, const Triangle2& uv, Measure& m) {
   const double det = area2(uv);
-  if (det == 0) return;  // nobody sees it, or a fault of the file: it gets no texels and asks for none
+  if (det == 0) return;  // invisible, or an error in the file: it gets no texels
   const double area = 0.5 * length(cross(e1, e2));
   m.area += area;
   const DVec2 d1 = uv.c[1] - uv.c[0], d2 = uv.c[2] - uv.c[0];
@@ -46,8 +46,8 @@ uint32_t steps_along(double texels, uint32_t most, bool& limited) {
 }
 
 double mask_texels(const ChartSize& size, const Steps& s, double density, const PackRules& rules) {
-  // Around the chart: half of the texel (of the last mip level) that a lookup touches, and on average a
-  // quarter of a cell on either side to round up to whole ones.
+  // Border around the chart: half a texel (of the last mip level) that a lookup reads, and on average a
+  // quarter of a cell on either side from rounding up to whole cells.
   const double around = 0.5 * rules.mip_cell + 0.25 * (rules.cell - 1.0);
   const double box = (s.x + 2 * around) * (s.y + 2 * around);
   // If its border is no longer than twice its box's.
@@ -55,7 +55,7 @@ double mask_texels(const ChartSize& size, const Steps& s, double density, const 
                   size.square_metres * density * density + 4 * around * (s.x + s.y) + 8 * around * around);
 }
 
-// A page's share of a chart when pages hold only charts of its size.
+// Share of a page per chart if the page held only charts of this size.
 double page_texels(const Steps& s, uint32_t max_page_size) {
   const auto beside = [=](uint32_t steps) { return std::floor(max_page_size / (steps + 1.0)); };
   return double{1.0} * max_page_size * max_page_size / (beside(s.x) * beside(s.y));

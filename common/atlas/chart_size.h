@@ -17,8 +17,8 @@ struct MeshChartBoxes {
 // By set of charts.
 std::vector<MeshChartBoxes> chart_boxes(const Atlas& atlas, unsigned threads);
 
-// Extent of a placed chart in metres times its instance's density: a chart of one texel a metre is `metres`
-// texels wide and high. `square_metres` likewise.
+// Extent of a placed chart in metres times its instance's density: at one texel per metre the chart is
+// `metres` texels wide and high. `square_metres` likewise.
 struct ChartSize {
   uint32_t instance, charts, chart;  // charts: index into Atlas::charts
   DVec2 metres;
@@ -30,7 +30,7 @@ std::vector<ChartSize> chart_sizes(const Scene& scene, const Atlas& atlas,
                                    const std::vector<MeshChartBoxes>& boxes,
                                    const std::vector<float>& density, unsigned threads);
 
-// What the settings ask of masks. Packing is done in cells: no two charts use one.
+// Constraints that the settings put on masks. Packing works in cells; two charts never share one.
 struct PackRules {
   uint32_t cell = 1;      // texels a side, a power of two
   uint32_t mip_cell = 1;  // texels of the smallest mip level a side
@@ -50,10 +50,10 @@ struct Steps {
 };
 Steps chart_steps(const ChartSize& size, double density, const PackRules& rules);
 
-// Texels in all masks, estimated.
+// Estimated texels in all masks.
 double texels_needed(const std::vector<ChartSize>& sizes, double density, const PackRules& rules);
-// A density at most `density` for which pages of `limit` texels in all suffice (0: none). Careful: charts
-// that are large for a page are counted with the room that they waste on it.
+// A density, at most `density`, at which pages of `limit` texels in total suffice (0: none). Conservative:
+// charts that are large for a page count with the space they waste on it.
 double fitting_density(const std::vector<ChartSize>& sizes, double density, const PackRules& rules,
                        double limit);
 

@@ -1,4 +1,4 @@
-// Instances whose charts other surfaces stand on get charts of their own, cut there.
+// Gives instances on which other surfaces stand their own charts, cut along the contacts.
 #include "common/atlas/layout.h"
 #include "common/base/format.h"
 #include "common/base/parallel.h"

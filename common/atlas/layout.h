@@ -20,10 +20,10 @@ Expected<Atlas> pack_layout(const Scene& scene, const AtlasSettings& settings);
 Status cut_at_contacts(const Scene& scene, std::span<const double> texel, const AtlasSettings& settings,
                        Atlas& atlas);
 
-// Gives these instances a set of charts without any.
+// Assigns an empty set of charts to these instances.
 void take_charts_away(const Scene& scene, std::span<const uint8_t> receives, Atlas& atlas);
 
-// Which meshes do instances that receive have?
+// The meshes used by instances that receive light.
 std::vector<uint8_t> meshes_with_texels(const Scene& scene);
 
 // Fills instance_first_chart and sizes placements. Error: more charts than can be numbered.

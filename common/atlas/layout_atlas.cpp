@@ -12,8 +12,8 @@ namespace {
 
 // Coordinates may leave [0, 1] by this: exporters write 1.0000001.
 constexpr float kOutside = 1e-4f;
-// Overlap is refused when a quarter of one texel is claimed twice, or a thousandth of all texels by more
-// than bare contact. Less is what adjoining charts do that share a border up to rounding.
+// Overlap is an error when a quarter of one texel is claimed twice, or a thousandth of all texels by more
+// than bare contact. Adjoining charts that share a border up to rounding stay below that.
 constexpr uint32_t kMaxPoints = 16;
 constexpr double kMaxTexels = 0.001;
 
@@ -33,7 +33,7 @@ bool leaves_unit_square(const MeshCharts& charts) {
   return false;
 }
 
-// Does the mesh have a TEXCOORD_1 in which no triangle has an area?
+// Whether the mesh has a TEXCOORD_1 in which no triangle has area.
 bool without_area(const Mesh& mesh) {
   if (mesh.uv[1].empty() || mesh.triangles.empty()) return false;
   for (const UVec3& t : mesh.triangles) {
@@ -76,7 +76,7 @@ Status read_charts(const Scene& scene, Atlas& atlas, unsigned threads) {
           why[m] = charts.error().message;
       },
       threads);
-  // One sentence for the first kind of trouble that an instance has, with all who share it.
+  // One sentence for the first kind of problem found, naming every instance that shares it.
   for (const Instance& instance : scene.instances)
     if (const std::string& trouble = why[instance.mesh]; !trouble.empty())
       return fail(
@@ -118,7 +118,7 @@ Status judge_overlap(const Scene& scene, const SiteOverlap& overlap, Atlas& atla
   return {};
 }
 
-// First come, first served, in order of placements.
+// In order of placements; the first one wins.
 void own_footprints(const Scene& scene, Atlas& atlas) {
   atlas.owner.assign(atlas.texel_count(), 0);
   for (size_t i = 0; i < scene.instances.size(); ++i) {

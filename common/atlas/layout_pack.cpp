@@ -16,13 +16,13 @@ namespace {
 
 constexpr uint32_t kMaxPages = 64;
 
-// Three digits, downwards: a number that a person can type and that fits.
+// Rounds down to three digits: a number that is easy to type and still fits.
 std::string round_down(double density) {
   const double unit = std::pow(10.0, std::floor(std::log10(density)) - 2);
   return text("{:.6g}", std::floor(density / unit) * unit);
 }
 
-// "'a' 70 %, 'b' 12 %": whose charts have the most area, with their density.
+// "'a' 70 %, 'b' 12 %": the objects with the most chart area, weighted by density.
 std::string largest_charts(const Scene& scene, const std::vector<ChartSize>& sizes) {
   std::vector<double> area(scene.instances.size(), 0);
   double all = 0;
@@ -52,7 +52,7 @@ tl::unexpected<Error> too_dense(double density, double fitting, uint64_t max_tex
 
 void choose_charts(const Scene& scene, const AtlasSettings& settings, Atlas& atlas) {
   std::vector<ChartsForPacking> made(scene.meshes.size());
-  // Large meshes one after another on all threads, then the small ones side by side.
+  // Large meshes one by one on all threads, then the small ones in parallel.
   constexpr size_t kLarge = 20000;
   const std::vector<uint8_t> wanted = meshes_with_texels(scene);
   const auto make = [&](size_t m, unsigned threads) {
@@ -114,8 +114,8 @@ Status check_density(const Scene& scene, const std::vector<float>& density) {
   return {};
 }
 
-// The charts cut and packed for one density. Where surfaces stand on others, charts are cut by the size of a
-// texel: another density is another layout.
+// Cuts and packs charts for one density. Contact cuts depend on the texel size, so another density gives
+// another layout.
 class Trial {
  public:
   // `base`: the charts of the meshes.
@@ -168,7 +168,7 @@ class Trial {
   uint64_t texels() const { return uint64_t{result.width} * result.height * result.pages; }
   bool within(uint64_t limit) const { return result.fits && texels() <= limit; }
   const std::vector<ChartSize>& sizes() const { return sizes_; }
-  // No chart could become smaller.
+  // Stop when no chart could become smaller.
   bool is_least() const {
     return std::all_of(steps_.begin(), steps_.end(), [](const Steps& s) { return s.x == 1 && s.y == 1; });
   }
@@ -222,7 +222,7 @@ class Trial {
     }
   }
 
-  // What was saved: masks of the same charts at their whole size.
+  // Savings: masks of the same charts at full size.
   void count_collapsed() {
     AtlasStatistics& count = atlas.statistics;
     std::fill(std::begin(count.collapsed), std::end(count.collapsed), CollapsedCharts{});
@@ -251,7 +251,7 @@ class Trial {
   double density_;
   PackRules rules_;
   std::vector<MeshChartBoxes> boxes_;
-  std::vector<ChartSize> sizes_, whole_;  // whole_: with those that collapse as they were; empty: none does
+  std::vector<ChartSize> sizes_, whole_;  // whole_: sizes without collapsing; empty: nothing collapses
   std::vector<Steps> steps_;
   ChartMasks masks_;
 };
@@ -263,8 +263,8 @@ uint64_t most_texels(const AtlasSettings& settings) {
   return settings.texel_budget ? std::min(most, settings.texel_budget) : most;
 }
 
-// Looks for the highest density whose pages stay within the budget, on a ladder of fixed densities and from a
-// start that only the scene and the budget decide: whatever density is wished for above, the result is one.
+// Finds the highest density whose pages stay within the budget, on a ladder of fixed densities and from a
+// start that depends only on the scene and the budget, so any requested density above gives the same result.
 class BudgetSearch {
  public:
   BudgetSearch(const Scene& scene, const AtlasSettings& settings, const Atlas& base)
@@ -285,7 +285,7 @@ class BudgetSearch {
       (within ? low_ : high_) = rung;
       if (within) best = std::move(trial);
       if ((within && share >= kEnough) || high_ - low_ <= 1) break;
-      // Area follows the square of the density; what it does not follow is found by ever wider steps.
+      // Area grows with the square of the density; deviations are found by ever wider steps.
       const double step = fits ? 0.5 * std::log2(kAim / share) : -1.0;
       const int64_t least = within || !fits ? 1 : int64_t{1} << std::min(tries, 10);
       rung += within ? std::max(rungs(step), least) : std::min(rungs(step), -least);
@@ -297,14 +297,14 @@ class BudgetSearch {
  private:
   static constexpr double kRungs = 64;  // of a doubling
   static constexpr int64_t kLowest = -4096;
-  // As the report states it: asked for alone it gives the same layout.
+  // Rounded as the report prints it: requested directly, it gives the same layout.
   static double density_of(int64_t rung) {
     return double{static_cast<float>(std::exp2(static_cast<double>(rung) / kRungs))};
   }
   static int64_t rungs(double doublings) { return static_cast<int64_t>(std::floor(doublings * kRungs)); }
   static int64_t rung_below(double density) { return std::max(rungs(std::log2(density)), kLowest); }
 
-  // By the area of charts that are not cut.
+  // Estimated from the area of uncut charts.
   Expected<int64_t> start(double aim) {
     AtlasSettings uncut = settings_;
     uncut.cut_contacts = false;
@@ -321,7 +321,7 @@ class BudgetSearch {
   Expected<TrialPtr> at(int64_t rung) {
     KILN_TRY(TrialPtr trial, Trial::at(scene_, settings_, density_of(rung), base_));
     trial->pack();
-    base_.statistics.steps = trial->atlas.statistics.steps;  // the time of all tries
+    base_.statistics.steps = trial->atlas.statistics.steps;  // total time of all attempts
     return trial;
   }
 
@@ -340,7 +340,7 @@ class BudgetSearch {
   int64_t low_ = kLowest - 1, high_ = 0;
 };
 
-// At the wished density; nothing where that is more than the limit.
+// At the requested density; nullopt if that exceeds the limit.
 Expected<TrialPtr> at_wished_density(const Scene& scene, const AtlasSettings& settings, const Atlas& base) {
   const double wished = settings.texels_per_metre;
   const double limit = static_cast<double>(most_texels(settings));
@@ -349,7 +349,7 @@ Expected<TrialPtr> at_wished_density(const Scene& scene, const AtlasSettings& se
   uncut.cut_contacts = false;
   uncut.collapse = {};
   KILN_TRY(TrialPtr trial, Trial::at(scene, uncut, wished, base));
-  // Contacts are not looked for at a density that is out of reach.
+  // Do not search for contacts at a density that cannot fit.
   if (texels_needed(trial->sizes(), wished, rules) > limit) {
     if (settings.texel_budget) return nullptr;
     return too_dense(wished, fitting_density(trial->sizes(), 0.95 * wished, rules, 0.9 * limit),

@@ -16,7 +16,7 @@ uint64_t pose_of(const Instance& instance) {
   return xxh3(std::as_bytes(std::span(m)));
 }
 
-// By instance: index of the object that it was, or none.
+// By instance: index of its object in the previous layout, or none.
 constexpr uint32_t kNone = ~0u;
 std::vector<uint32_t> earlier_objects(const Scene& scene, const PreviousLayout& previous) {
   using Pose = std::pair<std::string, uint64_t>;

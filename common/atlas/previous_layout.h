@@ -1,4 +1,4 @@
-// An earlier packing, so that what has not changed stays where it was.
+// An earlier packing, so that unchanged charts keep their place.
 #pragma once
 
 #include <optional>
@@ -8,21 +8,21 @@
 
 namespace kiln {
 
-// Objects are told apart by names, not by numbers of nodes: a number changes when a node before it goes.
+// Objects are identified by name, not by node number: numbers shift when an earlier node is removed.
 struct PreviousLayout {
   struct Object {
     std::string name;   // object_key
-    uint64_t pose = 0;  // tells objects of one name apart
+    uint64_t pose = 0;  // distinguishes objects of the same name
     std::vector<PackedChart> charts;
   };
   uint32_t width = 0, height = 0, pages = 0;
   std::vector<Object> objects;
 };
 
-// "node name/mesh name/primitive"; a node without a name goes by its number.
+// "node name/mesh name/primitive"; an unnamed node uses its number.
 std::string object_key(const Scene& scene, size_t instance);
 
-// Of an atlas of layout pack: what the next bake's AtlasSettings::previous wants.
+// Extracts AtlasSettings::previous for the next bake from an atlas of layout pack.
 PreviousLayout previous_layout_of(const Scene& scene, const Atlas& atlas);
 
 // `keys`: by placement, as PackedChart::key. A chart has a previous place if an object of its name had a

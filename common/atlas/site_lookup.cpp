@@ -30,7 +30,7 @@ SiteLookup::Place SiteLookup::find(uint32_t instance, uint32_t triangle, float b
   if (!places_.holds(instance, triangle)) return {};
   const AtlasPlace place = places_.at(instance, triangle, b1, b2);
   const DVec2& at = place.texels;
-  // Also false for what is not a number.
+  // Also false for NaN.
   if (!(at.x >= 0 && at.y >= 0 && at.x < atlas_.width && at.y < atlas_.height)) return {};
   const uint64_t texel = (uint64_t{place.page} * atlas_.height + static_cast<uint64_t>(at.y)) * atlas_.width +
                          static_cast<uint64_t>(at.x);

@@ -1,4 +1,4 @@
-// From a point of a surface to the texel site that holds it: the way back from what a ray met to the map.
+// Maps a surface point, such as a ray hit, back to the texel site that contains it.
 #pragma once
 
 #include "common/atlas/atlas_lookup.h"
@@ -9,14 +9,14 @@ class SiteLookup {
  public:
   static constexpr uint32_t kNone = ~0u;
 
-  // `atlas` outlives the lookup; `scene` is read here alone.
+  // `atlas` outlives the lookup; `scene` is read only by the constructor.
   SiteLookup(const Atlas& atlas, const Scene& scene);
 
   struct Place {
     uint32_t site = kNone;    // kNone: no texel was measured there
     float texel_size = 0.0f;  // metres: the mean over the chart
   };
-  // The texel that holds the point of a triangle with these barycentrics of vertices 1 and 2.
+  // The texel that contains a triangle's point, given by barycentrics of vertices 1 and 2.
   Place find(uint32_t instance, uint32_t triangle, float b1, float b2) const;
 
  private:

@@ -1,4 +1,4 @@
-// Surface points of one texel, for many samples of it: what all of them share is found once.
+// Surface points of one texel, for many samples: shared work is done once.
 #pragma once
 
 #include "common/atlas/atlas.h"
@@ -13,11 +13,11 @@ class SitePicker {
   // As pick_site(atlas, site, u), bit for bit.
   SitePick pick(float u) { return at(index(u)); }
   uint32_t count() const { return count_; }  // valid points
-  uint32_t index(float u) const {            // of the point that pick(u) takes
+  uint32_t index(float u) const {            // index of the point that pick(u) chooses
     return std::min(static_cast<uint32_t>(static_cast<float>(count_) * u), count_ - 1);
   }
   SitePick at(uint32_t index);
-  // Of the face of the last pick: twice its area in texels.
+  // Twice the area, in texels, of the face of the last pick.
   double twice_texel_area() const { return whole_ < 0 ? -whole_ : whole_; }
 
  private:
@@ -25,7 +25,7 @@ class SitePicker {
 
   const Atlas& atlas_;
   const uint32_t* pairs_;              // of the site's record
-  const uint32_t* entered_ = nullptr;  // the pair whose face the members below are of
+  const uint32_t* entered_ = nullptr;  // the pair whose face the members below describe
   Triangle2 corners_;
   uint32_t triangle_ = 0;
   const FacePart* part_ = nullptr;

@@ -26,7 +26,7 @@ Triangle2 corners(const Atlas& atlas, const Item& item, uint32_t& page) {
   return texel_triangle(charts, place, item.face);
 }
 
-// Faces by the bands that they touch, in order.
+// Faces by the bands they overlap, in order.
 struct Bands {
   uint32_t per_page;
   std::vector<size_t> first;

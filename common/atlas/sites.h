@@ -5,7 +5,7 @@
 
 namespace kiln {
 
-// Points that more than one face covers; the first in (instance, face) order has them.
+// Points covered by more than one face; the first in (instance, face) order owns them.
 struct SiteOverlap {
   uint64_t covered_points = 0, points = 0;
   uint64_t texels = 0;  // with more than bare contact: kContactPoints or more such points

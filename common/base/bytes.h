@@ -91,7 +91,7 @@ class ByteReader {
     data_ = data_.subspan(count);
     return s;
   }
-  // A count of elements of at least `least_bytes` each that still follow; 0 if that cannot be.
+  // Reads a count of elements that follow, each at least `least_bytes` long; 0 if too few bytes are left.
   uint64_t get_count(size_t least_bytes) {
     const uint64_t count = get<uint64_t>();
     if (count > data_.size() / least_bytes) ok_ = false;

@@ -1,4 +1,4 @@
-// Contracts between our own functions, on in release builds too: one condition each.
+// Contracts between our own functions, checked in release builds too: one condition each.
 #pragma once
 
 namespace kiln {

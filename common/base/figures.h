@@ -1,4 +1,4 @@
-// What a step of work has to say of itself, for reports.
+// Figures that a stage reports about its own work.
 #pragma once
 
 #include <string>
@@ -15,7 +15,7 @@ struct StageTime {
   double cpu_seconds = 0;  // of all threads of this process
 };
 
-// Adds the seconds since its making to a list when it ends.
+// Appends the seconds since its construction to a list when destroyed.
 class StageTimer {
  public:
   StageTimer(std::vector<StageTime>& times, std::string name) : times_(times), name_(std::move(name)) {}

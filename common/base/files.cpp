@@ -114,7 +114,7 @@ Status write_file_atomic(const fs::path& path, std::string_view text) {
 
 Status write_private_file(const fs::path& path, std::string_view text) {
   return write_atomic(path, [&](const fs::path& temporary) {
-    // A file that was left there may have other rights: never into an old one.
+    // A leftover file may have other permissions: never write into an existing one.
     std::error_code ignored;
     fs::remove(temporary, ignored);
     return write_bytes(temporary, bytes_of(text), O_EXCL, 0600);

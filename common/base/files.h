@@ -1,4 +1,4 @@
-// Reading with a bound, writing by rename: a file appears complete or not at all.
+// Bounded reads, and writes by rename: a file appears complete or not at all.
 #pragma once
 
 #include <filesystem>
@@ -17,15 +17,14 @@ Expected<Bytes> read_file(const std::filesystem::path& path, uint64_t max_bytes 
 // Writes a temporary file beside `path`, syncs it and renames it over `path`.
 Status write_file_atomic(const std::filesystem::path& path, std::span<const std::byte> data);
 Status write_file_atomic(const std::filesystem::path& path, std::string_view text);
-// The same, for its owner's eyes alone from the first byte on (mode 0600).
+// The same, readable by its owner only from the first byte on (mode 0600).
 Status write_private_file(const std::filesystem::path& path, std::string_view text);
 
-// The same for writers that need a path: `write` is given the temporary path (same extension).
+// The same for writers that need a path: `write` receives the temporary path (same extension).
 Status write_atomic(const std::filesystem::path& path,
                     const std::function<Status(const std::filesystem::path&)>& write);
 
-// Makes the folder if needed and proves that a file can be written there and that
-// `need_bytes` are free.
+// Creates the folder if needed and checks that a file can be written there and that `need_bytes` are free.
 Status prepare_output_folder(const std::filesystem::path& folder, uint64_t need_bytes);
 
 }  // namespace kiln

@@ -38,7 +38,7 @@ class Sha256 {
   void* context_;
 };
 
-// Time that does not depend on where two secrets first differ.
+// Compares in constant time: the duration does not depend on where two secrets first differ.
 bool equal_secret(std::string_view a, std::string_view b);
 // `count` random bytes from the operating system, as hex. For tokens only, never for results.
 std::string random_hex(size_t count);

@@ -141,7 +141,7 @@ const JsonValue* JsonValue::find(std::string_view name) const {
 
 namespace {
 
-// Builds the values as they are read, so that depth and number are bounded before memory is.
+// Builds values while parsing, so that depth and count are checked before memory is allocated.
 class TreeReader final : public nlohmann::json_sax<nlohmann::json> {
  public:
   static constexpr size_t kDeepest = 16, kMax = size_t{1} << 20;
@@ -220,7 +220,7 @@ class TreeReader final : public nlohmann::json_sax<nlohmann::json> {
     if (open_.size() == kDeepest) return refuse("it is nested too deeply");
     JsonValue v;
     v.kind = kind;
-    // Places stay: a parent gets no further element before this one is closed.
+    // Pointers stay valid: a parent gets no further element before this one is closed.
     JsonValue* place = add(std::move(v));
     if (!place) return false;
     open_.push_back(place);

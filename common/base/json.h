@@ -52,13 +52,13 @@ Expected<std::vector<std::pair<std::string, std::string>>> parse_flat_json(std::
 
 struct JsonMember;
 
-// A value of a document from elsewhere.
+// A value parsed from an untrusted document.
 struct JsonValue {
   enum class Kind : uint8_t { kNull, kFlag, kNumber, kText, kList, kObject };
   Kind kind = Kind::kNull;
   bool flag = false;
   double number = 0;
-  // Of a number without fraction: `whole` holds its size exactly.
+  // For integers: `whole` holds the magnitude exactly.
   bool is_whole = false, negative = false;
   uint64_t whole = 0;
   std::string text;
@@ -72,8 +72,8 @@ struct JsonMember {
   JsonValue second;
 };
 
-// Fails (kInvalidInput) on what is no JSON, is nested deeper than 16, has more than 2^20 values, or an object
-// with the same name twice.
+// Fails (kInvalidInput) if the text is not JSON, nests deeper than 16, has more than 2^20 values, or repeats
+// a name in an object.
 Expected<JsonValue> parse_json(std::string_view text);
 
 }  // namespace kiln

@@ -15,7 +15,8 @@ uint64_t memory_bytes();  // physical memory of this machine
 // Calls body(i) once for each i in [0, count), on up to `threads` threads (0: all).
 void parallel_for(size_t count, const std::function<void(size_t)>& body, unsigned threads = 0);
 
-// Calls body(begin, end) for runs that together are [0, count): for what is costly to set up, or soon done.
+// Calls body(begin, end) for runs that cover [0, count): for bodies with costly set-up or little work per
+// index.
 constexpr size_t kParallelRun = 1024;
 template <class Body>
 void for_each_run(size_t count, unsigned threads, const Body& body) {

@@ -3,7 +3,7 @@
 namespace kiln {
 
 // z with P(|Z| < z) = confidence for a standard normal Z: 0.95 -> 1.959964. 0 < confidence < 1.
-// By bisection on erf, to the last bit of double.
+// Solved by bisection on erf, to the last bit of double.
 double normal_interval(double confidence);
 
 }  // namespace kiln

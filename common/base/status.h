@@ -1,4 +1,4 @@
-// Errors as values. What the world may do wrong is an Error; what only we can do wrong is a KILN_CHECK.
+// Errors as values. Failures of the outside world are an Error; our own mistakes are a KILN_CHECK.
 #pragma once
 
 #include <string>
@@ -15,7 +15,7 @@ enum class ErrorKind {
   kNoSpace,       // disk or memory is not enough: exit 1
   kProtocol,      // a peer broke the protocol: its connection is closed
   kUnavailable,   // a peer or resource is gone: a retry may help
-  kInternal,      // a bug, said with what is needed to reproduce it
+  kInternal,      // a bug; the message holds what is needed to reproduce it
   kTooShort,      // a time limit leaves no time for a whole map: nothing is published, exit 4
 };
 

@@ -1,6 +1,6 @@
-// Functions that are compiled a second time for processors with AVX2, which the loader then picks. Only for
-// arithmetic that gives the same bits either way: there are no fused operations (-ffp-contract=off). Tests
-// that compare the two build one more time with KILN_PLAIN.
+// Compiles functions a second time for AVX2; the loader picks the version. Only for arithmetic that gives the
+// same bits either way: there are no fused operations (-ffp-contract=off). Tests that compare the two
+// versions build once more with KILN_PLAIN.
 #pragma once
 
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_THREAD__) && \

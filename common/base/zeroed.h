@@ -9,8 +9,8 @@
 
 namespace kiln {
 
-// Memory that the system hands out zeroed, page by page as it is touched: by the threads that fill it, or
-// never.
+// Memory that the system zeroes page by page on first touch, so the threads that fill it pay for it, if any
+// does.
 template <class T>
 struct ZeroedAllocator {
   static_assert(std::is_arithmetic_v<T>);
@@ -30,8 +30,8 @@ struct ZeroedAllocator {
   bool operator==(const ZeroedAllocator&) const { return true; }
 };
 
-// Of `n` zeros: ZeroedVector<T>(n). Growing a vector that was made otherwise may find what was there before,
-// so it is made once, at its size.
+// ZeroedVector<T>(n) holds `n` zeros. Growing one later may expose old contents, so construct it once, at its
+// final size.
 template <class T>
 using ZeroedVector = std::vector<T, ZeroedAllocator<T>>;
 

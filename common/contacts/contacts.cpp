@@ -1,7 +1,7 @@
-// Every pair of triangles that come near each other, in double. The line on which one leaves the plane of the
-// other is read off a little above the plane, where crossing it is well conditioned, and moved down along the
-// crossing triangle: so a wall that ends exactly on the floor, or a hair above it, counts like one that goes
-// through.
+// Tests every pair of nearby triangles, in double. The line where one leaves the plane of the other is
+// computed a little above the plane, where the intersection is well conditioned, and moved down along the
+// crossing triangle, so a wall that ends exactly on the floor, or slightly above it, counts like one that
+// goes through.
 #include "common/contacts/contacts.h"
 
 #include <algorithm>
@@ -20,7 +20,7 @@ namespace {
 
 constexpr double kMinLength = 1e-3;  // texels
 constexpr double kParallel =
-    0.94;  // |cosine| between normals from which surfaces count as parallel: 20 degrees
+    0.94;  // |cosine| between normals above which surfaces count as parallel: 20 degrees
 
 bool lets_light_through(const Record& material) {
   const Property* alpha = material.find("alpha_mode");
@@ -36,7 +36,7 @@ struct Found {
   ContactLine line;
 };
 
-// The plane and the barycentrics of a triangle that is stood on.
+// The plane and barycentrics of the triangle below.
 struct Ground {
   DVec3 origin, e1, e2, normal;
   double g11, g12, g22, det;
@@ -60,7 +60,7 @@ struct Ground {
   DVec3 at(const DVec2& b) const { return origin + b.x * e1 + b.y * e2; }
 };
 
-// Clips the segment to the triangle grown by `slack` (in barycentrics). False: nothing is left.
+// Clips the segment to the triangle grown by `slack` (in barycentrics). Returns false if nothing is left.
 bool clip(DVec2& a, DVec2& b, double slack) {
   double t0 = 0, t1 = 1;
   const auto keep = [&](double at_a, double at_b) {  // where the value is >= -slack
@@ -82,7 +82,7 @@ bool clip(DVec2& a, DVec2& b, double slack) {
   return true;
 }
 
-// Where `by` rises from the front of the ground; the ends are in the plane.
+// The line where `by` rises from the front of the ground; its ends are in the plane.
 bool rising_line(const Ground& ground, const WorldTriangle& by, double texel, DVec3 (&ends)[2]) {
   const double level = kContactGap * texel;
   double height[3];
@@ -154,8 +154,8 @@ class ContactFinder::Search {
   double texel(uint32_t instance) const { return texel_[instance]; }
 
  private:
-  // Inner sides count first where two surfaces lie on each other: a crate on a crate hides the inside of the
-  // lower.
+  // Where two surfaces coincide the back face counts first: a crate on a crate hides the inside of the lower
+  // one.
   bool is_buried(const DVec3& at, const DVec3& up, double texel) const {
     double inner = 1e300, outer = 1e300, end = 1e300;
     tree_->for_each_hit(at, up, end, [&](uint32_t index, double distance) {
@@ -170,7 +170,7 @@ class ContactFinder::Search {
     });
     return inner < 1e300 && inner <= outer + kContactGap * texel;
   }
-  // Do the triangles meet at two corners, as neighbours in a surface do?
+  // Whether the triangles share two corners, as neighbours in a surface do.
   static int common_corners(const WorldTriangle& a, const WorldTriangle& b) {
     int count = 0;
     for (const Vec3& p : a.corner)
@@ -193,14 +193,14 @@ class ContactFinder::Search {
       DVec3 ends[2];
       if (!rising_line(ground, by, texel, ends)) return;
       DVec2 a = ground.barycentrics(ends[0]), b = ground.barycentrics(ends[1]);
-      // Without slack first: clamping what reaches over a side would turn the line.
+      // Without slack first: clamping a line that extends past a side would rotate it.
       const DVec2 whole_a = a, whole_b = b;
       if (!clip(a, b, 0)) {
         a = whole_a, b = whole_b;
         if (!clip(a, b, slack)) return;
       }
       if (length(ground.at(a) - ground.at(b)) < kMinLength * texel) return;
-      // The next face of a surface that bends upwards: no one stands there.
+      // The next face of a surface that bends upwards is not a contact.
       if (on.instance == by.instance && common_corners(on, by) == 2 && on_a_side(a, b)) return;
       if (b.x < a.x || (b.x == a.x && b.y < a.y)) std::swap(a, b);
       found.push_back(
@@ -224,7 +224,7 @@ class ContactFinder::Search {
 
 namespace {
 
-// Which of the contacts of one instance hang together over at least kContactReach texels.
+// Selects the contacts of one instance that connect over at least kContactReach texels.
 std::vector<bool> reach_far(std::span<const Found> found, double texel) {
   using Cell = std::array<int64_t, 3>;
   const double cell_size = 0.05 * texel;

@@ -36,14 +36,14 @@ class ContactFinder {
   ContactFinder(const Scene& scene, std::span<const double> texel, unsigned threads);
   ~ContactFinder();
 
-  // Contacts of all instances. What rises less than kContactRise texels, hovers more than kContactGap of one
-  // above the surface, or whose contact as a whole reaches less than kContactReach texels (the foot of a
-  // chair) is no contact; nor is a surface that lets light through. The same scene gives the same contacts
-  // whatever the number of threads. `is_stopped` is asked from any thread; once it says yes the search ends,
-  // and the result is incomplete.
+  // Finds the contacts of all instances. Surfaces that rise less than kContactRise texels, hover more than
+  // kContactGap texels above the surface, touch it over less than kContactReach texels in all (the foot of a
+  // chair) or let light through make no contact. The result does not depend on the number of threads.
+  // `is_stopped` may be called from any thread; once it returns true the search stops and the result is
+  // incomplete.
   Contacts find(const std::function<bool()>& is_stopped = {}) const;
 
-  // Does a ray upwards from just above a point of an instance's triangle meet the inner side of something?
+  // Whether a ray upwards from just above a point of an instance's triangle hits a back face first.
   bool is_buried(uint32_t instance, uint32_t triangle, const DVec2& barycentrics) const;
 
  private:
@@ -52,9 +52,9 @@ class ContactFinder {
 };
 constexpr double kContactGap = 0.02, kContactRise = 0.04, kContactReach = 2;
 
-// The charts of one instance cut along its contacts: triangles are parted where a contact crosses them, and
-// parts on the two sides of a contact are in different charts. `base` are the charts of its mesh. Nothing is
-// cut: the result has no faces. What nobody sees below what stands there (`is_buried` of triangle and
+// Cuts the charts of one instance along its contacts: triangles are split where a contact crosses them, and
+// the parts on either side of a contact go to different charts. `base`: the charts of its mesh. If nothing is
+// cut, the result has no faces. Surface hidden below the standing object (`is_buried` of triangle and
 // barycentrics) gets no texels: its faces shrink to a point of a neighbour. `refused`: triangles with more
 // contacts than kMaxParts allows, left whole.
 constexpr size_t kMaxParts = 256;

@@ -1,7 +1,7 @@
-// Each triangle is parted by the lines of its contacts into convex polygons; a line parts every polygon that
-// its contact enters right through, so polygons stay convex and contacts that do not quite meet still close.
-// Then polygons are joined to charts again across every side that no contact lies on, but never two that meet
-// at a contact anywhere: the two sides of a wall that ends in the middle of a floor are two charts.
+// Splits each triangle by the lines of its contacts into convex polygons. A line splits every polygon that
+// its contact enters completely, so polygons stay convex and contacts that do not quite touch still close.
+// Then polygons are joined to charts again across every side without a contact, but never two that share a
+// contact anywhere: the two sides of a wall that ends in the middle of a floor become two charts.
 #include <algorithm>
 #include <array>
 #include <map>
@@ -42,7 +42,7 @@ class Cutter {
     return faces();
   }
 
-  // Charts that a contact divides.
+  // Charts divided by a contact.
   std::vector<bool> divided(size_t& refused) {
     std::vector<bool> charts(base_.chart_count);
     if (!divide(refused)) return charts;
@@ -81,8 +81,8 @@ class Cutter {
     p.at = flat.at(p.bary);
     return p;
   }
-  // The nearest point that the side has already, by whichever of its triangles, or `t` itself: the two must
-  // not differ by rounding.
+  // The nearest point that either triangle has already put on the side, or `t` itself: the two sides must not
+  // differ by rounding.
   double snapped(const Flat& flat, uint32_t triangle, int k, double t) {
     std::vector<double>& known = on_side_[side_key(triangle, k)];
     const double near = 4 * least() / length(flat.corner[(k + 1) % 3] - flat.corner[k]);
@@ -91,7 +91,7 @@ class Cutter {
     known.push_back(on_grid(t));
     return known.back();
   }
-  // How far along side k a point with these barycentrics is, from the corner with the smaller weld.
+  // Parameter along side k of a point with these barycentrics, from the corner with the smaller weld.
   double along_side(uint32_t triangle, int k, const DVec2& b) const {
     const double forward = k == 0 ? b.x : k == 1 ? b.y : 1 - b.y;
     return weld_[3 * triangle + k] < weld_[3 * triangle + (k + 1) % 3] ? forward : 1 - forward;
@@ -123,8 +123,7 @@ class Cutter {
     return point;
   }
 
-  // Parts `p` by the line through a with direction d (unit) if the contact, which ends at `length`, enters
-  // it.
+  // Splits `p` by the line through a with unit direction d if the contact, which ends at `length`, enters it.
   bool part(const Polygon& p, const Flat& flat, const DVec2& a, const DVec2& d, double length,
             std::vector<Polygon>& out) {
     const double eps = least();
@@ -148,7 +147,7 @@ class Cutter {
       const size_t m = (k + 1) % p.points.size();
       if (height[k] >= 0) above.points.push_back(p.points[k]), above.side.push_back(p.side[k]);
       if (height[k] <= 0) below.points.push_back(p.points[k]), below.side.push_back(p.side[k]);
-      if (height[k] == 0) {  // leaves the half into which the next point does not go
+      if (height[k] == 0) {  // the half that the next point is not in ends here
         note(p.points[k].at);
         if (height[m] < 0) above.side.back() = -1;
         if (height[m] > 0) below.side.back() = -1;
@@ -204,7 +203,7 @@ class Cutter {
     return side == 0 ? b.y == 0 : side == 1 ? b.x + b.y == 1 : b.x == 0;
   }
 
-  // Points that lie on a side of a polygon between its ends become points of it.
+  // Inserts points that lie on a side of a polygon, between its ends, into the polygon.
   void insert_points(Polygon& p, const std::vector<Point>& candidates) const {
     const double eps = 2 * least();
     DVec2 low(1e300), high(-1e300);
@@ -227,7 +226,7 @@ class Cutter {
       std::vector<std::pair<double, const Point*>> between;
       for (const Point* c : near) {
         if (c->id == a.id || c->id == b.id) continue;
-        // The triangle's own sides stay straight, as the next triangle has them: what is merely near one is
+        // The triangle's own sides stay straight, to match the next triangle: a point merely near a side is
         // not on it.
         if (p.side[k] >= 0 && !is_on_side(p.side[k], c->bary)) continue;
         const DVec2 q = c->at - a.at;
@@ -256,7 +255,7 @@ class Cutter {
     return all;
   }
 
-  // Sides that a contact lies on for a good part of their length.
+  // Sides covered by a contact over a large part of their length.
   void mark_sides() {
     for (size_t i = 0, end; i < contacts_.size(); i = end) {
       const uint32_t triangle = contacts_[i].triangle;
@@ -300,7 +299,7 @@ class Cutter {
     return std::max(0.0, std::min(std::max(s, t), size) - std::max(std::min(s, t), 0.0));
   }
 
-  // Triangles beside a parted side take its points, so that no gap opens between them.
+  // Triangles beside a split side get its points too, so that no gap opens.
   void part_neighbours() {
     for (uint32_t t = 0; t < polygons_of_.size(); ++t) {
       const Flat flat = flatten(t);
@@ -330,7 +329,7 @@ class Cutter {
            b.y * (DVec2(base_.corner_uv[3 * triangle + 2]) - a);
   }
 
-  // Parts triangles and finds which polygons meet. False: nothing stands on any of them.
+  // Splits triangles and finds adjacent polygons. Returns false if nothing stands on any of them.
   bool divide(size_t& refused) {
     part_triangles(refused);
     mark_sides();
@@ -387,7 +386,7 @@ class Cutter {
   // Joins polygons across sides that no contact lies on, the longest first.
   void join() {
     std::vector<Meeting> open;
-    for (const Meeting& m : meetings_)  // not where rounding alone makes two of one point
+    for (const Meeting& m : meetings_)  // unless rounding alone separates two copies of one point
       if (!m.wall && m.length > 8 * least()) open.push_back(m);
     std::stable_sort(open.begin(), open.end(),
                      [](const Meeting& a, const Meeting& b) { return a.length > b.length; });
@@ -398,9 +397,8 @@ class Cutter {
     for (const Meeting& m : open) merge(set_of_[m.a], set_of_[m.b]);
     give_away();
   }
-  // Sets that nobody sees get no texels: their faces shrink to a point beside the neighbour with which they
-  // share most. Spots in the open, too small for texels of their own, go with what they lie beside in the
-  // open.
+  // Hidden sets get no texels: their faces shrink to a point beside the neighbour with the longest shared
+  // border. Visible sets too small for texels of their own join a visible neighbour.
   void give_away() {
     struct Shared {
       double open = 0, all = 0, longest = 0;
@@ -447,8 +445,8 @@ class Cutter {
     for (const uint32_t p : members_[set]) area += area_of(*all_[p]);
     return area;
   }
-  // Are all points that are tried buried: of each polygon the middle, those between it and the corners, and
-  // in wide ones more, half a texel apart?
+  // Whether all test points are buried: the centre of each polygon, the points between it and the corners,
+  // and in wide polygons more, half a texel apart.
   bool is_buried(uint32_t set) const {
     for (const uint32_t i : members_[set]) {
       const Polygon& p = *all_[i];
@@ -518,13 +516,13 @@ class Cutter {
       add_face(p, p.points[0].bary, p.points[1].bary, p.points[2].bary, chart, out);
       return;
     }
-    // A fan around the middle: no face without area, whatever points lie on the polygon's sides.
+    // A fan around the centre: every face has area, whatever points lie on the polygon's sides.
     const DVec2 middle = middle_of(p);
     for (size_t k = 0; k < n; ++k)
       add_face(p, middle, p.points[k].bary, p.points[(k + 1) % n].bary, chart, out);
   }
 
-  // What counts as on a line, in metres: below what a site's place means, above rounding.
+  // Tolerance for lying on a line, in metres: below the spacing of sites, above rounding.
   double least() const { return 1e-4 * texel_; }
 
   const Mesh& mesh_;
@@ -544,7 +542,7 @@ class Cutter {
   std::vector<std::vector<uint32_t>> apart_;  // by polygon: those on the other side of a contact
   std::vector<uint32_t> set_of_;
   std::vector<std::vector<uint32_t>> members_;
-  std::vector<std::optional<DVec2>> at_point_;  // by polygon: nobody sees it, its texel coordinates are these
+  std::vector<std::optional<DVec2>> at_point_;  // by polygon: hidden; its texel coordinates
 };
 
 }  // namespace
@@ -553,11 +551,10 @@ MeshCharts cut_charts(const Mesh& mesh, const Mat4x3& to_world, const MeshCharts
                       std::span<const Contact> contacts, double texel,
                       const std::function<bool(uint32_t, const DVec2&)>& is_buried, size_t& refused) {
   if (contacts.empty()) return {};
-  // First to see which charts are divided at all: most contacts run along borders, where nothing is to be
-  // cut.
+  // First find the charts that are divided at all: most contacts run along borders and cut nothing.
   const std::vector<bool> divided = Cutter(mesh, to_world, base, contacts, texel, is_buried).divided(refused);
   if (std::find(divided.begin(), divided.end(), true) == divided.end()) return {};
-  // A chart of few texels shows no more than a blur of what stands on it, cut or not.
+  // A chart of few texels is a blur either way, cut or not.
   std::vector<double> area(base.chart_count);
   for (size_t t = 0; t < mesh.triangles.size(); ++t) {
     Vec3 c[3];

@@ -1,4 +1,4 @@
-// Polygons that triangles are parted into where other surfaces stand on them.
+// Polygons that triangles are split into where other surfaces stand on them.
 #pragma once
 
 #include <algorithm>

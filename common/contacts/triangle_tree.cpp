@@ -27,8 +27,8 @@ TriangleTree::TriangleTree(std::span<const WorldTriangle> triangles) : triangles
   std::iota(order_.begin(), order_.end(), 0u);
   nodes_.reserve(size_t{count});
   nodes_.push_back({{}, 0, count});
-  // Halved at the median of the widest axis of the middles: depth is at most log2(count), so the stack of
-  // for_each suffices for any input.
+  // Split at the median centroid of the widest axis: depth is at most log2(count), so for_each's stack
+  // suffices for any input.
   for (size_t n = 0; n < nodes_.size(); ++n) {
     Node node = nodes_[n];
     Box3 middles;

@@ -1,4 +1,4 @@
-// World triangles by place: a tree of boxes, for questions of the coordinator before any worker exists.
+// A box tree over world-space triangles, for the coordinator's queries before any worker exists.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +19,8 @@ struct Box3 {
     low = glm::min(low, b.low);
     high = glm::max(high, b.high);
   }
-  // Where a ray from `o` with 1 / direction `inv` enters it before `end`; below 0: it does not.
+  // Distance at which a ray from `o` with reciprocal direction `inv` enters before `end`; negative: it
+  // misses.
   double enters(const DVec3& o, const DVec3& inv, double end) const {
     double enter = 0;
     for (int axis = 0; axis < 3; ++axis) {
@@ -59,21 +60,21 @@ class TriangleTree {
   // `triangles` outlive the tree.
   explicit TriangleTree(std::span<const WorldTriangle> triangles);
 
-  // Calls visit(index) for every triangle whose box meets `box`, in a fixed order.
+  // Calls visit(index) for every triangle whose box overlaps `box`, in a fixed order.
   template <class Visit>
   void for_each(const Box3& box, const Visit& visit) const {
     walk([&](const Box3& b) { return b.meets(box); }, visit);
   }
 
-  // Calls visit(index) for every triangle whose box is no further from `point` than the root of `square`, in
-  // a fixed order, not by distance; the caller may lower `square` meanwhile.
+  // Calls visit(index) for every triangle whose box lies within the root of `square` of `point`, in a fixed
+  // order, not by distance; the caller may lower `square` during the traversal.
   template <class Visit>
   void for_each_near(const DVec3& point, const double& square, const Visit& visit) const {
     walk([&](const Box3& b) { return b.square_distance(point) <= square; }, visit);
   }
 
-  // Calls visit(index, distance) for triangles that a ray meets from either side no further than `end`, near
-  // boxes first; the caller may lower `end` meanwhile, somewhat beyond it is then still visited.
+  // Calls visit(index, distance) for triangles that a ray hits from either side within `end`, near boxes
+  // first; the caller may lower `end` during the traversal, and hits somewhat beyond it may still be visited.
   template <class Visit>
   void for_each_hit(const DVec3& origin, const DVec3& direction, const double& end,
                     const Visit& visit) const {
@@ -125,7 +126,7 @@ class TriangleTree {
     }
   }
 
-  // Along the ray; not positive: no hit.
+  // Distance along the ray; not positive: no hit.
   double distance_to(uint32_t triangle, const DVec3& origin, const DVec3& direction) const;
 
   struct Node {

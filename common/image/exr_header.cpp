@@ -23,7 +23,7 @@ class Walk {
     rest_ = rest_.subspan(sizeof value);
     return true;
   }
-  // A text that ends with a zero; false if it does not end in time.
+  // Reads a zero-terminated string; false if it is not terminated within bounds.
   bool word(std::string& value) {
     value.clear();
     for (size_t i = 0; i < rest_.size() && i <= kMaxName; ++i) {
@@ -86,7 +86,7 @@ bool is_value_whole(const std::string& type, const Walk& value, size_t size) {
     if (type == name) return size == bytes;
   if (type == "preview") return is_preview_whole(value, size);
   if (type == "chlist") return is_channel_list_whole(value, size);
-  return type != "idmanifest";  // compressed names of objects: of no use to us
+  return type != "idmanifest";  // compressed object names: not used
 }
 
 // One header, with the empty name at its end; `empty` if it has nothing else.

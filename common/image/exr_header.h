@@ -1,4 +1,4 @@
-// A look at an OpenEXR header before the library takes memory for what it claims.
+// Checks an OpenEXR header before the library allocates what it claims.
 #pragma once
 
 #include <cstddef>

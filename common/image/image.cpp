@@ -45,7 +45,7 @@ void encode(Texture& t, size_t i, bool srgb, float value) {
         static_cast<uint8_t>(std::lround(255.0f * (srgb ? linear_to_srgb(value) : value))));
 }
 
-// Of `in` cells on a line laid out as `out` cells: those that cell i covers, and how much of each.
+// Resampling a row of `in` cells to `out`: the input cells that output cell i covers, and the share of each.
 struct Span {
   uint32_t first, last;
   double begin, end;

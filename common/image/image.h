@@ -1,4 +1,4 @@
-// Pictures in memory: float planes with names, and packed texels of textures.
+// Images in memory: named float planes, and packed texels of textures.
 #pragma once
 
 #include <cstdint>

@@ -1,9 +1,9 @@
-// What a pass leaves for the next ones: the irradiance of every texel site, which paths may read where they
-// meet its surface instead of going on. (Vandersanden 2023, the shared irradiance of earlier bounces;
-// departure: irradiance rather than outgoing radiance, so that albedo keeps its own resolution.)
+// Irradiance of every texel site, measured by one pass; in later passes a path that hits the surface may end
+// there and read it. (Vandersanden 2023, the shared irradiance of earlier bounces; departure: irradiance
+// rather than outgoing radiance, so that albedo keeps its own resolution.)
 //
-// One blob holds one replicate: replicates read only their own, so that what they differ by is their error,
-// the cache's included.
+// One blob holds one replicate: replicates read only their own, so their difference includes the cache's
+// error.
 #pragma once
 
 #include <span>
@@ -16,7 +16,7 @@
 namespace kiln {
 
 struct IrradianceCache {
-  // By site, R G B, of E at the shading normal of the front. A negative first component: not known.
+  // E at the front's shading normal, R G B by site. A negative first component means unknown.
   std::vector<Vec3> irradiance;
 };
 

@@ -12,7 +12,7 @@
 
 namespace kiln {
 
-// Which descriptions of the lightmap scene.glb carries (docs/gltf.md).
+// The lightmap descriptions that scene.glb carries (docs/gltf.md).
 struct GltfLightmaps {
   bool kiln = true, moz = true, epic = false;
 };
@@ -83,7 +83,7 @@ struct BakeSettings {
   double lod_distance = 0;                              // metres; 0: kLodDistance of an object's size
   double lod_split = 1;                                 // texels; 0: never
   bool preview = true;                                  // pictures of the report
-  uint32_t preview_width = 1280, preview_height = 720;  // pixels of the scene in them
+  uint32_t preview_width = 1280, preview_height = 720;  // pixels of each
   std::string camera;  // "NAME" or "X,Y,Z:X,Y,Z[:FOV]"; empty: the file's, or one that is chosen
   std::string isa = "avx2";
   uint32_t lease_ms = 15000;
@@ -104,13 +104,13 @@ struct Setting {
 
 std::span<const Setting> settings_table();
 
-// What --encode may name; coordinator/output/textures has what each is made of.
+// The names that --encode accepts; coordinator/output/textures defines each.
 std::span<const std::string_view> encoding_names();
 
 // Sets one option by name; errors name the option, the value and what is allowed.
 Status set_option(BakeSettings& settings, const std::string& name, const std::string& value,
                   const std::string& source);
-// The value of the option environment as radiance R,G,B; nothing: it is a path, or empty.
+// Parses the option environment as radiance R,G,B; nullopt if it is a path or empty.
 std::optional<std::vector<double>> parse_radiance(const std::string& value);
 // Rules between options (min <= max, ...). Call once after the last set_option.
 Status check_settings(const BakeSettings& settings);

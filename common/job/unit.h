@@ -1,4 +1,4 @@
-// The work: (texels, sample range) units, and what comes back.
+// Units of work (texels, sample range) and their results.
 #pragma once
 
 #include <cstdint>
@@ -14,11 +14,11 @@
 
 namespace kiln {
 
-// By what emissive triangles and the environment's image are found: both, weighted against each other, or one
-// alone. Other lights have one way only, which stays.
+// How emissive triangles and the environment image are sampled: by light sampling and paths with MIS, or by
+// one of the two. Other lights have one strategy, which always applies.
 enum class MisMode { kBoth, kLights, kPaths };
 
-// What every unit of a job shares; shipped once. Everything that decides a byte of the result is here or
+// Settings shared by every unit of a job; sent once. Everything that affects a byte of the result is here or
 // in the unit.
 struct TransportSettings {
   uint32_t basis = 1;  // index into basis_roster()
@@ -28,7 +28,7 @@ struct TransportSettings {
   uint32_t max_bounces = 64;
   uint64_t seed = 0;
   Sampler sampler = Sampler::kOwen;
-  bool watertight = false;   // no ray passes between triangles that share an edge; slower
+  bool watertight = false;   // no ray slips between triangles that share an edge; slower
   std::string isa = "avx2";  // Embree's kernels: "sse2", "sse4.2", "avx", "avx2", "avx512"
   PrimaryDensity primary = PrimaryDensity::kMixed;  // not sent: tests/bench/convergence.cpp alone changes it
   MisMode mis_mode = MisMode::kBoth;                // not sent: tests/equivalence alone changes it
@@ -44,7 +44,7 @@ struct JobSpec {
 Bytes write_job(const JobSpec& job);
 Expected<JobSpec> read_job(std::span<const std::byte> bytes);
 
-// Independent halves of every texel's samples: what they differ by is the error.
+// Independent halves of every texel's samples; their difference measures the error.
 constexpr uint32_t kReplicates = 2;
 
 // Sums over samples [first_sample, first_sample + sample_count) of each listed texel site. The result
@@ -53,12 +53,12 @@ struct WorkUnit {
   uint64_t id = 0;  // unique in the job
   uint32_t first_sample = 0, sample_count = 0;
   std::vector<uint32_t> sites{};  // indices into TexelSites
-  uint32_t replicate = 0;         // below kReplicates: the sequence of random numbers that the samples are of
+  uint32_t replicate = 0;         // below kReplicates: selects the random sequence of the samples
   Digest cache{};                 // irradiance cache that paths end at (irradiance_cache.h); zero: none
 };
 
-// Of all but the id: a result of another shape is another unit's. What ids stand for changes when a job is
-// rewound, or cut by another release.
+// Hash of everything but the id: a result of another shape belongs to another unit. Ids change their meaning
+// when a job is rewound, or cut by another release.
 uint64_t unit_shape(const WorkUnit& unit);
 
 struct UnitResult {
@@ -67,15 +67,15 @@ struct UnitResult {
   std::vector<double> moments;                         // [site][plane], planes of MomentLayout
   uint64_t rays = 0;                                   // all rays traced
   uint64_t nonfinite = 0;                              // samples with a contribution dropped: not finite
-  uint32_t nonfinite_texel = 0, nonfinite_sample = 0;  // the first of them, to replay
+  uint32_t nonfinite_texel = 0, nonfinite_sample = 0;  // the first such sample, for replay
   double seconds = 0;                                  // of one thread; for the report only
 };
 
-// All of a result as bytes, to keep it; reading checks sizes.
+// Serialises a whole result for storage; reading checks sizes.
 Bytes write_result(const UnitResult& result);
 Expected<UnitResult> read_result(std::span<const std::byte> bytes);
 
-// SHA-256 of what must be equal when a unit is answered twice: ids, shape and moments, not the times.
+// SHA-256 of everything that must agree when a unit is computed twice: ids, shape and moments, not times.
 Digest result_digest(const UnitResult& result);
 
 }  // namespace kiln

@@ -8,14 +8,15 @@ namespace kiln {
 namespace {
 
 // Halton 1960, each pair of dimensions with two primes of its own, shifted on the torus by two numbers of the
-// texel (Cranley & Patterson 1976), as O'Donnell 2018 ("Hemisphere sampling"). Large bases correlate while
-// there are fewer samples than the product of two of them, and a shift does not cure that: so the sequence
-// serves the texel's own vertex, the smallest primes where they matter most, and what lies beyond is random.
+// texel (Cranley & Patterson 1976), as O'Donnell 2018 ("Hemisphere sampling"). Large bases correlate until
+// there are as many samples as the product of two of them, and a shift does not help: so the sequence covers
+// only the texel's own vertex, with the smallest primes where they matter most; further dimensions are
+// random.
 constexpr uint32_t kHaltonPairs = 8;
 constexpr uint32_t kPrimes[kHaltonPairs][2] = {
     {5, 37},   // site in the texel
     {2, 3},    // direction
-    {41, 43},  // layer: glass alone reads it here
+    {41, 43},  // layer choice: only glass reads it here
     {19, 47},  // choice of local light
     {7, 11},   // point on it
     {31, 53},  // choice of sun
@@ -23,8 +24,8 @@ constexpr uint32_t kPrimes[kHaltonPairs][2] = {
     {13, 17},  // environment
 };
 
-// Nested uniform scramble (Owen 1995) with a flip drawn for every prefix of digits, where the hash of
-// sequence.h only comes near. First digit in the top bit.
+// Nested uniform scramble (Owen 1995) with a flip drawn for every digit prefix, exact where the hash of
+// sequence.h is approximate. First digit in the top bit.
 uint32_t nested_scramble(uint32_t digits, uint64_t seed) {
   uint32_t out = digits;
   for (uint32_t level = 0; level < 32; ++level) {
@@ -39,7 +40,7 @@ uint32_t nested_scramble(uint32_t digits, uint64_t seed) {
 // Progressive multi-jittered (0,2) points (Christensen, Kensler & Kilpatrick 2018, CGF 37(4), section 4), in
 // the form of Helmer, Christensen & Kensler 2021: an Owen-scrambled Sobol' sequence. Reason: not the first
 // 2^m points alone but every aligned run of 2^m is then a net, so that a scramble of the order, which pads
-// the dimensions, keeps all prefixes nets. No best candidates: such a scramble undoes them.
+// the dimensions, keeps all prefixes nets. No best-candidate search: such a scramble undoes it.
 std::unique_ptr<const Pmj02Table> make_pmj02_table() {
   auto table = std::make_unique<Pmj02Table>();
   for (uint32_t i = 0; i < Pmj02Table::kSize; ++i) {

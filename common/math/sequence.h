@@ -57,8 +57,8 @@ constexpr uint32_t pascal_mod2(uint32_t x) {
   return x;
 }
 
-// 32 bits to (0, 1) in float: the middle of one of 2^23 equal cells. Neither 0 nor 1 ever comes out: at
-// 10^7 samples a second either would, and a warp may divide by it.
+// 32 bits to (0, 1) in float: the middle of one of 2^23 equal cells. Never returns 0 or 1: at 10^7 samples a
+// second either would occur, and a warp may divide by it.
 constexpr float unit_float(uint32_t bits) {
   return (static_cast<float>(bits >> 9) + 0.5f) * 0x1p-23f;
 }
@@ -70,8 +70,8 @@ constexpr uint64_t mix_bits(uint64_t x) {
   return x ^ x >> 31;
 }
 
-// The 23 bits of a unit_float with 30 more below them, from the low half of `key`; in [0, 1). For choices so
-// many that 23 bits do not tell them apart.
+// A unit_float with 30 more bits, from the low half of `key`; in [0, 1). For discrete choices too fine for 23
+// bits.
 constexpr double refined(float u, uint64_t key) {
   const double fraction = static_cast<double>(key >> 2 & 0x3fffffff) * 0x1p-30;
   const double fine = static_cast<double>(u) + (fraction - 0.5) * 0x1p-23;
@@ -92,12 +92,12 @@ constexpr uint64_t reverse_halves(uint64_t x) {
   return x >> 32 | x << 32;
 }
 
-// Where numbers come from; the order is that of the job's bytes and of sampler_names().
+// Sources of sample points, in the order of the job's bytes and of sampler_names().
 enum class Sampler : uint32_t { kOwen, kHalton, kPmj02, kRandom };
 constexpr uint32_t kSamplers = 4;
 
-// The stream of one sample of one texel. Dimensions are asked for in pairs by number, so that adding a
-// strategy renumbers nothing else: see docs/maths.md for the allotment. Numbers nobody asks for cost nothing.
+// The stream of one sample of one texel. Callers request pairs by dimension number, so adding a strategy
+// renumbers nothing: docs/maths.md has the allocation. Unused dimensions cost nothing.
 class SampleStream {
  public:
   SampleStream() : SampleStream(0, 0, 0) {}
@@ -118,7 +118,7 @@ class SampleStream {
     const uint64_t both = reverse_halves(uint64_t{x} << 32 | y);
     return {unit_float(static_cast<uint32_t>(both >> 32)), unit_float(static_cast<uint32_t>(both))};
   }
-  // The first of the pair.
+  // The first number of the pair.
   float single(uint32_t dimension) const {
     if (sampler_ != Sampler::kOwen) [[unlikely]]
       return other_pair(dimension).x;
@@ -145,7 +145,7 @@ class SampleStream {
   }
 
   friend class SampleBatch;
-  Vec2 other_pair(uint32_t dimension) const;  // of the samplers that are not the default
+  Vec2 other_pair(uint32_t dimension) const;  // for samplers other than the default
 
   uint64_t key_;
   uint32_t sample_, reversed_;

@@ -5,7 +5,7 @@
 namespace kiln {
 namespace {
 
-// As reverse_bits, in shifts alone: vector registers have no byte swap of 32 bits before AVX2.
+// As reverse_bits, with shifts only: there is no 32-bit byte swap for vectors before AVX2.
 KILN_INLINE uint32_t reversed(uint32_t x) {
   x = x >> 16 | x << 16;
   x = (x >> 8 & 0x00ff00ffu) | (x & 0x00ff00ffu) << 8;
@@ -13,7 +13,7 @@ KILN_INLINE uint32_t reversed(uint32_t x) {
   x = (x >> 2 & 0x33333333u) | (x & 0x33333333u) << 2;
   return (x >> 1 & 0x55555555u) | (x & 0x55555555u) << 1;
 }
-// As unit_float: 23 bits fit a signed integer, whose conversion vector registers have.
+// As unit_float: 23 bits fit a signed integer, which vector units can convert.
 KILN_INLINE float unit(uint32_t bits) {
   return (static_cast<float>(static_cast<int32_t>(bits >> 9)) + 0.5f) * 0x1p-23f;
 }
@@ -29,7 +29,7 @@ struct Seeds {
   uint32_t order, first, second;
 };
 
-// Eight samples at a time where the processor can: integers, and one exact conversion.
+// Eight samples at a time where the processor allows: integer operations and one exact conversion.
 KILN_WIDE void owen_pairs(const uint32_t* __restrict sample, size_t count, Seeds s, float* __restrict x,
                           float* __restrict y) {
   const uint32_t odd[3] = {s.order >> 16 | 1, s.first >> 16 | 1, s.second >> 16 | 1};

@@ -1,5 +1,5 @@
-// Random numbers of many samples at once, bit for bit those of their SampleStreams. Samples of one texel are
-// several times faster: a dimension's scrambles are found once and the samples run side by side in vector
+// Random numbers of many samples at once, bit for bit those of their SampleStreams. Several times faster for
+// samples of one texel: the scrambles of a dimension are computed once and samples run side by side in vector
 // registers.
 #pragma once
 
@@ -13,7 +13,7 @@ class SampleBatch {
  public:
   static constexpr size_t kMax = 64;
 
-  // Samples that are added share the sampler.
+  // All added samples use the same sampler.
   void clear() {
     count_ = 0;
     one_texel_ = true;

@@ -15,8 +15,8 @@ struct SinCos {
 };
 inline SinCos sincos_turns(float t) {
   // Reduce to the nearest eighth pair: t = k/4 + r with |r| <= 1/8, then Taylor polynomials in double.
-  // No branch depends on the quadrant: nothing can predict it. Nor is floor() called: it is a library call
-  // on processors that SSE 4.1 is not assumed of.
+  // No branch on the quadrant, which is unpredictable, and no floor(), which is a library call without SSE
+  // 4.1.
   const int k = static_cast<int>(4.0f * t + 8.5f) - 8;
   const double a = (t - 0.25 * k) * 6.283185307179586476925;
   const double a2 = a * a;

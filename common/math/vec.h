@@ -34,8 +34,8 @@ inline Vec3 transform_vector(const Mat4x3& m, const Vec3& v) {
 inline float determinant(const Mat4x3& m) {
   return dot(m[0], cross(m[1], m[2]));
 }
-// Cofactor matrix times n: the direction of a transformed normal (not unit). Times the sign of the
-// determinant it stays on the outer side under mirroring.
+// Cofactor matrix times n: the direction of a transformed normal (not unit). Multiply by the sign of the
+// determinant to stay on the outer side under mirroring.
 inline Vec3 transform_normal(const Mat4x3& m, const Vec3& n) {
   const Vec3 r = cross(m[1], m[2]) * n.x + cross(m[2], m[0]) * n.y + cross(m[0], m[1]) * n.z;
   return determinant(m) < 0 ? -r : r;

@@ -18,9 +18,9 @@ inline Vec3 cosine_hemisphere(const Vec2& u) {
 }
 
 // The primary density of a texel: half uniform, half cosine over the hemisphere around +z, in one smooth
-// warp. pdf = (1 + 2 z) / (4 pi). Reason: the L0 and L1 moments want uniform directions, E wants the
-// cosine; the mixture bounds both weights (L/(4 pi pdf) <= L, L z/pdf <= 4 pi/3 L). The marginal of z has
-// the distribution function (z + z^2)/2, inverted below in the form that does not cancel near 0.
+// warp. pdf = (1 + 2 z) / (4 pi). Reason: uniform directions suit the L0 and L1 moments, the cosine suits E;
+// the mixture bounds both weights (L/(4 pi pdf) <= L, L z/pdf <= 4 pi/3 L). The marginal of z has the
+// distribution function (z + z^2)/2, inverted below in a form without cancellation near 0.
 inline Vec3 mixed_hemisphere(const Vec2& u) {
   const float z = 4.0f * u.x / (1.0f + std::sqrt(1.0f + 8.0f * u.x));
   return spherical(std::min(z, 1.0f), u.y);
@@ -29,8 +29,8 @@ inline float mixed_hemisphere_pdf(float z) {
   return z > 0.0f ? (1.0f + 2.0f * z) * (0.25f * kInvPi) : 0.0f;
 }
 
-// Densities that were compared for a texel's primary directions; docs/performance.md has the numbers. Bakes
-// use the first.
+// Candidate densities for a texel's primary directions; docs/performance.md compares them. Bakes use the
+// first.
 enum class PrimaryDensity : uint8_t { kMixed, kCosine, kUniform };
 
 inline Vec3 primary_direction(PrimaryDensity density, const Vec2& u) {

@@ -1,4 +1,4 @@
-// Masks of charts, one after another in one array: a level has hundreds of thousands, most of a few words.
+// Chart masks stored back to back in one array: a level has hundreds of thousands, most of a few words.
 #pragma once
 
 #include <span>
@@ -41,7 +41,7 @@ class MaskSet {
   }
 
   void add(const BitImage& mask);
-  // A view given to these must not be of this set.
+  // A view passed to these must not point into this set.
   void add(const MaskView& mask);
   void add_turned(const MaskView& mask);
   // Every cell of `cell` x `cell` bits, counted from the mask's first, that holds a bit becomes one bit.

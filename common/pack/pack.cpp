@@ -10,18 +10,18 @@
 namespace kiln {
 namespace {
 
-// Work is counted in looks at 64 positions, some 3 ns each: time does not decide, so that results do not
+// Work is counted in tests of 64 positions, about 3 ns each, rather than in time, so that results do not
 // depend on the machine.
-constexpr uint64_t kSweepWork = 40'000'000;  // of one try, after which charts of a size share a sweep
-constexpr uint64_t kTriesWork = 30'000'000;  // after which no further try begins
-constexpr double kFull = 0.965;              // share of set bits with which no further try is made
-constexpr double kFullEnough = 0.85;         // and with which the page stays near square
-constexpr double kGain = 0.03;               // what a page far from square has to save
+constexpr uint64_t kSweepWork = 40'000'000;  // per attempt, after which charts of equal size share a sweep
+constexpr uint64_t kTriesWork = 30'000'000;  // after which no further attempt starts
+constexpr double kFull = 0.965;              // share of set bits at which the search stops
+constexpr double kFullEnough = 0.85;         // and at which the page stays near square
+constexpr double kGain = 0.03;               // saving required of a page far from square
 
 // A page to try, in bits.
 struct Frame {
   uint32_t width, height;
-  double gain = 0;  // share of the least area so far that it has to save
+  double gain = 0;  // required saving, as a share of the smallest area so far
 };
 
 struct Level {
@@ -80,9 +80,9 @@ std::vector<uint32_t> placing_order(const Level& level, Order by) {
   return order;
 }
 
-// Near square at 97 % full, then some wider and narrower. Then, where those are too empty, shapes that
-// content may ask for: a page is as high as it comes to be, so a width is a shape. The first is just wide
-// enough for the longest charts to lie along its rows.
+// Near square at 97 % full, then some wider and narrower. Then, if those are too empty, shapes suited to the
+// content: the height follows from the width. The first is just wide enough for the longest charts to lie
+// along its rows.
 std::vector<Frame> frames_of_any_size(const Level& level, uint32_t pages) {
   const double side = std::sqrt(static_cast<double>(level.bits) / (0.97 * pages));
   std::vector<Frame> frames;
@@ -95,7 +95,7 @@ std::vector<Frame> frames_of_any_size(const Level& level, uint32_t pages) {
   if (level.longest > side) add(level.longest, kGain);
   for (double stretch : {1.25, 1.4, 1.6, 1.8, 2.0, 2.5, 3.0, 4.0, 6.0, 8.0, 0.7, 0.5, 0.25})
     add(side * stretch, kGain);
-  frames.push_back({level.largest, level.largest});  // what does not fit otherwise
+  frames.push_back({level.largest, level.largest});  // fallback if nothing else fits
   return frames;
 }
 
@@ -133,7 +133,7 @@ bool is_full(const Level& level, const PackResult& r, double share) {
   return static_cast<double>(level.bits) >= share * static_cast<double>(area(r));
 }
 
-// The least area of some orders and widths; false if no page size will do.
+// The smallest area over some orders and widths; false if no page size works.
 bool pack_on(const Level& level, uint32_t pages, PackResult& best) {
   const std::vector<uint32_t> orders[] = {placing_order(level, Order::kLongest),
                                           placing_order(level, Order::kBox)};
@@ -143,7 +143,7 @@ bool pack_on(const Level& level, uint32_t pages, PackResult& best) {
   bool any = false;
   uint64_t work = 0;
   for (const Frame& frame : frames) {
-    const bool last = &frame == &frames.back();  // for what fits nowhere else
+    const bool last = &frame == &frames.back();  // for items that fit nowhere else
     for (const std::vector<uint32_t>& order : orders) {
       if (any && (powers || last || work > kTriesWork || is_full(level, best, kFull))) return true;
       if (any && frame.gain > 0 && is_full(level, best, kFullEnough)) return true;
@@ -160,7 +160,7 @@ bool pack_on(const Level& level, uint32_t pages, PackResult& best) {
 
 PackResult pack_anew(const Level& level) {
   const double page = static_cast<double>(level.largest) * level.largest;
-  // Many charts are not tried on pages that they would have to fill to more than 98.5 %.
+  // With many charts, pages that would have to be more than 98.5 % full are not attempted.
   const bool many = level.mask_of_item.size() > 4096 && static_cast<double>(level.bits) > page;
   const double least = std::ceil(static_cast<double>(level.bits) / (many ? 0.985 * page : page));
   PackResult result;

@@ -1,8 +1,8 @@
 // Places chart masks on pages so that none share a texel.
 //
 // O'Donnell 2018, "Precomputed Global Illumination in Frostbite", atlas packing, and Roughton 2019, 4.1.3:
-// largest first, row sweep on bit masks, start from the row of the last success of the same size class. The
-// departures are said in placer.h.
+// largest first, row sweep on bit masks, start from the row of the last success of the same size class.
+// placer.h lists the departures.
 #pragma once
 
 #include <optional>
@@ -30,7 +30,7 @@ struct PackPlace {
   bool operator==(const PackPlace&) const = default;
 };
 
-// An earlier result, by the items of now. Size and pages become no smaller.
+// An earlier result, indexed by the current items. Size and number of pages never shrink.
 struct PreviousPlaces {
   uint32_t width = 0, height = 0, pages = 0;
   std::vector<std::optional<PackPlace>> places;
@@ -40,19 +40,19 @@ struct PackResult {
   std::vector<PackPlace> places;              // by item
   uint32_t width = 0, height = 0, pages = 0;  // all pages have one size
   uint32_t kept = 0;                          // items at their previous place
-  bool fits = true;  // false: more than max_pages were needed, the rest is meaningless
+  bool fits = true;  // false: more than max_pages were needed, and the rest is meaningless
 };
 
 // Item i has the mask `mask_of_item[i]`, which fits a page in one of its orientations. The result depends on
 // nothing but the arguments.
 //
 // Several pages: their number is settled first, then each item goes to the page with the fewest set bits that
-// has a place for it. So as long as every page has one, the bits of two pages differ by no more than those of
+// has a place for it. So as long as every page has room, the set bits of two pages differ by at most those of
 // the largest item.
 //
-// `previous`: items whose place is still inside the largest page and not taken (by an item before them) stay
-// there. The others, largest first, go to the first gap; then below; then to a new page. Without `previous`
-// the order of sizes decides, so one more item may move all that are not larger than it.
+// `previous`: items whose place is inside the largest page and not taken by an earlier item stay there. The
+// others, largest first, go to the first gap; then below; then to a new page. Without `previous`, items are
+// placed by size, so one more item may move every item that is not larger.
 PackResult pack_masks(const MaskSet& masks, std::span<const uint32_t> mask_of_item,
                       const PackSettings& settings, const PreviousPlaces* previous = nullptr);
 

@@ -9,7 +9,7 @@ namespace {
 
 // Longest run of ones in `words`.
 uint32_t longest_run(const uint64_t* words, uint32_t count, bool inverted, uint32_t width) {
-  uint32_t longest = 0, open = 0;  // open: the run that reaches the end of the words so far
+  uint32_t longest = 0, open = 0;  // open: the run that extends to the end of the words so far
   for (uint32_t w = 0; w < count; ++w) {
     uint64_t bits = inverted ? ~words[w] : words[w];
     if (w + 1 == count && width % 64) bits &= (uint64_t{1} << (width % 64)) - 1;
@@ -39,7 +39,7 @@ PackShape::PackShape(const MaskView& m, bool is_turned) : mask(m), turned(is_tur
   });
   complete = bits.size() <= kMax;
   const size_t count = std::min(bits.size(), kMax);
-  // Multiples of the golden ratio spread over the list however many are asked for before one fails.
+  // Multiples of the golden ratio spread over the list, however many probes run before one fails.
   constexpr uint32_t kGolden = 2654435769u;
   for (uint32_t k = 0, turn = 0; k < count; ++k, turn += kGolden) {
     size_t i = bits.size() * turn >> 32;
@@ -51,7 +51,7 @@ PackShape::PackShape(const MaskView& m, bool is_turned) : mask(m), turned(is_tur
 
 bool PackPage::find(std::span<const PackShape> shapes, uint32_t y, uint32_t limit, Place& place) {
   limit = std::min(limit, max_height_);
-  uint32_t last = 0;  // row at which some shape may begin
+  uint32_t last = 0;  // row at which some shape may start
   bool any = false;
   for (const PackShape& shape : shapes) {
     if (shape.mask.height > limit || shape.mask.width > bits_.width()) continue;

@@ -1,11 +1,11 @@
-// One page of bits while it is filled.
+// One page of bits while it is being filled.
 #pragma once
 
 #include "common/pack/mask_set.h"
 
 namespace kiln {
 
-// A mask in one of its orientations, made ready for the search.
+// A mask in one orientation, prepared for the search.
 class PackShape {
  public:
   PackShape(const MaskView& mask, bool turned);
@@ -16,7 +16,7 @@ class PackShape {
   MaskView mask;
   bool turned;
   std::vector<Probe> probes;  // some set bits, far apart first
-  bool complete = false;      // they are all its bits
+  bool complete = false;      // probes cover all its bits
   // The longest row of set bits in each of the mask's rows, longest first.
   struct Run {
     uint32_t length, y;
@@ -31,16 +31,16 @@ class PackPage {
   uint32_t used_height() const { return used_height_; }
   uint32_t used_width() const { return used_width_; }
   uint64_t used_bits() const { return used_bits_; }
-  uint64_t work() const { return work_; }  // looks at 64 positions so far
+  uint64_t work() const { return work_; }  // tests of 64 positions so far
 
   struct Place {
     uint32_t x, y;
     size_t shape;
   };
-  // The first place in row order, from row `y` on and with all of the mask above row `limit`, at which one of
-  // the shapes is free; of several in a row the one with the lowest x, then the first shape.
+  // The first position in row order, from row `y` on and with the whole mask above row `limit`, where one of
+  // the shapes fits; within a row the lowest x, then the first shape.
   bool find(std::span<const PackShape> shapes, uint32_t y, uint32_t limit, Place& place);
-  // The mask lies within the page's width and greatest height.
+  // Sets the mask's bits. The mask must lie within the page's width and maximum height.
   bool is_free(const MaskView& mask, uint32_t x, uint32_t y) const;
   void insert(const MaskView& mask, uint32_t x, uint32_t y);
 

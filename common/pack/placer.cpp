@@ -33,7 +33,7 @@ void Placer::prepare(uint32_t mask) {
   const bool differs = limits_.turn && !same_bits(turned_[0], upright);
   shapes_.emplace_back(upright, false);
   if (differs) shapes_.emplace_back(turned_[0], true);
-  // The flat one first: it is taken where both fit.
+  // The flat orientation first: it wins where both fit.
   if (differs && upright.height > upright.width) std::swap(shapes_[0], shapes_[1]);
 }
 
@@ -41,7 +41,7 @@ bool Placer::place_on(uint32_t page, uint32_t limit, PackPlace& place) {
   const MaskView mask = masks_[prepared_];
   const uint64_t size = uint64_t{std::max(mask.width, mask.height)} << 32 | std::min(mask.width, mask.height);
   Start& start = starts_[page];
-  const bool same = start.mask == prepared_;  // what it did not fit, it does not fit now
+  const bool same = start.mask == prepared_;  // where it did not fit before, it does not fit now
   const bool like = start.size == size && work() >= limits_.sweep_work;
   PackPage::Place found;
   if (!pages_[page].find(shapes_, same || like ? start.row : 0, limit, found)) return false;

@@ -1,10 +1,10 @@
-// Items put on a fixed number of pages of a fixed width, one after another.
+// Places items one after another on a fixed number of pages of a fixed width.
 //
-// Departures from O'Donnell 2018: rows whose longest free run is too short are passed over; the sweep decides
-// 64 positions at once by probing some of the mask's bits (all of them for a small chart) before it compares
+// Departures from O'Donnell 2018: rows whose longest free run is too short are skipped; the sweep decides 64
+// positions at once by probing some of the mask's bits (all of them for a small chart) before it compares
 // whole rows; both orientations of a mask share the sweep; size classes are exact sizes instead of 16 texels;
-// and as long as a budget of work lasts, every new mask starts from row 0, which fills gaps that the class's
-// last success has passed.
+// and while a work budget lasts, every new mask starts from row 0, which fills gaps before the class's last
+// success.
 #pragma once
 
 #include "common/pack/pack.h"
@@ -15,7 +15,7 @@ namespace kiln {
 struct PlacerLimits {
   uint32_t width = 0, height = 0;  // of a page, bits
   bool turn = true;
-  uint64_t sweep_work = 0;  // looks at 64 positions until which every new mask starts from row 0
+  uint64_t sweep_work = 0;  // tests of 64 positions; until then every new mask starts from row 0
 };
 
 class Placer {
@@ -25,7 +25,7 @@ class Placer {
   // Places are in bits. False: no page has room above row `limit`.
   bool place_on_emptiest(uint32_t mask, uint32_t limit, PackPlace& place);
   bool place_on_first(uint32_t mask, uint32_t limit, PackPlace& place);
-  // At exactly this place; false if it is not free or not on a page.
+  // Places an item exactly here; false if the place is taken or off the page.
   bool keep(uint32_t mask, const PackPlace& place);
   void add_page();
 

@@ -12,7 +12,7 @@ HalfPlane::HalfPlane(const DVec2& from, const DVec2& to, bool positive) : origin
   d_ = end - origin_;
   least_ = std::min(0.0, d_.x) + std::min(0.0, -d_.y);
   most_ = std::max(0.0, d_.x) + std::max(0.0, -d_.y);
-  // A ten-millionth of a texel, far above rounding: the short cuts below never contradict the points.
+  // A ten-millionth of a texel, far above rounding: the early outs below never contradict the point tests.
   margin_ = 1e-7 * (std::abs(d_.x) + std::abs(d_.y));
 }
 

@@ -14,7 +14,7 @@ struct TexelRect {
 
 // One side of a triangle. The line is evaluated from its lexicographically smaller end, so the two
 // triangles at a shared edge compute the same bits; a point on the line counts as on its positive side.
-// That equals moving every point by (-d^2, d) for a vanishing d: each point of a tessellated area lies in
+// This equals moving every point by (-d^2, d) for infinitesimal d: each point of a tessellated area lies in
 // exactly one triangle, on edges and at corners too.
 class HalfPlane {
  public:
@@ -51,7 +51,7 @@ void for_each_cover(const Triangle2& t, const TexelRect& clip, const Visit& visi
   for (double y = top; y <= bottom; ++y) {
     const XRange range = x_range_in_strip(t, y, y + 1);
     if (range.empty()) continue;
-    constexpr double kSlack = 1e-6;  // rounding of the range: a texel too many costs a test
+    constexpr double kSlack = 1e-6;  // rounding of the range: an extra texel costs one test
     const double first = std::max(std::floor(range.lo - kSlack), left);
     const double last = std::min(std::floor(range.hi + kSlack), right);
     for (double x = first; x <= last; ++x)

@@ -1,4 +1,4 @@
-// Texels that a bilinear lookup inside a triangle can touch: those whose 2x2-texel box around the centre
+// Texels that a bilinear lookup inside a triangle can read: those whose 2x2-texel box around the centre
 // overlaps the triangle. (O'Donnell 2018, chart masks; Roughton 2019, 4.1.2.)
 #pragma once
 
@@ -7,8 +7,8 @@
 namespace kiln {
 
 // The box is smaller by this on every side, so that a chart border laid on texel centres does not claim
-// the next row. More than float rounding of a placement on a page of 16384 (0.001), less than what an
-// 8-bit weight of a texture unit can tell (1/256).
+// the next row. More than float rounding of a placement on a page of 16384 (0.001), less than the 8-bit
+// filter weights of a texture unit resolve (1/256).
 constexpr double kFootprintShrink = 1.0 / 512;
 
 // Calls visit(y, first x, last x) for each row of an image of width x height with such texels.

@@ -1,4 +1,4 @@
-// The 64 points of a texel as a table known to the compiler: the rasteriser needs no initialisation order.
+// The 64 points of a texel as a constexpr table: the rasteriser does not depend on initialisation order.
 #pragma once
 
 #include <array>

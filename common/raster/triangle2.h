@@ -1,4 +1,4 @@
-// A triangle in texel coordinates, and what the rasterisers ask of it. All in double: a site's barycentrics
+// A triangle in texel coordinates and the rasterisers' queries on it. All in double: a site's barycentrics
 // must agree with its mask (Roughton 2019, section 4.3: "high precision").
 #pragma once
 
@@ -49,7 +49,7 @@ inline XRange x_range_in_strip(const Triangle2& t, double y0, double y1) {
   return range;
 }
 
-// True if the interiors of two triangles meet by more than `contact` (a length). Separating axes: for
+// True if the interiors of two triangles overlap by more than `contact` (a length). Separating axes: for
 // convex shapes in the plane the six edge normals suffice.
 inline bool interiors_meet(const Triangle2& a, const Triangle2& b, double contact) {
   const auto separated = [contact](const Triangle2& t, const Triangle2& other) {

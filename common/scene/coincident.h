@@ -8,7 +8,7 @@
 
 namespace kiln {
 
-// Equal for equal corners in whatever order; -0 counts as 0.
+// A key that is equal for equal corners in any order; -0 counts as 0.
 inline uint64_t corner_hash(const Vec3 (&p)[3]) {
   uint64_t sum = 0;
   for (const Vec3& c : p) {

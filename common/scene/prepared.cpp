@@ -110,7 +110,7 @@ std::vector<Record> get_records(ByteReader& r) {
   return records;
 }
 
-// What a surface is to light that gives none: black, as solid as before where it covers.
+// A black twin of a material that reflects nothing; its coverage stays the same.
 Record black_of(const Record& material) {
   Record black;
   black.type = "unlit";
@@ -125,8 +125,8 @@ Record black_of(const Record& material) {
   return black;
 }
 
-// Materials as they are sent, and that of each instance: those that reflect nothing have black twins, behind
-// the others.
+// Materials as sent, and the material of each instance: black twins for those that reflect nothing follow the
+// others.
 struct SentMaterials {
   std::vector<Record> records;
   std::vector<uint32_t> of_instance;

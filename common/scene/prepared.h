@@ -25,8 +25,8 @@ class ChunkStore {
   size_t total_ = 0;
 };
 
-// Adds all chunks of the scene and returns its id. Instances that do not reflect are given black materials;
-// `receive` is not sent, for the atlas says it.
+// Adds all chunks of the scene and returns its id. Instances that do not reflect get black materials;
+// `receive` is not sent, because the atlas implies it.
 Digest write_scene(const Scene& scene, ChunkStore& store);
 
 // Ids of the chunks that the structure chunk names, in the order read_scene wants them.
@@ -37,7 +37,7 @@ Expected<std::vector<Digest>> scene_chunks(std::span<const std::byte> structure)
 Expected<Scene> read_scene(std::span<const std::byte> structure,
                            const std::function<const Bytes*(const Digest&)>& find);
 
-// The rule that import's output and read_scene's output obey (comments of scene.h).
+// Checks the invariants of scene.h, which the output of import and of read_scene both satisfy.
 Status check_scene(const Scene& scene);
 
 }  // namespace kiln

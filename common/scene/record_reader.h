@@ -1,4 +1,4 @@
-// Typed reading of a record's properties that remembers which were never read.
+// Reads a record's properties by type and remembers which were never read.
 #pragma once
 
 #include <set>
@@ -41,7 +41,7 @@ class RecordReader {
     return p ? p->texture : TextureUse{};
   }
 
-  // Properties that nobody asked for, one sentence each.
+  // Warnings about unread properties, one sentence each.
   std::vector<std::string> unread() const {
     std::vector<std::string> out;
     for (const Property& p : record_.properties)

@@ -1,6 +1,6 @@
-// The prepared scene: what a bake needs of a scene file, and nothing of the file's format.
-// Lights and materials are records {type, name, properties}; only the worker's rooms for lights and
-// materials know the types, so a new one never touches import, scene or wire.
+// The prepared scene: the part of a scene file that a bake needs, independent of the file format.
+// Lights and materials are records {type, name, properties}. The worker's rooms interpret the types; import
+// writes them, and plan and the report look at a few. Scene and wire never need to change for a new one.
 #pragma once
 
 #include <cstdint>
@@ -33,10 +33,10 @@ struct Instance {
   std::string name;       // node name, for messages
   uint32_t node = 0;      // node, mesh and primitive of the file, for the glTF that is written
   uint32_t file_mesh = 0, file_primitive = 0;
-  // What the object takes part in (extras.kiln).
+  // The object's role in light transport (extras.kiln).
   bool receive = true;  // has texels
-  bool cast = true;     // rays meet it
-  bool reflect = true;  // gives light: what it reflects and what it emits
+  bool cast = true;     // rays hit it
+  bool reflect = true;  // reflects and emits light
 };
 
 // Where a property is a texture: which one, which UV set, and the affine map of KHR_texture_transform:
@@ -67,7 +67,7 @@ struct Record {
   }
 };
 
-// Types written by import today, with their properties (numbers unless said otherwise):
+// Types that import writes, with their properties (numbers unless said otherwise):
 //   lights    "directional"  color[3], intensity (lux), angle (degrees), bake (word: full|indirect|none)
 //             "point"        color[3], intensity (cd), range (m, absent: no limit), bake
 //             "spot"         as point, inner, outer (cone half angles, radians)

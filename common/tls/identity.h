@@ -1,4 +1,4 @@
-// The files that a program shows and trusts in a TLS connection.
+// The files a program presents and trusts in a TLS connection.
 #pragma once
 
 #include <filesystem>
@@ -16,15 +16,17 @@ struct TlsFiles {
 // The files of a folder that `kiln cert issue` made: ca.pem, cert.pem, key.pem.
 TlsFiles tls_files_in(const std::filesystem::path& folder);
 
-// The files' texts, which fit each other.
+// The files' contents, checked against each other.
 struct TlsIdentity {
   std::string ca, certificate, key;  // PEM
   Certificate own;
-  std::vector<std::string> warnings;  // sentences: a key that others can read, a certificate that ends soon
+  std::vector<std::string>
+      warnings;  // sentences: a key that others can read, a certificate that expires soon
 };
 
-// Reads and holds the files against each other at the time `now` (seconds since 1970): there, readable, a
-// certificate, signed by this authority, valid today, with this key. Errors name the file and the way out.
+// Reads the files and checks at the time `now` (seconds since 1970) that each exists and parses, and that the
+// certificate is signed by this authority, valid today, and has this key. Errors name the file and the way
+// out.
 Expected<TlsIdentity> load_identity(const TlsFiles& files, int64_t now);
 
 }  // namespace kiln

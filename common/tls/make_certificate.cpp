@@ -73,7 +73,7 @@ Expected<RequestPtr> read_request(std::string_view pem) {
   return request;
 }
 
-// "DNS:farm,IP:10.0.0.1": `host` holds none of the characters that mean something in this form.
+// "DNS:farm,IP:10.0.0.1": `host` has none of the characters that are special in this form.
 Expected<std::string> host_entry(const std::string& host) {
   unsigned char address[16];
   if (::inet_pton(AF_INET, host.c_str(), address) == 1 || ::inet_pton(AF_INET6, host.c_str(), address) == 1)
@@ -89,7 +89,7 @@ Expected<std::string> host_entry(const std::string& host) {
   return "DNS:" + host;
 }
 
-// Unpredictable, positive, and so long that two never meet.
+// Unpredictable, positive, and long enough never to collide.
 bool set_random_serial(X509* x) {
   const NumberPtr number(BN_new());
   return number && BN_rand(number.get(), 127, BN_RAND_TOP_ONE, BN_RAND_BOTTOM_ANY) == 1 &&
@@ -187,7 +187,7 @@ Expected<std::string> sign_request(std::string_view request_pem, const KeyAndCer
                          terms.not_after) ||
       X509_set_issuer_name(x.get(), X509_get_subject_name(issuer.get())) != 1)
     return library_error("make a certificate");
-  // Only a coordinator may play the server of a connection.
+  // Only a coordinator may act as a TLS server.
   const bool server = std::count(terms.roles.begin(), terms.roles.end(), Role::kCoordinator) != 0;
   if (!add_extension(x.get(), issuer.get(), NID_basic_constraints, "critical,CA:FALSE") ||
       !add_extension(x.get(), issuer.get(), NID_key_usage, "critical,digitalSignature") ||

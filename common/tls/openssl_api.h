@@ -1,4 +1,4 @@
-// OpenSSL's certificates with owners. Included by the sources of common/tls alone.
+// OpenSSL's certificate types with owners. Included only by the sources of common/tls.
 #pragma once
 
 #include <openssl/err.h>
@@ -32,7 +32,7 @@ inline BioPtr reader(std::string_view text) {
   return BioPtr(BIO_new_mem_buf(text.data(), static_cast<int>(text.size())));
 }
 
-// A key with a pass phrase is not asked for one on the terminal: it is refused.
+// Refuses keys with a pass phrase instead of prompting on the terminal.
 inline int no_pass_phrase(char*, int, int, void*) {
   return -1;
 }

@@ -1,5 +1,4 @@
-// Certificates that are no longer good: a text file with a serial in each line, read again whenever it
-// changes.
+// Revoked certificates: a text file with one serial per line, read again whenever it changes.
 #pragma once
 
 #include <filesystem>
@@ -11,7 +10,7 @@
 
 namespace kiln {
 
-// Lines of a serial in hex, of any case, and what follows a "#". Fails (kInvalidInput) naming the line.
+// Parses lines of one hex serial, in either case, with "#" comments. Fails (kInvalidInput) naming the line.
 Expected<std::set<std::string>> parse_revoked(std::string_view text);
 
 // From any thread.
@@ -19,12 +18,12 @@ class RevocationList {
  public:
   // A file that does not exist is an empty list.
   explicit RevocationList(std::filesystem::path file) : file_(std::move(file)) {}
-  // `serial` as in PeerIdentity. Fails while the file cannot be read, or is gone after it was there: nobody
-  // can then say who is still good, so nobody is let in.
+  // `serial` as in PeerIdentity. Fails while the file cannot be read, or after it disappears: without the
+  // list nobody is admitted.
   Expected<bool> contains(const std::string& serial) const;
 
  private:
-  // What tells one state of the file from the next: a rename over it changes the inode.
+  // Identifies one state of the file: a rename over it changes the inode.
   struct Stamp {
     uint64_t inode = 0, size = 0;
     int64_t seconds = 0, nanoseconds = 0;

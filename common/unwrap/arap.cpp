@@ -11,7 +11,7 @@ using Face = std::array<uint32_t, 3>;
 
 struct Rigid {
   std::array<double, 3> weight;  // half cotangents, by opposite corner
-  std::array<DVec2, 3> side;     // from corner k + 1 to k + 2, of the face laid into the plane
+  std::array<DVec2, 3> side;     // from corner k + 1 to k + 2, of the flattened face
 };
 
 Rigid lay(const DVec3& a, const DVec3& b, const DVec3& c) {
@@ -29,7 +29,7 @@ class Rounds {
  public:
   Rounds(std::span<const DVec3> vertices, std::span<const Face> faces) : faces_(faces) {
     std::vector<Eigen::Triplet<double>> entries;
-    const auto n = static_cast<int>(vertices.size()) - 1;  // the last vertex stays where it is
+    const auto n = static_cast<int>(vertices.size()) - 1;  // the last vertex is fixed
     for (const Face& f : faces) {
       rigid_.push_back(lay(vertices[f[0]], vertices[f[1]], vertices[f[2]]));
       for (size_t k = 0; k < 3; ++k) {
@@ -52,7 +52,7 @@ class Rounds {
     Eigen::MatrixX2d right = Eigen::MatrixX2d::Zero(n, 2);
     for (size_t i = 0; i < faces_.size(); ++i) {
       const Face& f = faces_[i];
-      // The turn (c, s) that takes the face nearest to where it lies.
+      // The rotation (c, s) that best fits the face to its current position.
       double c = 0, s = 0;
       for (size_t k = 0; k < 3; ++k) {
         const DVec2 now = uv[f[(k + 2) % 3]] - uv[f[(k + 1) % 3]], own = rigid_[i].side[k];

@@ -9,12 +9,12 @@
 namespace kiln {
 namespace {
 
-// Above this share of its area a mesh's TEXCOORD_1 counts as unusable. What nobody sees may have none: our
-// own scene.glb gives faces below walls no area.
+// Above this share of its area a mesh's TEXCOORD_1 counts as unusable. Hidden faces may have no area: our own
+// scene.glb has such faces below walls.
 constexpr double kMaxDegenerate = 0.25;
 constexpr double kMaxOverlap = 0.005;
 
-// Moves charts that lie far from the unit square back by whole numbers: offsets are floats, and at
+// Moves charts far from the unit square back by whole numbers: offsets are floats, and at
 // 8192 texels a chart at u = 1000 would be placed to within a texel only.
 void bring_near(MeshCharts& charts) {
   constexpr float kFar = 4.0f;
@@ -63,8 +63,8 @@ int side_of(const MeshCharts& charts, const std::vector<uint32_t>& weld, const E
   return (area > 0) == (weld[edge.from] == edge.a) ? 1 : -1;
 }
 
-// Joins the triangles at one side of the mesh: left ones with right ones in pairs, so that sheets that
-// lie on each other stay apart.
+// Joins the triangles at one side of the mesh: pairs of left and right ones, so that coincident sheets stay
+// separate.
 void join_at_edge(std::span<const Edge> edges, const MeshCharts& charts, const std::vector<uint32_t>& weld,
                   UnionFind& sets) {
   std::vector<uint32_t> left, right;

@@ -1,4 +1,4 @@
-// Charts of one mesh: which triangles hang together in lightmap space.
+// Charts of one mesh: sets of triangles connected in lightmap space.
 #pragma once
 
 #include <filesystem>
@@ -19,7 +19,7 @@ class UnionFind {
     while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
     return i;
   }
-  // The smaller index represents both, so representatives do not depend on the order of merging.
+  // The smaller index represents the set, so representatives do not depend on merge order.
   void merge(uint32_t a, uint32_t b) {
     a = find(a);
     b = find(b);
@@ -42,7 +42,7 @@ struct Edge {
   uint32_t a, b, triangle;
   uint32_t from, to;  // corner indices, in the triangle's order: a is the weld of `from` or of `to`
 };
-// All sides, sorted by (a, b, triangle); sides that weld to a point are left out.
+// All sides, sorted by (a, b, triangle), without those that weld to a point.
 std::vector<Edge> sorted_edges(const std::vector<uint32_t>& weld);
 
 // Triangles by chart.
@@ -56,12 +56,12 @@ struct ChartTriangles {
 ChartTriangles triangles_by_chart(const MeshCharts& charts);
 
 // Charts of the mesh's own TEXCOORD_1. Two triangles are in one chart when they share a side with equal
-// positions and coordinates at both ends and lie on opposite sides of it (so a fold parts charts).
-// Errors: no TEXCOORD_1, not finite, no area; the message is the rest of a sentence that begins with the
-// mesh's name: "has no TEXCOORD_1".
+// positions and coordinates at both ends and lie on opposite sides of it (so a fold separates charts).
+// Errors: no TEXCOORD_1, not finite, no area; the message completes a sentence that begins with the mesh's
+// name: "has no TEXCOORD_1".
 Expected<MeshCharts> authored_charts(const Mesh& mesh);
 
-// Share of the mesh's area whose triangles have no area in lightmap space: it gets no light.
+// Share of the mesh's area without area in lightmap space: it gets no light.
 double degenerate_share(const Mesh& mesh, const MeshCharts& charts);
 
 // Share in [0, 1] of covered points that more than one triangle of the same chart covers.
@@ -75,7 +75,7 @@ struct ChartsForPacking {
 };
 struct UnwrapChoice {
   UnwrapSettings settings;
-  bool always = false;          // leave TEXCOORD_1 aside
+  bool always = false;          // ignore TEXCOORD_1
   std::filesystem::path cache;  // folder of unwrapped meshes; empty: none
 };
 ChartsForPacking charts_for_packing(const Mesh& mesh, const UnwrapChoice& choice, unsigned threads);

@@ -8,7 +8,7 @@ FaceGrid::FaceGrid(std::span<const Triangle2> faces) : faces_(faces) {
   const double longest = std::max(size.x, size.y);
   contact_ = 1e-6 * longest;  // corners are floats
   const double cells = std::clamp(static_cast<double>(faces.size()), 1.0, 1048576.0);
-  // Square cells, as many as faces; a side never has more than there are faces.
+  // Square cells, about as many as faces; at most that many along an axis.
   const double edge = std::max(std::sqrt(size.x * size.y / cells), longest / std::min(cells, 4096.0));
   if (edge > 0) {
     columns_ = static_cast<uint32_t>(size.x / edge) + 1;

@@ -1,4 +1,4 @@
-// Faces of a chart in progress, found by place: does a further face overlap one that is already there?
+// A grid over the faces of a chart in progress, to test whether a further face overlaps one already added.
 #pragma once
 
 #include <span>
@@ -10,7 +10,7 @@ namespace kiln {
 
 class FaceGrid {
  public:
-  // `faces` are all that may be added, and outlive the grid; none is added yet.
+  // `faces`: all faces that may be added; they outlive the grid. None is added yet.
   explicit FaceGrid(std::span<const Triangle2> faces);
   void add(uint32_t face);
   // Adds the face unless it overlaps one that was added (contact and rounding do not count) or is flipped.

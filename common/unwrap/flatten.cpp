@@ -12,24 +12,24 @@ namespace kiln {
 namespace {
 
 constexpr double kFlat = 0.995;    // cosine: faces within 5.7 degrees of a plane are projected, 0.5 % stretch
-constexpr double kSteepest = 0.2;  // cosine: beyond 78 degrees no face is projected
-constexpr double kUpright = 0.02;  // what lies below it is not worth making rigid
-constexpr double kEasyL2 = 1.02, kEasyLinf = 1.5;  // a projection so good is taken without a solve
-constexpr size_t kMaxSolved = 12000;               // faces of one solve
-constexpr size_t kMaxRigid = 200000;               // the matrix of making rigid is a quarter of that
-constexpr double kMaxToMend = 1.4;                 // L2 from which making rigid is not tried
+constexpr double kSteepest = 0.2;  // cosine: faces beyond 78 degrees are not projected
+constexpr double kUpright = 0.02;  // below this, ARAP is not worth its cost
+constexpr double kEasyL2 = 1.02, kEasyLinf = 1.5;  // a projection this good is used without a solve
+constexpr size_t kMaxSolved = 12000;               // most faces of one solve
+constexpr size_t kMaxRigid = 200000;               // ARAP's matrix is a quarter of that
+constexpr double kMaxToMend = 1.4;                 // L2 above which ARAP is not attempted
 constexpr int kRigidRounds = 6;
 constexpr uint64_t kRigidWork = 16;
-constexpr uint64_t kSolveWork = 16;    // a face of a solve costs as much as this many projected ones
-constexpr size_t kMaxHullSides = 256;  // directions tried for the smallest box
+constexpr uint64_t kSolveWork = 16;    // cost of a solved face, in projected faces
+constexpr size_t kMaxHullSides = 256;  // directions tested for the smallest box
 
 struct Patch {
   std::vector<DVec3> vertices;
   std::vector<std::array<uint32_t, 3>> faces;
 };
 
-// Corners become vertices by walking over glued sides: where sheets touch at a point, or a cut ends inside
-// the chart, the vertex is split, so a patch is always manifold.
+// Builds vertices by walking over glued sides: where sheets touch at a point, or a cut ends inside the chart,
+// the vertex is split, so a patch is always manifold.
 Patch make_patch(const Surface& surface, ChartState& state, const std::vector<uint32_t>& faces) {
   for (uint32_t i = 0; i < faces.size(); ++i) state.slot[faces[i]] = i;
   UnionFind same(3 * faces.size());
@@ -121,7 +121,7 @@ DVec2 best_direction(const std::vector<Triangle2>& flat) {
       hi = glm::max(hi, q);
     }
     const double box = (hi.x - lo.x) * (hi.y - lo.y);
-    if (box < 0.999 * least) {  // a tie stays with the first
+    if (box < 0.999 * least) {  // the first wins a tie
       least = box;
       best = u;
     }
@@ -155,7 +155,7 @@ Stretch measure_stretch(const Surface& surface, const std::vector<uint32_t>& fac
     const double larger = 0.5 * (a + c + std::sqrt((a - c) * (a - c) + 4 * b * b));
     sum += 0.5 * (a + c) * surface.area[faces[i]];
     area += surface.area[faces[i]];
-    if (!(larger <= most)) most = larger;  // not a number stays
+    if (!(larger <= most)) most = larger;  // NaN passes through
   }
   return {std::sqrt(sum / area), std::sqrt(most)};
 }
@@ -172,13 +172,13 @@ void settle(std::vector<Triangle2>& flat, double area) {
       lo = glm::min(lo, c);
     }
   for (Triangle2& t : flat)
-    for (DVec2& c : t.c) c = DVec2(Vec2(c - lo));  // as it will be stored
+    for (DVec2& c : t.c) c = DVec2(Vec2(c - lo));  // rounded as it will be stored
 }
 
 FlatChart flatten_single(const Surface& surface, uint32_t face) {
   const DVec3 a = surface.corner(3 * face);
   const DVec3 b = surface.corner(3 * face + 1) - a, c = surface.corner(3 * face + 2) - a;
-  // The longest side along u from (0, 0): no rounding can turn the face over.
+  // The longest side along u from (0, 0): rounding cannot flip the face.
   const double ab = length(b), ac = length(c), bc = length(c - b);
   const uint32_t first = ab >= bc && ab >= ac ? 0 : bc >= ac ? 1 : 2;
   const double base = std::max({ab, bc, ac});
@@ -219,7 +219,7 @@ std::optional<FlatChart> flatten(const Surface& surface, ChartState& state, std:
     chart.flat = std::move(flat);
     return usable(chart.flat, chart.stretch, most);
   };
-  // Projected where that is good enough: it costs no solve and does not care how many faces there are.
+  // Project where that is good enough: no solve, and no limit on the number of faces.
   const auto accept_projected = [&](const FlattenLimits& most) {
     return steepest > kSteepest && accept(project(surface, chart.faces, axis), most);
   };

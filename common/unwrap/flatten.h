@@ -1,4 +1,4 @@
-// One chart laid into the plane, and the proof that the result can be used.
+// Flattens one chart into the plane and proves that the result is usable.
 #pragma once
 
 #include <optional>
@@ -12,7 +12,7 @@ namespace kiln {
 // Stretch of the map from the plane to the surface. Sander, Snyder, Gortler, Hoppe 2001, "Texture Mapping
 // Progressive Meshes", section 3: L2 of a face is the root mean square of its singular values, Linf the
 // larger one; of a chart the area-weighted root mean square and the largest. 1: isometric. Linf = 2:
-// somewhere texels lie twice as far apart as asked.
+// somewhere texels are twice as far apart as requested.
 struct Stretch {
   double l2 = 1, linf = 1;
 };
@@ -29,30 +29,30 @@ struct FlattenLimits {
   double linf = 2;
 };
 
-// What flattening needs to remember about charts as a whole. Charts own their faces, so several threads may
-// work on different charts at once.
+// Per-mesh state of flattening. Charts own their faces, so several threads may work on different charts at
+// once.
 struct ChartState {
   explicit ChartState(const Surface& surface)
       : glued(3 * surface.face_count(), 0), slot(surface.face_count(), 0) {}
-  std::vector<uint8_t> glued;  // by side: it hangs together with its opposite inside one chart
+  std::vector<uint8_t> glued;  // by side: joined with its opposite inside one chart
   std::vector<uint32_t> slot;  // by face: its index within its chart
 };
 
 // Lays faces (rising, none degenerate, glued as `state` says) into the plane: along their mean normal where
 // that stretches little, else by LSCM, else along the normal within the limits, else as rigid as possible.
-// Nothing: a face would be flipped, would lie on another, or would be stretched beyond the limits. `work`
-// counts what it cost, in faces.
+// nullopt if a face would be flipped, overlap another, or be stretched beyond the limits. `work` is increased
+// by the cost, in faces.
 std::optional<FlatChart> flatten(const Surface& surface, ChartState& state, std::vector<uint32_t> faces,
                                  const FlattenLimits& limits, uint64_t& work);
 
-// The same along `axis` only, and without test for overlap: the caller knows that faces do not meet.
+// The same along `axis` only, without the overlap test: the caller guarantees that faces do not overlap.
 FlatChart flatten_single(const Surface& surface, uint32_t face);
 
 Stretch measure_stretch(const Surface& surface, const std::vector<uint32_t>& faces,
                         const std::vector<Triangle2>& flat);
 
-// Turned to the smallest box that has a side along the hull, scaled to the surface's area, moved to (0, 0)
-// and rounded to floats.
+// Rotated to the smallest box with a side along the hull, scaled to the surface's area, moved to (0, 0) and
+// rounded to floats.
 void settle(std::vector<Triangle2>& flat, double area);
 
 }  // namespace kiln

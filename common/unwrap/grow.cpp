@@ -11,10 +11,9 @@ namespace kiln {
 namespace {
 
 constexpr uint32_t kNone = ~0u;
-constexpr double kBoundaryWeight =
-    0.25;  // a face that would stick out costs as much as one turned by 41 degrees
+constexpr double kBoundaryWeight = 0.25;  // a protruding face costs as much as a turn by 41 degrees
 
-constexpr double kWholeCone = 0.02;  // cosine to the mean normal, at least: nothing overhangs
+constexpr double kWholeCone = 0.02;  // minimum cosine to the mean normal: no overhangs
 
 class Grower {
  public:
@@ -32,7 +31,7 @@ class Grower {
       return surface_.area[a] != surface_.area[b] ? surface_.area[a] > surface_.area[b] : a < b;
     });
     for (uint32_t seed : seeds)
-      for (uint32_t at = seed; at != kNone; at = next_frontier())  // beside what is there: fewer leftovers
+      for (uint32_t at = seed; at != kNone; at = next_frontier())  // next to existing charts: fewer leftovers
         if (chart_of_[at] == kNone) grow(at);
     return std::move(charts_);
   }
@@ -44,7 +43,7 @@ class Grower {
     bool operator<(const Candidate& o) const { return cost != o.cost ? cost > o.cost : face > o.face; }
   };
 
-  // What hangs together and faces one way as a whole needs no cut: a terrain, a panel.
+  // A connected surface that faces one way as a whole needs no cut: a terrain, a panel.
   void take_whole_components() {
     std::vector<uint32_t> queue;
     std::vector<uint8_t> seen(surface_.face_count());

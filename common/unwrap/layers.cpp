@@ -8,7 +8,8 @@ namespace kiln {
 namespace {
 
 constexpr size_t kMaxLayers = 64;
-// A layer that takes less than this share of what is left ends the dealing: the rest lies in one heap.
+// A layer that accepts less than this share of the remaining faces ends the loop: the rest piles up in one
+// place.
 constexpr size_t kMinShare = 256;
 
 // 0 to 5: +x, -x, +y, -y, +z, -z.

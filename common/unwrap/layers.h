@@ -1,4 +1,4 @@
-// The cheap way to charts, for what the solver cannot or may not do.
+// The cheap fallback for surfaces that the solver cannot flatten or may not spend time on.
 #pragma once
 
 #include "common/unwrap/flatten.h"
@@ -6,8 +6,9 @@
 namespace kiln {
 
 // Faces sorted by the dominant axis of their normals (six directions, stretch at most sqrt(3)), projected
-// along it, and dealt into layers in which none overlaps another, decided exactly. Faces of a layer need not
-// hang together. Faces that 64 layers refuse, or that lie in one heap, are charts of their own. Never fails.
+// along it, and distributed over layers without overlaps, decided exactly. Faces of a layer need not be
+// connected. Faces that fit none of 64 layers, or that pile up in one place, become charts of their own.
+// Never fails.
 std::vector<FlatChart> layered_charts(const Surface& surface, const std::vector<uint32_t>& faces);
 
 }  // namespace kiln

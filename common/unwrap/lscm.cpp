@@ -81,7 +81,7 @@ class System {
     if (pinned(p)) return;
     if (pinned(q))
       right_[unknown(p, p_axis)] -= w * value(q, q_axis);
-    else if (unknown(p, p_axis) >= unknown(q, q_axis))  // the solver reads the lower half
+    else if (unknown(p, p_axis) >= unknown(q, q_axis))  // the solver reads the lower triangle only
       triplets_.emplace_back(unknown(p, p_axis), unknown(q, q_axis), w);
   }
 

@@ -12,14 +12,14 @@
 
 namespace kiln {
 
-// Positions of `vertices` in space; faces index them, and wind alike across shared sides. Vertices that no
-// face has stay at (0, 0). Two far vertices are pinned at their distance. Empty when the system is singular
-// (a part hangs on neither pin) or a result is not finite. Faces lower than a thousandth of their longest
-// side are taken to be that high, so that needles do not spoil the conditioning.
+// `vertices` are positions in space; faces index them and wind consistently across shared sides. Unused
+// vertices stay at (0, 0). Two far vertices are pinned at their distance. Empty when the system is singular
+// (a component has neither pin) or a result is not finite. Faces thinner than a thousandth of their longest
+// side count as that thick, so that needles do not ruin the conditioning.
 std::vector<DVec2> lscm(std::span<const DVec3> vertices, std::span<const std::array<uint32_t, 3>> faces);
 
-// Cotangents of the face's angles, halved: weights of the sides opposite to its corners. As above for
-// needles.
+// Half cotangents of the face's angles: weights of the sides opposite its corners. Needles are treated as
+// above.
 std::array<double, 3> half_cotangents(const DVec3& a, const DVec3& b, const DVec3& c);
 
 }  // namespace kiln

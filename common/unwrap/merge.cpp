@@ -18,7 +18,7 @@ struct Pair {
   double shared = 0, score = 0;
 };
 
-// Every two charts that meet at sides which are not sharp.
+// Every pair of charts that share sides which are not sharp.
 std::vector<Pair> neighbours(const Surface& surface, const std::vector<FlatChart>& charts) {
   std::vector<uint32_t> chart_of(surface.face_count(), Surface::kNone);
   for (uint32_t c = 0; c < charts.size(); ++c)
@@ -49,7 +49,7 @@ std::vector<Pair> neighbours(const Surface& surface, const std::vector<FlatChart
   return pairs;
 }
 
-// The longest connected run among `sides`: those that follow each other at equal positions.
+// The longest run among `sides` in which consecutive sides share a position.
 std::vector<uint32_t> longest_run(const Surface& surface, const std::vector<uint32_t>& sides) {
   struct End {
     DVec3 at;

@@ -1,4 +1,4 @@
-// Charts of a mesh: its faces laid out in pieces of the plane.
+// Charts of a mesh: its faces flattened piece by piece.
 #pragma once
 
 #include <cstdint>
@@ -23,7 +23,7 @@ struct MeshCharts {
   std::vector<uint32_t> chart_of_face;
   std::vector<FacePart> parts;  // by face; empty: face i is triangle i
   uint32_t chart_count = 0;
-  bool generated = false;  // no usable TEXCOORD_1: charts are ours
+  bool generated = false;  // no usable TEXCOORD_1: unwrapped by Kiln
 
   size_t face_count() const { return chart_of_face.size(); }
   uint32_t triangle_of(size_t face) const {

@@ -16,7 +16,7 @@ Surface::Surface(const Mesh& m, float crease_degrees) : mesh(m) {
     const DVec3 n = cross(b - a, c - a);
     const double twice = length(n);
     const double longest = std::max({dot(b - a, b - a), dot(c - b, c - b), dot(a - c, a - c)});
-    // Lower than a millionth of its length: corners are floats, the normal would be noise.
+    // Thinner than a millionth of its length: corners are floats, so the normal would be noise.
     if (!(twice > 1e-6 * longest)) continue;
     area[f] = 0.5 * twice;
     normal[f] = n / twice;
@@ -26,12 +26,12 @@ Surface::Surface(const Mesh& m, float crease_degrees) : mesh(m) {
 
 namespace {
 
-// Reorders both so that entries at one place are pairs: the two faces that part least, then the next two, of
-// equal ones those with the smallest numbers. So a floor goes on beneath a wall that stands on one of its
-// sides, and copies of a sheet stay apart.
+// Reorders both so that entries at one place form pairs: the two faces with the smallest angle between them,
+// then the next two; ties go to the smallest numbers. So a floor continues beneath a wall on one of its
+// sides, and copies of a sheet stay separate.
 void pair_flattest(const std::vector<DVec3>& normal, std::vector<uint32_t>& left,
                    std::vector<uint32_t>& right) {
-  constexpr size_t kMax = 4096;  // beyond, in the order of their numbers
+  constexpr size_t kMax = 4096;  // above this, in order of their numbers
   if (left.size() * right.size() > kMax) return;
   struct Pair {
     double cosine;
@@ -54,7 +54,7 @@ void pair_flattest(const std::vector<DVec3>& normal, std::vector<uint32_t>& left
 
 }  // namespace
 
-// Around a side with two faces the pairing is plain.
+// A side with two faces has only one pairing.
 void Surface::pair_sides(float crease_degrees) {
   const size_t count = face_count();
   opposite.assign(3 * count, kNone);

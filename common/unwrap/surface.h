@@ -1,4 +1,4 @@
-// A mesh as the unwrapper sees it: faces, their neighbours across sides, and which sides are sharp.
+// The unwrapper's view of a mesh: faces, neighbours across sides, and sharp sides.
 #pragma once
 
 #include <span>
@@ -16,7 +16,7 @@ inline uint32_t next_corner(uint32_t corner) {
 struct Surface {
   static constexpr uint32_t kNone = ~0u;
 
-  // Sides whose shading normals part by more than `crease_degrees` at either end are sharp.
+  // Sides whose shading normals differ by more than `crease_degrees` at either end are sharp.
   Surface(const Mesh& mesh, float crease_degrees);
 
   const Mesh& mesh;

@@ -13,7 +13,7 @@ namespace {
 
 struct Piece {
   std::vector<FlatChart> charts;
-  std::vector<uint32_t> refused;  // faces for which the work was used up
+  std::vector<uint32_t> refused;  // faces left when the work was spent
   uint64_t work = 0;
 };
 
@@ -40,7 +40,7 @@ Piece flatten_or_split(const Surface& surface, ChartState& state, std::vector<ui
   return piece;
 }
 
-// Over the budget: the largest half of the budget stays, the faces of all others are laid out in layers.
+// Over the budget: the largest charts keep half of it, and the faces of all others go to layers.
 std::vector<uint32_t> drop_small_charts(std::vector<FlatChart>& charts, uint32_t max_charts) {
   std::sort(charts.begin(), charts.end(), [](const FlatChart& a, const FlatChart& b) {
     return a.area != b.area ? a.area > b.area : a.faces[0] < b.faces[0];
@@ -76,7 +76,7 @@ void store(const Surface& surface, std::vector<FlatChart>& charts, UnwrapResult&
   if (area > 0) result.stretch.l2 = std::sqrt(sum / area);
 }
 
-// A degenerate face lies on a corner of a face beside it, or on any chart if it has none.
+// A degenerate face collapses to a corner of an adjacent face, or joins any chart if it has none.
 void attach_degenerate(const Surface& surface, MeshCharts& charts) {
   for (uint32_t f = 0; f < surface.face_count(); ++f) {
     if (surface.area[f] > 0) continue;

@@ -98,7 +98,7 @@ void UnwrapCache::evict() const {
   };
   std::vector<Entry> entries;
   uint64_t all = 0;
-  std::error_code error;  // another process may take a file away between any two of these
+  std::error_code error;  // another process may remove a file between any two of these calls
   for (fs::directory_iterator it(folder_, error), end; !error && it != end; it.increment(error)) {
     if (it->path().extension() != ".unwrap") continue;
     std::error_code gone;

@@ -1,4 +1,4 @@
-// Unwrapped meshes on disk, by what went in: a bake of the same mesh does not solve again.
+// Unwrapped meshes on disk, keyed by the input: baking the same mesh again does not solve again.
 #pragma once
 
 #include <filesystem>
@@ -14,13 +14,13 @@ Digest unwrap_key(const Mesh& mesh, const UnwrapSettings& settings);
 
 class UnwrapCache {
  public:
-  // An empty folder: no cache. The folder is made when something is stored.
+  // An empty path disables the cache. The folder is created on the first store.
   explicit UnwrapCache(std::filesystem::path folder, uint64_t max_bytes = uint64_t{2} << 30)
       : folder_(std::move(folder)), max_bytes_(max_bytes) {}
-  // Nothing where there is no entry, or one that is damaged or does not fit a mesh of so many triangles.
+  // nullopt if there is no entry, or it is damaged or does not match this number of triangles.
   std::optional<UnwrapResult> load(const Digest& key, size_t triangles) const;
-  // Written by rename, so that several processes may share a folder. Then the oldest entries go until the
-  // folder holds max_bytes. A folder that cannot be written is as good as none: nothing fails.
+  // Writes by rename, so that several processes may share a folder, then removes the oldest entries until the
+  // folder holds at most max_bytes. An unwritable folder disables the cache: nothing fails.
   void store(const Digest& key, const UnwrapResult& result) const;
 
  private:
@@ -33,7 +33,7 @@ class UnwrapCache {
 // $KILN_CACHE, else $XDG_CACHE_HOME/kiln, else $HOME/.cache/kiln, else empty.
 std::filesystem::path default_cache_folder();
 
-// unwrap() through the cache; small meshes are not worth a file.
+// unwrap() through the cache; small meshes are not cached.
 UnwrapResult unwrap_cached(const Mesh& mesh, const UnwrapSettings& settings,
                            const std::filesystem::path& folder, unsigned threads);
 

@@ -1,5 +1,4 @@
-// The only include of Asio, and of the TLS of OpenSSL behind it. Heavy: included by the sources of
-// common/wire alone.
+// The only include of Asio and of its TLS over OpenSSL. Heavy: included only by the sources of common/wire.
 #pragma once
 
 #ifndef ASIO_STANDALONE

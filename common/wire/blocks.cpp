@@ -10,7 +10,7 @@ enum class Codec : uint8_t { kRaw = 0, kZstd = 1 };
 
 ByteWriter frame_writer() {
   ByteWriter w;
-  w.put<uint64_t>(0);  // the header's place: seal_frame fills it
+  w.put<uint64_t>(0);  // space for the header, which seal_frame fills
   w.put<uint64_t>(0);
   return w;
 }
@@ -29,7 +29,7 @@ Bytes write(const ChunkPiece& piece) {
   w.put(static_cast<uint32_t>(piece.bytes.size()));
   Bytes packed;
   if (piece.compress) packed = compress(piece.bytes);
-  // Data that zstd cannot shrink travels as it is.
+  // Data that zstd cannot shrink is sent uncompressed.
   const bool zstd = piece.compress && packed.size() < piece.bytes.size();
   w.put(zstd ? Codec::kZstd : Codec::kRaw);
   w.put_array(zstd ? packed : piece.bytes);

@@ -76,7 +76,7 @@ void connect_to(EventLoop& loop, const std::string& host, uint16_t port, std::ch
     asio::async_connect(state->socket, endpoints,
                         [state](asio::error_code failed, const tcp::endpoint&) { state->finish(failed); });
   };
-  // An address needs no resolver, whose thread would cost a worker milliseconds of its start.
+  // A numeric address needs no resolver, whose thread would add milliseconds to a worker's start.
   asio::error_code not_an_address;
   const auto address = asio::ip::make_address(host, not_an_address);
   if (!not_an_address)

@@ -42,7 +42,7 @@ void Connection::Impl::read_header() {
 
 void Connection::Impl::on_bad_header(const Error& error) {
   if (tls || !begins_like_tls(head)) return shut(error.message);
-  // A client of TLS takes any bytes but its own for an answer in plain: the frame is for those who log them.
+  // A TLS client rejects any unencrypted answer; the frame is for whoever logs it.
   part("the peer speaks TLS and this side plain: give this side a certificate, or leave the peer's out",
        encode(Refused{"this side speaks plain: leave the certificate out, or give this side one"}));
 }
@@ -63,7 +63,8 @@ void Connection::Impl::read_payload() {
 }
 
 void Connection::Impl::on_read_error(const asio::error_code& code) {
-  // After our own end of TLS its stream reads nothing more, while the peer may still send: see read_payload.
+  // After we close our side of TLS its stream reads nothing more, while the peer may still send: see
+  // read_payload.
   if (closing && tls && code == asio::error::eof)
     return drain([self = shared_from_this()] { self->shut(self->close_reason); });
   shut(wire_words(code, tls ? &check : nullptr));
@@ -86,14 +87,14 @@ void Connection::Impl::write_next() {
   });
 }
 
-// The reason is on its way: say that nothing follows and wait for the peer to close first.
+// The reason is being sent: shut down writing and wait for the peer to close first.
 void Connection::Impl::linger_then_shut() {
   asio::error_code ignored;
   if (!tls) {
     socket.shutdown(asio::ip::tcp::socket::shutdown_send, ignored);
     return;
   }
-  // As if the peer had ended its half: TLS would else take what it still sends for an error.
+  // As if the peer had closed its side: otherwise TLS would report what it still sends as an error.
   SSL_set_shutdown(tls->native_handle(), SSL_RECEIVED_SHUTDOWN);
   tls->async_shutdown([self = shared_from_this()](asio::error_code) {
     asio::error_code also_ignored;
@@ -102,7 +103,7 @@ void Connection::Impl::linger_then_shut() {
 }
 
 void Connection::Impl::report(const std::string& reason) {
-  // Handlers own what owns this connection: let go of them before they run.
+  // Handlers own this connection's owner: release them before they run.
   const Handlers last = std::exchange(handlers, {});
   if (last.on_closed) last.on_closed(reason);
 }
@@ -123,7 +124,7 @@ void Connection::Impl::drain(std::function<void()> ended) {
     self->linger.cancel();
     if (ended) ended();
   };
-  // An end that was read once, by the stream of TLS, is not reported again.
+  // An end of stream that TLS has already read is not reported again.
   std::byte next{};
   if (::recv(socket.native_handle(), &next, 1, MSG_PEEK | MSG_DONTWAIT) == 0)
     return asio::post(socket.get_executor(), end);
@@ -139,7 +140,7 @@ void Connection::Impl::drain(std::function<void()> ended) {
 
 void Connection::Impl::part(std::string reason, Bytes last_words, std::function<void()> ended) {
   if (shut_down) return;
-  closing = shut_down = true;  // a Connection that is destroyed leaves the rest to us
+  closing = shut_down = true;  // a destroyed Connection leaves the rest to this object
   linger.expires_after(std::chrono::seconds(2));
   linger.async_wait([self = shared_from_this()](asio::error_code code) {
     asio::error_code ignored;
@@ -159,7 +160,7 @@ Connection::Connection(std::shared_ptr<Impl> impl) : impl_(std::move(impl)) {}
 
 Connection::~Connection() {
   impl_->handlers = {};
-  // Words that are still queued get their two seconds, without us.
+  // Queued messages still get two seconds to be sent, without us.
   if (!impl_->closing) impl_->shut("closed");
 }
 

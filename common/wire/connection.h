@@ -1,4 +1,4 @@
-// One peer: one reader, one bounded writer queue, over plain TCP or TLS. All calls on the loop's thread;
+// One peer: one reader and one bounded write queue, over plain TCP or TLS. Call it on the loop's thread only;
 // handlers run from the loop, never from inside a call.
 #pragma once
 
@@ -16,7 +16,7 @@ class Connection {
   struct Handlers {
     // Checksum verified. The payload is valid during the call.
     std::function<void(const FrameHeader&, std::span<const std::byte> payload)> on_frame;
-    // Once, after which no handler is called: the peer went, damaged a frame or did not read, or close().
+    // Called once and last: the peer left, sent a damaged frame or stopped reading, or close() was called.
     std::function<void(const std::string& reason)> on_closed;
     // The queue went below `budget` bytes again (see start).
     std::function<void()> on_room;
@@ -28,21 +28,21 @@ class Connection {
   Connection(const Connection&) = delete;
   Connection& operator=(const Connection&) = delete;
 
-  // Begins to read. `budget`: on_room is called each time the queue drops below it.
+  // Starts reading. `budget`: on_room is called each time the queue drops below it.
   void start(Handlers handlers, size_t budget);
-  // Until this is called only control messages are taken: a stranger cannot make us allocate more.
+  // Until this is called only control messages are accepted, so that a stranger cannot make us allocate more.
   void accept_data();
-  // Queues a message. Above kMaxQueuedBytes the peer does not read: the connection is closed instead.
+  // Queues a message. If more than kMaxQueuedBytes are waiting, the peer has stopped reading: closes the
+  // connection.
   void send(const Message& message);
   size_t queued_bytes() const;
-  // Sends what is queued (for 2 s at most), then closes. What still arrives is not handled.
+  // Sends what is queued (for 2 s at most), then closes. Messages that still arrive are ignored.
   void close_after_writes(std::string reason);
   std::string peer() const;  // "address:port"
   bool loopback() const;
   bool encrypted() const;
-  // Who the peer is by the certificate that it showed; empty without TLS, and for a stranger that the
-  // listener admits. The certificate was good at the hand-shake: TlsContext::is_revoked says whether it still
-  // is.
+  // The peer's identity from its certificate; empty without TLS, and for strangers that the listener admits.
+  // The certificate was valid at the handshake; TlsContext::is_revoked tells whether it still is.
   const PeerIdentity& peer_identity() const;
 
  private:

@@ -19,13 +19,13 @@ struct Connection::Impl : std::enable_shared_from_this<Connection::Impl> {
   void write_next();
   void shut(std::string reason);  // closes the socket and reports once
   void linger_then_shut();
-  // Reports `reason`, sends these bytes as they are, plain, and lets go of the socket when the peer closes
-  // it, or after 2 s. `ended` is called then.
+  // Reports `reason`, sends these bytes unencrypted, and releases the socket when the peer closes it, or
+  // after 2 s. Then calls `ended`.
   void part(std::string reason, Bytes last_words, std::function<void()> ended = {});
   void drain(std::function<void()> ended);
   void report(const std::string& reason);
 
-  // The one place where plain and TLS differ: a branch for each message, none for a byte.
+  // The only place where plain TCP and TLS differ: one branch per message, none per byte.
   template <class Handler>
   void read(asio::mutable_buffer buffer, Handler handler) {
     if (tls)
@@ -61,7 +61,7 @@ struct Connection::Impl : std::enable_shared_from_this<Connection::Impl> {
   std::string close_reason;
 };
 
-// Whether bytes that should begin a frame begin a record of TLS (RFC 8446, section 5.1) instead.
+// Whether bytes that should start a frame start a TLS record (RFC 8446, section 5.1) instead.
 bool begins_like_tls(std::span<const std::byte> bytes);
 
 }  // namespace kiln

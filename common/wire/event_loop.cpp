@@ -42,7 +42,7 @@ void EventLoop::Impl::wait_signal() {
 struct Timer::Impl {
   explicit Impl(asio::io_context& context) : timer(context) {}
   asio::steady_timer timer;
-  uint64_t round = 0;  // a wait that was overtaken by after() or cancel() is of an older round
+  uint64_t round = 0;  // a wait superseded by after() or cancel() has an older round
 };
 
 Timer::Timer(EventLoop& loop) : impl_(std::make_shared<Impl>(loop.impl().context)) {}

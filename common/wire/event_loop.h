@@ -15,7 +15,7 @@ class EventLoop {
   EventLoop(const EventLoop&) = delete;
   EventLoop& operator=(const EventLoop&) = delete;
 
-  // Runs handlers on the calling thread until `done` (asked after each handler) says so.
+  // Runs handlers on the calling thread until `done` (called after each handler) returns true.
   void run_until(const std::function<bool()>& done);
   // Runs what is ready now and returns.
   void run_ready();
@@ -29,7 +29,7 @@ class EventLoop {
   std::unique_ptr<Impl> impl_;
 };
 
-// Calls back once, unless set again or destroyed first.
+// A one-shot timer: calls back once, unless set again or destroyed first.
 class Timer {
  public:
   explicit Timer(EventLoop& loop);

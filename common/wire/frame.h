@@ -1,6 +1,6 @@
 // The frame around every message: 16 bytes, little-endian, the same in every protocol version.
 //   u16 magic  u8 major  u8 minor  u16 type  u16 flags  u32 length  u32 checksum
-// `checksum` is the low half of XXH3-64 of the payload: it finds damage, not malice.
+// `checksum` is the low half of XXH3-64 of the payload: it detects damage, not tampering.
 #pragma once
 
 #include <array>
@@ -11,11 +11,11 @@
 
 namespace kiln {
 
-// Numbers are on the wire: append, never renumber. The ends of control and data decide the cap.
+// Numbers are on the wire: append, never renumber. The control and data ranges decide the size cap.
 enum class MessageType : uint16_t {
   kHello = 1,
   kWelcome,
-  kRefused,  // raw text in every version, so that any two versions can say why they part
+  kRefused,  // raw text in every version, so that any two versions can tell why they disconnect
   kJob,
   kJobClass,
   kJobFailed,
@@ -50,12 +50,12 @@ struct FrameHeader {
   uint32_t length = 0, checksum = 0;
 };
 
-// Fails (kProtocol) on a wrong magic, an unknown type or a length above the type's cap. Any major passes:
-// the hand-shake refuses it in words.
+// Fails (kProtocol) on a wrong magic, an unknown type or a length above the type's cap. Any major passes: the
+// handshake refuses it with a message.
 Expected<FrameHeader> read_frame_header(std::span<const std::byte, kFrameHeaderBytes> bytes);
 Status check_frame_payload(const FrameHeader& header, std::span<const std::byte> payload);
 
-// `frame` begins with kFrameHeaderBytes to be overwritten; the payload follows. It is below the type's cap.
+// `frame` starts with kFrameHeaderBytes to be overwritten, then the payload, which is below the type's cap.
 void seal_frame(MessageType type, Bytes& frame);
 
 uint32_t payload_cap(MessageType type);  // 0: no such type

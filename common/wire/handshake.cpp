@@ -33,7 +33,7 @@ void Handshake::serve(bool admit_strangers, std::chrono::milliseconds deadline, 
                                  });
 }
 
-// A peer that speaks plain gets its answer in plain.
+// A peer without TLS gets its answer unencrypted.
 void Handshake::look_at_first_byte(bool admit_strangers) {
   unsigned char first = 0;
   const ssize_t got = ::recv(connection_->socket.native_handle(), &first, 1, MSG_PEEK | MSG_DONTWAIT);

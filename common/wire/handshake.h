@@ -1,4 +1,4 @@
-// Internal to common/wire: from a TCP connection to a TLS one, or words why not.
+// Internal to common/wire: upgrades a TCP connection to TLS, or explains why not.
 #pragma once
 
 #include "common/wire/connection_impl.h"
@@ -10,8 +10,8 @@ class Handshake : public std::enable_shared_from_this<Handshake> {
   using Done = std::function<void(const std::string& peer, Expected<std::unique_ptr<Connection>>)>;
 
   Handshake(std::shared_ptr<Connection::Impl> connection, std::shared_ptr<const TlsContext> context);
-  // `done` is called once, from the loop or from give_up. `ended`, when the socket was handed over or is
-  // closed: a peer that is refused is told so first.
+  // `done` is called once, from the loop or from give_up; `ended` when the socket was handed over or closed.
+  // A refused peer is told the reason first.
   void serve(bool admit_strangers, std::chrono::milliseconds deadline, Done done,
              std::function<void()> ended);
   void call(const std::string& host, std::chrono::milliseconds deadline, Done done);

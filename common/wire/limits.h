@@ -1,4 +1,4 @@
-// What a peer may send. Every bound is checked before memory is taken for what it bounds.
+// Limits on what a peer may send. Each is checked before the memory it bounds is allocated.
 #pragma once
 
 #include <cstddef>
@@ -6,7 +6,7 @@
 
 namespace kiln {
 
-// A peer of another major is refused; within a major, a feature newer than the peer's minor is not used.
+// A peer with another major is refused; within a major, features newer than the peer's minor are not used.
 constexpr uint8_t kWireMajor = 1, kWireMinor = 2;
 
 constexpr uint32_t kMaxControlBytes = 64u << 10;  // payload of a control message
@@ -19,8 +19,8 @@ constexpr size_t kMaxDocumentBytes = 8u
                                      << 20;  // of the JSON in a request or a reply; longer ones are refused
 
 constexpr size_t kChunkWriteBudget = 8u << 20;  // bytes of chunks queued for one peer at a time
-constexpr size_t kMaxQueuedBytes = 96u << 20;   // a peer that lets more pile up does not read: closed
+constexpr size_t kMaxQueuedBytes = 96u << 20;   // a peer that lets more pile up has stopped reading: closed
 
-constexpr uint32_t kPrefetchUnits = 2;  // units that wait on a worker beside one per thread
+constexpr uint32_t kPrefetchUnits = 2;  // units queued on a worker in addition to one per thread
 
 }  // namespace kiln

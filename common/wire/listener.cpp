@@ -23,7 +23,7 @@ void set_up_socket(tcp::socket& socket) {
   asio::error_code ignored;
   close_on_exec(socket.native_handle());
   socket.set_option(tcp::no_delay(true), ignored);
-  // A peer whose machine vanished says nothing: ask after 30 s of silence, give up after a minute.
+  // A machine that vanished sends nothing: probe after 30 s of silence, give up after a minute.
   socket.set_option(asio::socket_base::keep_alive(true), ignored);
   const int idle = 30, every = 10, times = 3;
   ::setsockopt(socket.native_handle(), IPPROTO_TCP, TCP_KEEPIDLE, &idle, sizeof idle);
@@ -33,8 +33,8 @@ void set_up_socket(tcp::socket& socket) {
 
 namespace {
 
-// Callers may not take the last file descriptors: results, the store and clients' files need some too. A new
-// descriptor is the lowest free number, so its height says how many are in use.
+// Callers may not use up the file descriptors: results, the store and clients' files need some too. A new
+// descriptor is the lowest free number, so its value tells how many are in use.
 bool takes_a_reserved_descriptor(int fd) {
   constexpr rlim_t kReserve = 64;
   rlimit limit{};
@@ -71,7 +71,7 @@ struct Listener::Impl : std::enable_shared_from_this<Listener::Impl> {
       if (!stopped && self->acceptor.is_open()) self->accept();
     });
   }
-  // Closed without a word, so that the caller tries again later. Said once a minute: all of them try again.
+  // Closed without a message, so that the caller retries later. Logged once a minute: all callers retry.
   void turn_away(tcp::socket socket) {
     const auto now = std::chrono::steady_clock::now();
     ++turned_away;

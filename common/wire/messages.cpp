@@ -150,7 +150,7 @@ Message read(const schema::JobClass& m, bool&) {
 Message read(const schema::JobFailed& m, bool& ok) {
   return JobFailed{m.job(), get_kind(m.kind(), ok), get(m.reason())};
 }
-// By copy: the verifier holds a vector's count to its alignment, not the elements behind it.
+// By copy: the verifier checks the alignment of a vector's count, not of its elements.
 std::vector<uint64_t> get(const fb::Vector<uint64_t>* v) {
   std::vector<uint64_t> values(v ? v->size() : 0);
   if (!values.empty()) std::memcpy(values.data(), v->Data(), values.size() * sizeof(uint64_t));

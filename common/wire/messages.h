@@ -32,7 +32,7 @@ struct JobClass {  // w: numeric class for the job's kernels
   uint64_t job = 0;
   std::string numeric_class;
 };
-struct JobFailed {  // w: the scene could not be made ready
+struct JobFailed {  // w: the scene could not be prepared
   uint64_t job = 0;
   ErrorKind kind = ErrorKind::kInternal;
   std::string reason;
@@ -40,8 +40,8 @@ struct JobFailed {  // w: the scene could not be made ready
 struct Credits {  // w: the scene is ready, and at most `units` may be with this worker at a time
   uint64_t job = 0;
   uint32_t units = 0;
-  std::vector<uint64_t> held{};  // units of this job that are with the worker already (minor 1): a
-                                 // coordinator that was restarted need not give them to others
+  std::vector<uint64_t> held{};  // units of this job that the worker already holds (minor 1), so that a
+                                 // restarted coordinator need not give them to others
 };
 struct ChunkRequest {  // w, client
   std::vector<Digest> ids;
@@ -61,7 +61,7 @@ struct Result {  // w, data; kept by the worker until its CommitAck
   uint64_t job = 0, lease = 0;
   UnitResult result;
   Digest digest;       // result_digest() by the worker
-  uint64_t shape = 0;  // unit_shape() of what was baked (minor 2); 0: not said
+  uint64_t shape = 0;  // unit_shape() of the baked unit (minor 2); 0: not given
 };
 struct UnitFailed {  // w
   uint64_t job = 0, unit = 0, lease = 0;
@@ -76,7 +76,7 @@ struct Heartbeat {  // w
   uint32_t running = 0, queued = 0;
   uint64_t oldest_ms = 0;  // since the oldest running unit was begun (minor 1)
 };
-struct Drain {  // w: give me no more; these units were not begun
+struct Drain {  // w: send no more units; these were not started
   std::vector<uint64_t> units;
   std::string reason;
 };
@@ -85,21 +85,21 @@ struct Goodbye {  // c or w, last
 };
 
 // Minor 1: not sent to a peer whose frames say minor 0.
-struct Withdraw {  // c: nobody needs these any more: do not begin them, forget their results
+struct Withdraw {  // c: these units are no longer needed: do not start them, drop their results
   uint64_t job = 0;
   std::vector<uint64_t> units;
 };
-struct JobEnded {  // c: forget the job, its units and what is kept of them; another may follow
+struct JobEnded {  // c: forget the job, its units and their stored results; another may follow
   uint64_t job = 0;
   std::string reason;
 };
-struct Pace {  // c: from now on a heartbeat this often
+struct Pace {  // c: interval of heartbeats from now on
   uint32_t heartbeat_ms = 0;
 };
 struct ClientHello {  // a person's program, first instead of Hello
   std::string version, token, user, host;
 };
-struct ClientWelcome {  // c, to a client: what it may do ("read", "submit", "admin")
+struct ClientWelcome {  // c, to a client: its permissions ("read", "submit", "admin")
   std::string version, role;
 };
 struct Request {  // client, data: answered by the Reply of the same id, in order
@@ -121,11 +121,11 @@ using Message = std::variant<Hello, Welcome, Refused, Job, JobClass, JobFailed, 
 // A whole frame. Texts above kMaxTextBytes are cut; a data message must fit kMaxDataBytes.
 Bytes encode(const Message& message);
 
-// The message of a payload whose checksum was right. Fails (kProtocol) on another major (except Refused)
-// and on anything that is not well formed; never reads outside `payload`.
+// Parses a payload whose checksum matched. Fails (kProtocol) on another major (except Refused) and on
+// anything malformed; never reads outside `payload`.
 Expected<Message> decode(const FrameHeader& header, std::span<const std::byte> payload);
 
-// What a peer of an earlier minor cannot read: it must not be sent to one.
+// Whether a peer with an earlier minor cannot read this message: it must not be sent to one.
 inline bool needs_minor_2(const Unit& unit) {
   return unit.unit.replicate != 0 || unit.unit.cache != Digest{};
 }

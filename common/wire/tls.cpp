@@ -14,7 +14,7 @@ Certificate certificate_of(X509* x) {
   return read ? std::move(*read) : Certificate{};
 }
 
-// The sentence for a chain that OpenSSL refuses because of the certificate `c`.
+// The message for a chain that OpenSSL rejects because of the certificate `c`.
 std::string chain_words(int error, const Certificate& c, const std::string& host) {
   const std::string who = text("the peer's certificate ({}, serial {})", c.identity.name, c.identity.serial);
   switch (error) {
@@ -49,7 +49,7 @@ std::string chain_words(int error, const Certificate& c, const std::string& host
   }
 }
 
-// One side's question about the last certificate of a chain that holds: an error code of OpenSSL, and words.
+// This side's check of the leaf certificate of a valid chain: an OpenSSL error code, and a message.
 struct Verdict {
   int error = X509_V_OK;
   std::string words;
@@ -86,7 +86,7 @@ void verify(TlsStream& stream, const TlsContext& context, bool peer_is_coordinat
       return true;
     }
     if (!good) {
-      // What is wrong with the chain's top is said of the peer, whose certificate is at its other end.
+      // Errors at the chain's root are reported for the peer, whose certificate is at the other end.
       const bool trust = error != X509_V_ERR_CERT_HAS_EXPIRED && error != X509_V_ERR_CERT_NOT_YET_VALID;
       const Certificate leaf = trust ? certificate_of(X509_STORE_CTX_get0_cert(store)) : c;
       if (check.failure.empty()) check.failure = chain_words(error, leaf, host);
@@ -103,7 +103,7 @@ void verify(TlsStream& stream, const TlsContext& context, bool peer_is_coordinat
 Expected<std::unique_ptr<TlsContext::Impl>> fresh_context(const std::filesystem::path& revoked) {
   auto impl = std::make_unique<TlsContext::Impl>(revoked);
   SSL_CTX* native = impl->context.native_handle();
-  // No tickets: a resumed session would skip the look at the list of revoked certificates.
+  // No tickets: a resumed session would skip the revocation check.
   SSL_CTX_set_session_cache_mode(native, SSL_SESS_CACHE_OFF);
   SSL_CTX_set_options(native, SSL_OP_NO_TICKET | SSL_OP_NO_COMPRESSION | SSL_OP_NO_RENEGOTIATION);
   if (SSL_CTX_set_min_proto_version(native, TLS1_3_VERSION) != 1 ||
@@ -161,7 +161,7 @@ Expected<std::shared_ptr<const TlsContext>> TlsContext::load(const TlsFiles& fil
   impl->own = std::move(identity.own);
   std::shared_ptr<const TlsContext> context(new TlsContext(std::move(impl)));
   KILN_TRY_STATUS(
-      context->is_revoked(context->own().identity.serial));  // a list that cannot be read: now, not later
+      context->is_revoked(context->own().identity.serial));  // report an unreadable list now, not later
   return context;
 }
 

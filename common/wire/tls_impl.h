@@ -20,21 +20,21 @@ struct TlsContext::Impl {
 
 using TlsStream = asio::ssl::stream<asio::ip::tcp::socket&>;
 
-// What a hand-shake learnt about the peer's certificate: on a failure, the sentence.
+// Result of checking the peer's certificate in a handshake: on failure, the message.
 struct PeerCheck {
   std::string failure;
 };
 
-// Makes the stream check the peer: its chain, dates, revocation and role, and as a client that it is `host`.
-// `check` outlives the stream.
+// Makes the stream verify the peer's chain, dates, revocation and role, and on the client side that it is
+// `host`. `check` outlives the stream.
 void verify_coordinator(TlsStream& stream, const TlsContext& context, const std::string& host,
                         PeerCheck& check);
 void verify_caller(TlsStream& stream, const TlsContext& context, bool admit_strangers, PeerCheck& check);
 
-// The certificate that the peer showed in a hand-shake that succeeded; empty if none.
+// The certificate that the peer presented in a successful handshake; empty if none.
 PeerIdentity peer_identity(TlsStream& stream);
 
-// A sentence for an error of a socket or of TLS, from this side (`check`) or told by the peer as an alert.
+// The message for a socket or TLS error, from this side (`check`) or sent by the peer as an alert.
 std::string wire_words(const asio::error_code& code, const PeerCheck* check);
 
 }  // namespace kiln

@@ -1,11 +1,11 @@
-// Errors of connections in words: OpenSSL says "sslv3 alert bad certificate".
+// Readable connection errors: OpenSSL says "sslv3 alert bad certificate".
 #include "common/base/format.h"
 #include "common/wire/tls_impl.h"
 
 namespace kiln {
 namespace {
 
-// Alerts of RFC 8446, section 6: what the peer did not like. OpenSSL adds 1000 to those that it receives.
+// Alerts of RFC 8446, section 6: the peer's complaint. OpenSSL adds 1000 to those that it receives.
 const char* alert_words(int alert) {
   switch (alert) {
     case SSL_AD_CERTIFICATE_REQUIRED:

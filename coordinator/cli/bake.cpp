@@ -40,7 +40,7 @@ void print_statement(const BakeReport& r) {
           what);
   };
   count(m.never_sampled, "were never sampled and are filled from their neighbours");
-  count(m.met_no_light, "met no light");
+  count(m.met_no_light, "received no light");
 }
 
 void print_result(const BakeReport& r, const std::string& folder) {
@@ -92,12 +92,12 @@ int run(const Arguments& a, const BakeSettings& settings) {
 
 Command bake_command() {
   return {"bake",
-          "Bake a scene on this machine: starts workers on loopback and publishes a folder",
+          "Bake a scene on this machine: start workers on loopback and publish a folder",
           "kiln bake scene.glb -o out --texels-per-metre 8 --sun 0.4,1,0.3:5,4.7,4.2 --environment 0.6,0.8,1",
           {{"scene", "SCENE", "glTF 2.0 file (.gltf or .glb)", true},
-           {"-o,--output", "DIR", "output folder, made if needed", true},
+           {"-o,--output", "DIR", "output folder, created if needed", true},
            {"--json", "", "print report.json instead of a summary"},
-           {"--quiet", "", "no progress"}},
+           {"--quiet", "", "do not print progress"}},
           true,
           run};
 }

@@ -93,33 +93,31 @@ int run(const Arguments& a, const BakeSettings& settings) {
 
 Command bench_command() {
   return {"bench",
-          "Error against run time and against rays for chosen settings, measured against a reference that is "
-          "kept",
+          "Measure error against run time and rays for chosen settings, relative to a stored reference",
           "kiln bench scene.glb -o bench --texels-per-metre 2\n"
           "  kiln bench scene.glb -o bench --set plain:cache=off --set cache:cache=on --errors 0.2,0.1,0.05 "
           "--repeats 5\n"
           "  kiln bench scene.glb -o bench --only-reference    # then: kiln compare out REF/half0 REF/half1",
           {{"scene", "SCENE", "glTF 2.0 file (.gltf or .glb)", true},
-           {"-o,--output", "DIR", "folder for bench.json, bench.csv, bench.svg and bench.png, made if needed",
-            true},
+           {"-o,--output", "DIR",
+            "folder for bench.json, bench.csv, bench.svg and bench.png, created if needed", true},
            {"--set", "NAME:KEY=VALUE,...",
-            "a configuration: settings of a bake, and ladder=error or ladder=samples; several times. "
-            "Default: brute, owen, "
-            "cache, denoise",
+            "a configuration: bake settings, and ladder=error or ladder=samples; may be repeated. Default: "
+            "brute, owen, cache, denoise",
             false, true},
            {"--errors", "LIST", "budgets of ladder=error, from large to small [0.4,0.2,0.1,0.05,0.025]"},
            {"--samples", "LIST", "budgets of ladder=samples, from few to many [64,256,1024,4096,16384]"},
-           {"--repeats", "N", "of every run, each with its own seed; medians count [3]"},
-           {"--most-seconds", "S", "a run that takes longer is the last of its ladder [120]"},
-           {"--reference-samples", "N", "of each texel in each half of the reference [16384]"},
+           {"--repeats", "N", "repeats of every run, each with its own seed; the median counts [3]"},
+           {"--most-seconds", "S", "a run that takes longer is the last on its ladder [120]"},
+           {"--reference-samples", "N", "samples per texel in each half of the reference [16384]"},
            {"--reference-share", "X",
-            "of the texels, in blocks of 16 x 16, for maps of millions; only these are compared [1]"},
+            "share of the texels to bake and compare, in blocks of 16 x 16, for maps of millions [1]"},
            {"--reference-cache", "",
-            "its paths end at measured surfaces: for light that whole paths hardly find"},
-           {"--references", "DIR", "where references are kept [$XDG_CACHE_HOME/kiln/references]"},
-           {"--only-reference", "", "bake the reference, if it is not there, and say where it is"},
+            "bake the reference with the irradiance cache: for light that full paths rarely find"},
+           {"--references", "DIR", "folder for references [$XDG_CACHE_HOME/kiln/references]"},
+           {"--only-reference", "", "bake the reference if it is missing, and print its folder"},
            {"--json", "", "print bench.json"},
-           {"--quiet", "", "do not tell of each run"}},
+           {"--quiet", "", "do not print each run"}},
           true,
           run};
 }

@@ -215,29 +215,30 @@ int run(const Arguments& a, const BakeSettings&) {
 }  // namespace
 
 Command cert_command() {
-  return {
-      "cert",
-      "Certificates of a farm: an authority, certificates of machines and people, join tokens",
-      "kiln cert ca\n  kiln cert issue --role coordinator --name farm --host farm.studio.lan,10.0.0.7\n"
-      "  kiln cert issue --role worker --name render7\n  kiln cert issue --role read,submit --name ada\n"
-      "  kiln cert show render7/cert.pem\n  kiln cert revoke render7\n"
-      "  kiln cert token --role worker --uses 20 --hours 48 > join.token\n"
-      "  kiln cert join --server farm.studio.lan:7800 --token-file join.token",
-      {{"action", "ACTION", "ca, issue, show, revoke, token or join", true},
-       {"what", "WHAT", "show: the file; revoke: a serial number, or a name: all its certificates"},
-       {"--dir", "DIR", "folder of the authority [kiln-ca]"},
-       {"--role", "ROLES", "issue: of worker, coordinator, read, submit, admin, with commas; token: one"},
-       {"--name", "NAME", "issue: of the machine or person; ca: of the farm"},
-       {"--host", "HOSTS", "issue, coordinator: names and addresses by which others connect, with commas"},
-       {"--days", "N", "ca, issue: valid so long [3650; 365]"},
-       {"--uses", "N", "token: so many machines [1]"},
-       {"--hours", "H", "token: good so long [24]"},
-       {"--server", "HOST:PORT", "join: the coordinator"},
-       {"--token-file", "FILE", "join: holds the line that `token` printed"},
-       {"-o,--output", "FOLDER", "issue, join: for cert.pem, key.pem and ca.pem [the name]"},
-       {"--json", "", "print JSON"}},
-      false,
-      run};
+  return {"cert",
+          "Manage a farm's certificates: the authority, certificates of machines and users, join tokens",
+          "kiln cert ca\n  kiln cert issue --role coordinator --name farm --host farm.studio.lan,10.0.0.7\n"
+          "  kiln cert issue --role worker --name render7\n  kiln cert issue --role read,submit --name ada\n"
+          "  kiln cert show render7/cert.pem\n  kiln cert revoke render7\n"
+          "  kiln cert token --role worker --uses 20 --hours 48 > join.token\n"
+          "  kiln cert join --server farm.studio.lan:7800 --token-file join.token",
+          {{"action", "ACTION", "ca, issue, show, revoke, token or join", true},
+           {"what", "WHAT", "show: the file; revoke: a serial number, or a name for all its certificates"},
+           {"--dir", "DIR", "the authority's folder [kiln-ca]"},
+           {"--role", "ROLES",
+            "issue: worker, coordinator, read, submit, admin, separated by commas; token: one of them"},
+           {"--name", "NAME", "issue: name of the machine or user; ca: name of the farm"},
+           {"--host", "HOSTS",
+            "issue, coordinator: host names and addresses that others connect to, separated by commas"},
+           {"--days", "N", "ca, issue: days of validity [3650; 365]"},
+           {"--uses", "N", "token: number of machines it admits [1]"},
+           {"--hours", "H", "token: hours of validity [24]"},
+           {"--server", "HOST:PORT", "join: the coordinator"},
+           {"--token-file", "FILE", "join: file with the line that `token` printed"},
+           {"-o,--output", "FOLDER", "issue, join: folder for cert.pem, key.pem and ca.pem [the name]"},
+           {"--json", "", "print JSON"}},
+          false,
+          run};
 }
 
 }  // namespace kiln

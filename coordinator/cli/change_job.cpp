@@ -1,4 +1,4 @@
-// cancel, pause, resume, retry, forget and priority: one question about one job.
+// cancel, pause, resume, retry, forget and priority: one request about one job.
 #include <cstdio>
 
 #include "common/base/format.h"
@@ -28,9 +28,9 @@ int ask(const Arguments& a, const std::string& verb, const std::string& said) {
 }
 
 Command change(const std::string& verb, const std::string& about, const std::string& said) {
-  std::vector<Option> options{{"id", "ID", "of the job", true}};
+  std::vector<Option> options{{"id", "ID", "the job's number", true}};
   if (verb == "priority")
-    options.push_back({"value", "P", "-100 to 100: put -- before a negative one", true});
+    options.push_back({"value", "P", "-100 to 100; put -- before a negative value", true});
   return {verb,
           about,
           verb == "priority" ? "kiln priority 12 50" : "kiln " + verb + " 12",
@@ -42,14 +42,13 @@ Command change(const std::string& verb, const std::string& about, const std::str
 }  // namespace
 
 std::vector<Command> change_commands() {
-  return {
-      change("cancel", "End a job that has not ended; its results so far are dropped", "is being cancelled"),
-      change("pause", "Hand out no more units of a job, or do not begin it", "is paused"),
-      change("resume", "End a pause", "goes on"),
-      change("retry", "Try a failed or cancelled job again, with the unit results that are kept",
-             "is queued again"),
-      change("priority", "Change who comes first among jobs", "has its new priority"),
-      change("forget", "Remove an ended job and its results", "is forgotten")};
+  return {change("cancel", "Cancel a job that has not ended, and drop its results", "is being cancelled"),
+          change("pause", "Stop handing out a job's units, or hold it in the queue", "is paused"),
+          change("resume", "Resume a paused job", "is resumed"),
+          change("retry", "Queue a failed or cancelled job again; stored unit results are reused",
+                 "is queued again"),
+          change("priority", "Change a job's priority", "has its new priority"),
+          change("forget", "Remove an ended job and its results", "is forgotten")};
 }
 
 }  // namespace kiln

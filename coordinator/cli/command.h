@@ -1,4 +1,4 @@
-// One sub-command: its options are declared on a parser and its body runs after parsing.
+// Sub-commands: each declares its options on a parser and runs its body after parsing.
 #pragma once
 
 #include <functional>
@@ -11,16 +11,16 @@
 
 namespace kiln {
 
-// What a sub-command declares. Values are strings; the settings table or the command checks them.
+// An option of a sub-command. Values are strings; the settings table or the command checks them.
 struct Option {
   std::string name;         // "--workers", "-o,--output", or "scene" for a positional
   std::string placeholder;  // "N"; empty: a flag
   std::string about;
   bool required = false;
-  bool several = false;  // may be given again: the value is all of them, a line each
+  bool several = false;  // may be repeated: the value holds all of them, one per line
 };
 
-// What was typed.
+// The parsed command line.
 struct Arguments {
   std::vector<std::pair<std::string, std::string>>
       values;  // option name without dashes (its long form), value
@@ -33,7 +33,7 @@ struct Command {
   std::vector<Option> options;
   bool takes_settings = false;  // every row of settings_table() is an option, and --config
   std::function<int(const Arguments&, const BakeSettings&)> run;  // exit status
-  bool scene_job_file = true;  // SCENE.kiln.json is read; false: another source has said what it says
+  bool scene_job_file = true;  // read SCENE.kiln.json; false: another source has the same settings
 };
 
 // Parses the command line and runs the command. Wrong usage: a message on standard error and 2.

@@ -13,7 +13,7 @@
 namespace kiln {
 namespace {
 
-// A number of the command line above 0 and below `limit`.
+// Parses a number of the command line above 0 and below `limit`.
 Status store_option(const Arguments& a, const char* name, double limit, double& value) {
   if (!a.has(name)) return {};
   const std::string given = a.get(name);
@@ -59,20 +59,20 @@ int run(const Arguments& arguments, const BakeSettings&) {
 Command compare_command() {
   return {
       "compare",
-      "Error of a bake against a reference of the same layout: bias, RMSE, relMSE, percentiles, worst "
-      "texels, and "
-      "whether its stated error is true",
+      "Compare a bake with a reference of the same layout: bias, RMSE, relMSE, percentiles, worst texels, "
+      "and the accuracy of its reported error",
       "kiln compare out reference\n"
       "  kiln compare out reference-seed-1 reference-seed-2 --picture error.png   # noise of the reference "
       "drops out",
       {{"a", "A", "output folder or EXR", true},
        {"b", "B", "the reference", true},
-       {"b2", "B2", "a second reference, independent of the first (another --seed): both are halves of one"},
-       {"--error", "E", "relative error that texels promise to keep, as --error of the bake [0.05]"},
-       {"--confidence", "C", "of their statements, as --confidence of the bake [0.95]"},
+       {"b2", "B2",
+        "a second reference, independent of the first (another --seed): the two are halves of one"},
+       {"--error", "E", "relative error that the bake aimed for, as its --error [0.05]"},
+       {"--confidence", "C", "confidence of the reported errors, as the bake's --confidence [0.95]"},
        {"--worst", "N", "texels to list [5]"},
        {"--picture", "FILE.png", "map of the signed relative error"},
-       {"--csv", "FILE", "the figures as a line of CSV under their names"},
+       {"--csv", "FILE", "the figures as one line of CSV with a header"},
        {"--json", "", "print JSON"}},
       false,
       run};

@@ -63,20 +63,18 @@ int run(const Arguments& a, const BakeSettings&) {
 Command doctor_command() {
   return {
       "doctor",
-      "Looks for what keeps this machine from working with a coordinator: the first step that fails, and "
-      "what "
-      "to do",
+      "Diagnose the connection to a coordinator: print the first check that fails and how to fix it",
       "kiln doctor --server render1:7800 --token-file submit.token\n"
       "  kiln doctor --server render1:7800 --worker --ca ca.pem --certificate cert.pem --key key.pem\n"
       "  kiln doctor --data /srv/kiln",
-      {{"--server", "HOST:PORT", "the coordinator (KILN_SERVER); without it this machine alone is looked at"},
+      {{"--server", "HOST:PORT", "the coordinator (KILN_SERVER); without it only this machine is checked"},
        {"--token-file", "FILE", "its token (KILN_TOKEN_FILE, or the token in KILN_TOKEN)"},
-       {"--ca", "FILE", "PEM: who signed its certificate (KILN_CA)"},
+       {"--ca", "FILE", "PEM: the authority that signed its certificate (KILN_CA)"},
        {"--certificate", "FILE", "PEM: this side's certificate (KILN_CERTIFICATE)"},
        {"--key", "FILE", "PEM: the key of that certificate (KILN_KEY)"},
        {"--data", "DIR", "a coordinator's data folder on this machine"},
-       {"--worker", "", "speak as a worker does; also looks at the numeric class"},
-       {"--json", "", "the steps as JSON"}},
+       {"--worker", "", "connect as a worker does, and check the numeric class"},
+       {"--json", "", "print the checks as JSON"}},
       false,
       run};
 }

@@ -16,18 +16,18 @@ Expected<ResolvedName> resolve_name(const std::string& host);
 enum class Reach { kOpen, kRefused, kNoAnswer, kNoRoute, kOther };
 struct Reached {
   Reach how;
-  std::string words;  // of the system
+  std::string words;  // the system's message
   double ms = 0;
 };
 Reached reach_port(const std::string& host, uint16_t port, int patience_ms);
 
-// How far the wire's hand-shake went.
+// How far the wire handshake got.
 struct Greeting {
   enum { kNothing, kRefused, kWelcome } end = kNothing;
-  std::string words;    // why it ended: the peer's, or the connection's
-  std::string release;  // of a welcome, to a person
+  std::string words;    // why it ended: the peer's or the connection's message
+  std::string release;  // from a welcome to a client
   std::string role;
-  std::string document;                   // reply to "status", to a person
+  std::string document;                   // reply to "status", as a client
   int64_t asked_ms = 0, answered_ms = 0;  // Unix time here
   std::string status_error;               // why there is no document
   int64_t certificate_until = 0;          // the coordinator's, seconds since 1970; 0: no TLS

@@ -31,7 +31,7 @@ std::string days_left(int64_t not_after) {
               (not_after - static_cast<int64_t>(std::time(nullptr))) / 86400);
 }
 
-// The number that follows "key": in a document of the coordinator.
+// The number after "key": in a document of the coordinator.
 std::optional<int64_t> number_of(const std::string& document, const std::string& key) {
   size_t at = document.find("\"" + key + "\":");
   if (at == document.npos) return std::nullopt;
@@ -94,7 +94,7 @@ bool mentions(const std::string& words, const char* what) {
   return words.find(what) != words.npos;
 }
 
-// What came back decides which of the steps failed.
+// The outcome of the handshake decides which step failed.
 std::vector<DoctorStep> look_at_greeting(const DoctorPlan& plan, const Greeting& g) {
   if (g.end == Greeting::kNothing) {
     const bool tls = mentions(g.words, "TLS") || mentions(g.words, "plain");

@@ -1,4 +1,5 @@
-// What can be wrong between this machine and a coordinator, a step each. Internal to coordinator/cli.
+// Checks of the connection between this machine and a coordinator, one step each. Internal to
+// coordinator/cli.
 #pragma once
 
 #include <functional>
@@ -11,21 +12,21 @@
 namespace kiln {
 
 struct DoctorPlan {
-  std::string server;  // HOST:PORT; empty: only this machine is looked at
+  std::string server;  // HOST:PORT; empty: check only this machine
   std::string token;
   TlsFiles tls;
-  std::string data;     // folder of a coordinator
-  bool worker = false;  // speak as a worker: its token, certificate and resources
+  std::string data;     // a coordinator's folder
+  bool worker = false;  // connect as a worker: check its token, certificate and resources
   std::string worker_program;
 };
 
 struct DoctorStep {
   std::string name, finding;
   bool good = true;
-  std::string remedy;  // of a bad one
+  std::string remedy;  // of a failed step
 };
 
-// Runs the steps in order up to the first that fails; each is told when it is done.
+// Runs the steps in order up to the first that fails; reports each when it is done.
 std::vector<DoctorStep> run_doctor(const DoctorPlan& plan,
                                    const std::function<void(const DoctorStep&)>& on_step);
 

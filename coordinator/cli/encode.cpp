@@ -33,13 +33,13 @@ int run(const Arguments& a, const BakeSettings& settings) {
 Command encode_command() {
   return {
       "encode",
-      "Make textures again from the masters of a bake, with other settings and without a ray",
+      "Encode textures again from a bake's masters, with other settings; does not trace rays",
       "kiln encode scene.glb --from out -o mobile --encode astc-6x6 --encode-effort best",
-      {{"scene", "SCENE", "the file that was baked", true},
+      {{"scene", "SCENE", "the scene that was baked", true},
        {"--from", "DIR", "output folder of the bake", true},
-       {"-o,--output", "DIR", "output folder; default: --from, whose scene.glb then names the new textures"},
+       {"-o,--output", "DIR", "output folder [--from, whose scene.glb is rewritten to use the new textures]"},
        {"--json", "", "print encode.json instead of a summary"},
-       {"--quiet", "", "no progress"}},
+       {"--quiet", "", "do not print progress"}},
       true,
       run,
       false};

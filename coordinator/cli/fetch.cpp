@@ -17,7 +17,7 @@ Status fetch_results(ServiceClient& client, uint64_t job, const std::string& fol
   if (code) return fail(ErrorKind::kIo, text("cannot make {}: {}", folder, code.message()));
   for (const JsonValue& file : files->items) {
     const std::string path = text_of(file, "path");
-    // Results are plain names; anything else is not a place in this folder.
+    // Results are plain file names; anything else might lie outside this folder.
     if (path.empty() || path.find('/') != std::string::npos || path.front() == '.')
       return fail(ErrorKind::kProtocol,
                   text("the coordinator names a result '{}', which is no file's name", path));
@@ -48,10 +48,10 @@ int run(const Arguments& a, const BakeSettings&) {
 
 Command fetch_command() {
   return {"fetch",
-          "Get the results of a job that is done; goes on where an earlier try broke off",
+          "Download the results of a finished job; resumes an interrupted download",
           "kiln fetch 12 -o out",
-          with_service_options(
-              {{"id", "ID", "of the job", true}, {"-o,--output", "DIR", "made if needed", true}}),
+          with_service_options({{"id", "ID", "the job's number", true},
+                                {"-o,--output", "DIR", "output folder, created if needed", true}}),
           false,
           run};
 }

@@ -84,9 +84,9 @@ int run(const Arguments& a, const BakeSettings&) {
 
 Command jobs_command() {
   return {"jobs",
-          "List the jobs of a coordinator's queue, or say all about one",
+          "List the jobs in a coordinator's queue, or show one in detail",
           "kiln jobs\n  kiln jobs 12",
-          with_service_options({{"id", "ID", "of a job"}}),
+          with_service_options({{"id", "ID", "a job's number"}}),
           false,
           run};
 }

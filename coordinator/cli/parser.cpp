@@ -95,7 +95,7 @@ Expected<BakeSettings> gather_settings(const Parsed& p, const Arguments& argumen
   }
   for (size_t i = 0; i < p.settings.size(); ++i) {
     const std::string name = settings_table()[i].name;
-    // Lists of the command line replace those of the job file.
+    // Lists on the command line replace those of the job file.
     if (!p.settings[i].empty() && name == "sun") settings.suns.clear();
     if (!p.settings[i].empty() && name == "importance-box") settings.importance_boxes.clear();
     for (const std::string& value : p.settings[i])

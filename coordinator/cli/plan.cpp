@@ -79,10 +79,9 @@ int run(const Arguments& a, const BakeSettings& settings) {
   auto preflight = run_preflight(a.get("scene"), settings, times, [](const BakeProgress&) {});
   if (!preflight) return report_error(preflight.error());
   if (settings.two_pass && preflight->atlas.packed)
-    preflight->imported.notes.push_back(
-        {ImportNote::Kind::kNote,
-         "--two-pass on: which charts are black or lit the same all over only a bake's first pass can tell; "
-         "this is the layout that it begins with"});
+    preflight->imported.notes.push_back({ImportNote::Kind::kNote,
+                                         "--two-pass on: only a bake's first pass can find charts that are "
+                                         "black or evenly lit; this is the layout it starts with"});
   if (a.has("json"))
     std::fputs(plan_json(preflight->view()).c_str(), stdout);
   else
@@ -101,10 +100,10 @@ int run(const Arguments& a, const BakeSettings& settings) {
 
 Command plan_command() {
   return {"plan",
-          "Say what a bake would do, need and leave out, and what is wrong with the input; traces no ray",
+          "Show what a bake would do and need, and what is wrong with the input; does not trace rays",
           "kiln plan scene.glb --texels-per-metre 8 -o plan",
           {{"scene", "SCENE", "glTF 2.0 file (.gltf or .glb)", true},
-           {"-o,--output", "DIR", "folder for plan.html, plan.json and density.png, made if needed"},
+           {"-o,--output", "DIR", "folder for plan.html, plan.json and density.png, created if needed"},
            {"--json", "", "print JSON"}},
           true,
           run};

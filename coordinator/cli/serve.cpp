@@ -33,7 +33,7 @@ Expected<int64_t> number_of_option(const Arguments& a, const std::string& name, 
   return parse_whole("--" + name, a.get(name), least, most);
 }
 
-// "host:0" too: an address to connect to has a port, one to listen on need not.
+// Accepts "host:0" too: an address to listen on need not have a port.
 Expected<std::pair<std::string, uint16_t>> parse_listen_address(std::string address) {
   const bool any_port = address.ends_with(":0");
   if (any_port) address.back() = '1';
@@ -93,7 +93,7 @@ Expected<ServiceSettings> read_settings(const Arguments& a) {
     return fail(ErrorKind::kUsage, "--ca, --certificate and --key belong together: give all three or none");
   if (files == 3) {
     KILN_TRY(s.farm.tls, TlsContext::load({a.get("ca"), a.get("certificate"), a.get("key")}));
-    s.farm.admit_strangers = true;  // for `enrol`, and for nothing else
+    s.farm.admit_strangers = true;  // for `enrol` only
     if (workers)
       return fail(ErrorKind::kUsage,
                   "--local-workers have no certificates: with TLS start kiln-worker with its own");
@@ -126,7 +126,7 @@ int run(const Arguments& a, const BakeSettings&) {
             a.get("log") == "json" ? LogFormat::kJson : LogFormat::kText);
   auto settings = read_settings(a);
   if (!settings) return report_error(settings.error());
-  // Before any thread is made, so that all have it: the signals are waited for here alone.
+  // Before any thread starts, so that all inherit the mask: only this thread waits for signals.
   sigset_t signals;
   ::sigemptyset(&signals);
   ::sigaddset(&signals, SIGTERM);
@@ -145,7 +145,7 @@ int run(const Arguments& a, const BakeSettings&) {
   int signal = 0;
   ::sigwait(&signals, &signal);
   std::fprintf(stderr, "kiln: ends; jobs that are not done go on at the next start\n");
-  if (!(*service)->stop(kStopPatience)) std::_Exit(0);  // a long stage of a job: what is durable is safe
+  if (!(*service)->stop(kStopPatience)) std::_Exit(0);  // a long stage of a job: durable state is safe
   return 0;
 }
 
@@ -154,34 +154,34 @@ int run(const Arguments& a, const BakeSettings&) {
 Command serve_command() {
   return {
       "serve",
-      "Run the coordinator as a service: a queue of jobs, many workers, results kept until they are fetched",
+      "Run the coordinator as a service: a job queue, many workers, results stored until they are fetched",
       "kiln serve --data /srv/kiln --local-workers 1\n"
       "  kiln serve --data /srv/kiln --http 127.0.0.1:7801\n"
       "  kiln serve --data /srv/kiln --listen 0.0.0.0:7800 --ca farm/ca.pem --certificate farm/cert.pem "
       "--key "
       "farm/key.pem",
-      {{"--data", "DIR", "folder of the queue, made if needed", true},
-       {"--listen", "HOST:PORT", "for workers and people [127.0.0.1:7800]"},
+      {{"--data", "DIR", "folder of the queue, created if needed", true},
+       {"--listen", "HOST:PORT", "address for workers and users [127.0.0.1:7800]"},
        {"--http", "HOST:PORT",
-        "a page to look at, /metrics, /healthz and JSON; read-only; off loopback with --http-token-file "
-        "and --insecure-plain"},
-       {"--http-token-file", "FILE", "token that readers of --http must show"},
-       {"--token-file", "FILE", "token of workers, without TLS [DIR/worker.token, made if needed]"},
-       {"--ca", "FILE", "TLS: authority of the farm"},
+        "status page, /metrics, /healthz and JSON; read-only; off loopback needs --http-token-file and "
+        "--insecure-plain"},
+       {"--http-token-file", "FILE", "bearer token that --http asks for"},
+       {"--token-file", "FILE", "workers' token, without TLS [DIR/worker.token, created if needed]"},
+       {"--ca", "FILE", "TLS: the farm's authority"},
        {"--certificate", "FILE", "TLS: this coordinator's certificate"},
        {"--key", "FILE", "TLS: its key"},
        {"--authority", "FOLDER",
-        "TLS: made by `kiln cert ca`; signs machines that bring a join token [DIR/authority]"},
-       {"--insecure-plain", "", "listen off loopback without TLS: scenes and tokens pass in the clear"},
+        "TLS: folder made by `kiln cert ca`; signs machines that present a join token [DIR/authority]"},
+       {"--insecure-plain", "", "listen off loopback without TLS: scenes and tokens are sent in the clear"},
        {"--local-workers", "N", "worker processes on this machine [0]"},
-       {"--threads", "T", "of each of them [all processors shared out]"},
-       {"--active-jobs", "N", "jobs that are baked at a time [4]"},
+       {"--threads", "T", "threads per local worker [processors divided among them]"},
+       {"--active-jobs", "N", "jobs baked at the same time [4]"},
        {"--audit-first", "N",
-        "answers of a new worker that another must confirm; then some at random; 0: workers are trusted "
-        "[10]"},
-       {"--keep-days", "D", "how long ended jobs and their results are kept [30]"},
+        "answers of a new worker that a second worker checks; later ones are checked at random; 0: trust "
+        "workers [10]"},
+       {"--keep-days", "D", "days to keep ended jobs and their results [30]"},
        {"--log", "FORMAT", "text or json [text]"},
-       {"--verbose", "", "log what happens, not only what goes wrong"}},
+       {"--verbose", "", "log normal events too, not only problems"}},
       false,
       run};
 }

@@ -8,14 +8,14 @@
 namespace kiln {
 
 std::vector<Option> with_service_options(std::vector<Option> own) {
-  for (Option option :
-       std::vector<Option>{{"--server", "HOST:PORT", "the coordinator; or KILN_SERVER [127.0.0.1:7800]"},
-                           {"--token-file", "FILE",
-                            "holds the token of a coordinator without TLS; or KILN_TOKEN_FILE, KILN_TOKEN"},
-                           {"--ca", "FILE", "authority of the farm; or KILN_CA"},
-                           {"--certificate", "FILE", "your certificate; or KILN_CERTIFICATE"},
-                           {"--key", "FILE", "its key; or KILN_KEY"},
-                           {"--json", "", "print JSON"}})
+  for (Option option : std::vector<Option>{
+           {"--server", "HOST:PORT", "the coordinator; or KILN_SERVER [127.0.0.1:7800]"},
+           {"--token-file", "FILE",
+            "file with the token of a coordinator without TLS; or KILN_TOKEN_FILE, KILN_TOKEN"},
+           {"--ca", "FILE", "the farm's authority; or KILN_CA"},
+           {"--certificate", "FILE", "your certificate; or KILN_CERTIFICATE"},
+           {"--key", "FILE", "its key; or KILN_KEY"},
+           {"--json", "", "print JSON"}})
     own.push_back(std::move(option));
   return own;
 }

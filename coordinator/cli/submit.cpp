@@ -11,7 +11,7 @@ namespace {
 
 Expected<std::string> manifest(const Arguments& a, const Snapshot& snapshot) {
   JsonWriter w;
-  // Drawn here, so that asking again after a lost reply does not make a second job.
+  // Generated here, so that a retry after a lost reply does not create a second job.
   w.begin_object().pair("key", random_hex(16)).pair("scene", snapshot.scene);
   if (a.has("name")) w.pair("name", a.get("name"));
   if (a.has("priority")) {
@@ -56,7 +56,7 @@ Status send_missing(ServiceClient& client, const Snapshot& snapshot, const JsonV
 
 Expected<uint64_t> submit(ServiceClient& client, const std::string& document, const Snapshot& snapshot,
                           bool quiet) {
-  // A blob may go between two questions, if another job was just forgotten: so more than once.
+  // A blob may disappear between two requests if another job was just forgotten, so try more than once.
   for (int round = 0; round < 4; ++round) {
     KILN_TRY(const std::string reply, client.call("submit", document));
     KILN_TRY(const JsonValue answer, parse_json(reply));
@@ -102,15 +102,16 @@ int run(const Arguments& a, const BakeSettings& settings) {
 Command submit_command() {
   return {
       "submit",
-      "Send a scene to a coordinator's queue; files that it has already are not sent again",
+      "Submit a scene to a coordinator's queue; files that it already has are not sent again",
       "kiln submit scene.glb --texels-per-metre 8 --name hall --priority 10 --wait -o out",
       with_service_options({{"scene", "SCENE", "glTF 2.0 file (.gltf or .glb)", true},
-                            {"--name", "NAME", "for people [the scene's file]"},
+                            {"--name", "NAME", "display name of the job [the scene's file]"},
                             {"--priority", "P", "-100 to 100 [0]"},
-                            {"--after", "IDS", "jobs that must be done before, with commas"},
+                            {"--after", "IDS", "jobs that must finish first, separated by commas"},
                             {"--quorum", "Q", "workers that must agree on every unit [1]"},
-                            {"--on-poison", "WORD", "fail or skip: a unit that fails on every worker [fail]"},
-                            {"--wait", "", "until the job has ended; the exit status is its outcome"},
+                            {"--on-poison", "WORD",
+                             "when a unit fails on every worker: fail the job, or skip the unit [fail]"},
+                            {"--wait", "", "wait until the job has ended; the exit status is its outcome"},
                             {"-o,--output", "DIR", "with --wait: fetch the results"}}),
       true,
       run};

@@ -31,7 +31,7 @@ int run(const Arguments& a, const BakeSettings&) {
     if (!port) return report_error(port.error());
     settings.port = static_cast<uint16_t>(*port);
   }
-  // Before any thread is made: the signals are waited for here alone.
+  // Before any thread starts: only this thread waits for signals.
   sigset_t signals;
   ::sigemptyset(&signals);
   ::sigaddset(&signals, SIGTERM);
@@ -52,10 +52,10 @@ int run(const Arguments& a, const BakeSettings&) {
 
 Command view_command() {
   return {"view",
-          "Show a bake in a browser: its scene through its lightmap, on this machine alone",
+          "Show a baked scene with its lightmap in a browser; served to this machine only",
           "kiln view out --open",
           {{"folder", "DIR", "folder that kiln bake wrote", true},
-           {"--port", "N", "of this machine [any free one]"},
+           {"--port", "N", "port on this machine [any free one]"},
            {"--open", "", "open the page in the browser"}},
           false,
           run};

@@ -28,7 +28,7 @@ std::string job_line(const JsonValue& job) {
   return line + (text_of(job, "reason").empty() ? "" : ", " + text_of(job, "reason"));
 }
 
-// Rewrites its lines on a terminal; elsewhere a line when the state or the pass changes.
+// Rewrites its lines on a terminal; elsewhere prints a line when the state or the pass changes.
 class Screen {
  public:
   void show(const std::vector<const JsonValue*>& jobs) {
@@ -105,9 +105,9 @@ int run(const Arguments& a, const BakeSettings&) {
 
 Command watch_command() {
   return {"watch",
-          "Follow a job until it has ended, or all until none is left; the exit status is the job's outcome",
+          "Follow one job, or all jobs, until none is running; the exit status is the job's outcome",
           "kiln watch 12",
-          with_service_options({{"id", "ID", "of a job"}}),
+          with_service_options({{"id", "ID", "a job's number"}}),
           false,
           run};
 }

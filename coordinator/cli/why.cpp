@@ -46,10 +46,10 @@ int run(const Arguments& a, const BakeSettings&) {
 
 Command why_command() {
   return {"why",
-          "Say which rule decides about a job, a unit or a worker now, with its numbers",
+          "Explain which rule applies to a job, a unit or a worker right now, with its numbers",
           "kiln why 12\n  kiln why 12/77\n  kiln why worker render7",
           with_service_options({{"what", "WHAT", "JOB, JOB/UNIT, or the word worker", true},
-                                {"name", "NAME", "of the worker, or its number"}}),
+                                {"name", "NAME", "the worker's name or number"}}),
           false,
           run};
 }

@@ -51,9 +51,10 @@ int run(const Arguments& a, const BakeSettings&) {
 
 Command workers_command() {
   return {"workers",
-          "List the workers of a coordinator, and those that are quarantined",
+          "List a coordinator's workers, including quarantined ones",
           "kiln workers\n  kiln workers --forgive render7",
-          with_service_options({{"--forgive", "NAME", "end a quarantine; its trust begins anew"}}),
+          with_service_options(
+              {{"--forgive", "NAME", "end a worker's quarantine; it starts again without trust"}}),
           false,
           run};
 }

@@ -1,4 +1,4 @@
-// Embree 3 and 4 behind one spelling. The only Embree include.
+// Embree 3 and 4 behind one API. The only Embree include.
 #pragma once
 
 #if __has_include(<embree4/rtcore.h>)

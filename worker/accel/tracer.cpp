@@ -22,7 +22,7 @@ bool processor_has(const std::string& isa) {
   return false;
 }
 
-// What filters need of their rays, by the rays' ids; Embree hands the head back to us.
+// Per-ray data for filters, indexed by ray id; Embree passes the head back to us.
 struct QueryContext {
   embree::Context head;
   uint32_t key = 0;               // paths: of the one ray
@@ -30,14 +30,14 @@ struct QueryContext {
   struct Glass* glass = nullptr;  // shadow rays of scenes with glass
 };
 
-// A shadow ray on its way through glass. `optical` sums absorption x distance, entries counted negative;
-// `inside` is what was entered and not left. No order of the surfaces is assumed: Embree meets them in any.
+// A shadow ray passing through glass. `optical` sums absorption x distance, negative at entries; `inside` is
+// the absorption of media entered and not left. Does not assume an order, because Embree reports hits in any.
 struct Glass {
   Vec3 direction;  // unit
   float length;    // of the ray's own direction
   Vec3 optical{0.0f}, inside{0.0f};
 
-  // Share that the media let through; those that were not left reach to the ray's end.
+  // Transmittance of the media; those not left extend to the ray's end.
   Vec3 transmittance(float end) const {
     Vec3 passed;
     for (int k = 0; k < 3; ++k) {
@@ -48,13 +48,13 @@ struct Glass {
   }
 };
 
-// One ray of the packet that a filter is called for, and its candidate.
+// One ray of the packet passed to a filter, and its candidate hit.
 struct Candidate {
   const Transparency& surface;
   uint32_t instance, triangle;
   float b1, b2;
 
-  // Root geometry i is instance i: the id is the hit's own, or that of the instance it was met through.
+  // Root geometry i is instance i: the id is the hit's own, or that of the instance above it.
   Candidate(const RTCFilterFunctionNArguments* a, unsigned i)
       : surface(*static_cast<const Transparency*>(a->geometryUserPtr)),
         instance(RTCHitN_instID(a->hit, a->N, i, 0)),
@@ -66,7 +66,7 @@ struct Candidate {
   float opacity() const { return surface.opacity(instance, triangle, b1, b2); }
 };
 
-// Calls keep(candidate, i) for every ray of the packet; false: the ray goes on through the surface.
+// Calls keep(candidate, i) for every ray of the packet; false: the ray continues through the surface.
 template <class Keep>
 void filter(const RTCFilterFunctionNArguments* args, const Keep& keep) {
   for (unsigned i = 0; i < args->N; ++i)
@@ -154,7 +154,7 @@ class EmbreeTracer final : public Tracer {
   size_t memory_bytes() const override { return static_cast<size_t>(memory_); }
 
  private:
-  static constexpr size_t kStream = 256;  // shadow rays handed to Embree at once
+  static constexpr size_t kStream = 256;  // shadow rays passed to Embree at once
   template <size_t kMax, bool kGlass>
   void occluded(std::span<const Ray> rays, Vec3* passed) const;  // at most kMax
   static void fill(RTCRay& q, const Ray& ray) {
@@ -163,7 +163,7 @@ class EmbreeTracer final : public Tracer {
     q.tnear = 0.0f, q.tfar = ray.far, q.time = 0.0f;
     q.mask = ~0u, q.id = 0, q.flags = 0;
   }
-  // Which filters a geometry has.
+  // The filters of a geometry.
   struct Filters {
     const Transparency* surface = nullptr;
     bool alpha = false, glass = false;
@@ -262,7 +262,7 @@ Status EmbreeTracer::build(const Scene& scene, const Transparency& surface, cons
   if (watertight) flags_ = RTC_SCENE_FLAG_ROBUST;
   root_ = rtcNewScene(device_);
   rtcSetSceneFlags(root_, flags_);
-  std::map<std::pair<uint32_t, Filters>, RTCScene> shared;  // by mesh and how it is filtered
+  std::map<std::pair<uint32_t, Filters>, RTCScene> shared;  // by mesh and filters
   for (uint32_t i = 0; i < scene.instances.size(); ++i) {
     const Instance& instance = scene.instances[i];
     if (!instance.cast) continue;

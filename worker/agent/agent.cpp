@@ -23,7 +23,8 @@ constexpr auto kConnectPatience = milliseconds(10000);
 constexpr int64_t kFirstPauseMs = 50, kLongestPauseMs = 5000;
 constexpr uint32_t kMinHeartbeatMs = 10, kMaxHeartbeatMs = 60000;
 constexpr auto kWatchPeriod = milliseconds(1000);
-constexpr uint32_t kBeatsToDeliver = 2;  // then results go out also of jobs that were not given again
+constexpr uint32_t kBeatsToDeliver =
+    2;  // after this, results of jobs that were not sent again are delivered too
 
 std::string host_name() {
   std::array<char, 256> name{};
@@ -80,7 +81,7 @@ void Agent::finish(Status end) {
 void Agent::connect() {
   if (!settings_.tls.ca.empty()) {
     auto tls = TlsContext::load(settings_.tls);
-    // Files that were good before may be on their way to be replaced.
+    // Files that were valid before may be in the middle of being replaced.
     if (!tls && !tls_) return finish(fail(tls.error().kind, tls.error().message));
     if (!tls) return retry(tls.error().message);
     tls_ = *tls;
@@ -99,7 +100,7 @@ void Agent::retry(const std::string& reason) {
                        text("no coordinator at {}:{} for {} s: {}. Is it running, and is the port open?",
                             settings_.host, settings_.port, alone_ms / 1000, reason)));
   int64_t pause = std::min(kLongestPauseMs, kFirstPauseMs << std::min(failures_++, 10u));
-  // Spread, so that a thousand workers do not come back in the same millisecond.
+  // Jittered, so that a thousand workers do not reconnect in the same millisecond.
   pause += static_cast<int64_t>(draw_instance() % static_cast<uint64_t>(pause));
   if (failures_ == 1) log_info(text("{}; trying again", reason));
   retry_.after(milliseconds(pause), [this] { connect(); });
@@ -148,7 +149,7 @@ void Agent::on_closed(const std::string& reason) {
   asked_.clear();
   outbox_.clear();
   for (auto& [id, job] : jobs_) job.awaited.clear();
-  // A coordinator that was started again has not made their caches yet: it gives the units anew when it has.
+  // A restarted coordinator has not rebuilt their caches yet; it will send the units again when it has.
   for (const Unit& unit : waiting_) taken_.erase({unit.job, unit.unit.id});
   stop_waiting([](const Unit&) { return true; });
   if (leaving_) return finish(*leaving_);
@@ -229,7 +230,7 @@ void Agent::beat() {
   heartbeat_.after(milliseconds(heartbeat_ms_), [this] { beat(); });
 }
 
-// What must be seen to without a coordinator too.
+// Periodic work that does not need a coordinator.
 void Agent::watch() {
   if (!settings_.alive_file.empty()) {
     const int fd = ::open(settings_.alive_file.c_str(), O_CREAT | O_WRONLY | O_CLOEXEC, 0644);
@@ -248,7 +249,7 @@ void Agent::drain(const std::string& reason) {
   Drain message{{}, reason};
   for (const Unit& unit : take_unbegun([](const Unit&) { return true; })) {
     taken_.erase({unit.job, unit.unit.id});
-    // Those of an earlier job go back when the connection ends: Drain names no job.
+    // Units of an earlier job are returned when the connection ends: Drain names no job.
     if (current_ == unit.job) message.units.push_back(unit.unit.id);
   }
   log_info(text("{}: {} units run on, {} are handed back", reason, taken_.size(), message.units.size()));
@@ -261,7 +262,7 @@ void Agent::drain(const std::string& reason) {
   leave_if_drained();
 }
 
-// A result stays until it is acknowledged; without a coordinator there is nobody to wait for.
+// Keep results until acknowledged; without a coordinator there is nothing to wait for.
 void Agent::leave_if_drained() {
   const bool wanted =
       std::any_of(taken_.begin(), taken_.end(), [](const auto& t) { return !t.second.withdrawn; });
@@ -275,7 +276,7 @@ void Agent::leave_if_drained() {
 Status run_agent(const AgentSettings& settings) {
   auto agent = std::make_unique<Agent>(settings);
   Status end = agent->run();
-  // Bake threads cannot be interrupted and still use it; the process is about to end (agent.h).
+  // Bake threads cannot be interrupted and still use it; the process is about to exit (agent.h).
   if (!agent->idle()) (void)agent.release();
   return end;
 }

@@ -1,10 +1,10 @@
-// Units that name an irradiance cache wait for it here: from memory, then from disk, then from the
+// Units that name an irradiance cache wait here until it is loaded: from memory, then disk, then the
 // coordinator.
 #include "worker/agent/agent_impl.h"
 
 namespace kiln {
 
-// Begins what waits and can, and asks for what is not on its way.
+// Starts waiting units whose cache is here, and requests caches not yet on their way.
 void Agent::feed_waiting() {
   std::deque<Unit> still;
   std::vector<Digest> lacking;
@@ -30,19 +30,19 @@ void Agent::feed_waiting() {
   });
 }
 
-// Takes the chunk out of the chunks in memory: there it would be a second copy, and stay.
+// Removes the chunk from the chunk cache, where it would remain as a second copy.
 std::shared_ptr<const SharedCache> Agent::shelve(KnownJob& job, const Digest& id) {
   const ChunkBytes bytes = cache_.take(id);
   if (!bytes) return nullptr;
   const uint64_t size = bytes->size();
-  make_room(size);  // what does not fit is used all the same: the budget is an allowance
+  make_room(size);  // use it even if it does not fit: the budget is an estimate
   auto cache = std::make_shared<const SharedCache>(id, bytes, job.baker->sites());
   job.caches.put(id, cache, size);
   std::unordered_set<Digest> named;
   for (const auto& [key, taken] : taken_)
     if (key.first == job.spec.id) named.insert(taken.unit.cache);
   job.caches.drop_old(named);
-  // Others came for units that were withdrawn meanwhile.
+  // Others arrive for units withdrawn meanwhile.
   std::unordered_set<Digest> needed = job.chunks;
   if (const KnownJob* now = current()) needed.insert(now->fetch.needed().begin(), now->fetch.needed().end());
   cache_.shrink(needed, settings_.memory_bytes / 4);
@@ -51,7 +51,7 @@ std::shared_ptr<const SharedCache> Agent::shelve(KnownJob& job, const Digest& id
 
 void Agent::on_caches_looked_up(uint64_t connection, const std::vector<Digest>& ids,
                                 const std::vector<ChunkBytes>& found) {
-  if (connection != connection_count_) return;  // the units that waited have gone with the connection
+  if (connection != connection_count_) return;  // the waiting units were dropped with the connection
   std::vector<Digest> absent;
   for (size_t i = 0; i < ids.size(); ++i) {
     if (!awaited_caches_.count(ids[i])) continue;  // nobody waits any more
@@ -64,8 +64,8 @@ void Agent::on_caches_looked_up(uint64_t connection, const std::vector<Digest>& 
   feed_waiting();
 }
 
-// A cache for which nobody waits is not awaited: the coordinator may have dropped it before it was asked, and
-// a unit that names it later asks again.
+// Stop awaiting a cache that no unit needs: the coordinator may have dropped it before the request, and a
+// later unit requests it again.
 void Agent::stop_waiting(const std::function<bool(const Unit&)>& wanted) {
   std::erase_if(waiting_, wanted);
   std::unordered_set<Digest> named;

@@ -1,5 +1,5 @@
-// Internal to worker/agent. Everything runs on the loop's thread but the bake threads, the threads that make
-// a job ready and the one that reads and writes the disk cache; those reach the loop by post().
+// Internal to worker/agent. Everything runs on the loop's thread except the bake threads, the threads that
+// prepare a job and the disk cache's thread; those reach the loop by post().
 #pragma once
 
 #include <deque>
@@ -27,23 +27,23 @@ class Agent {
   bool idle() const { return taken_.empty() && !preparing_; }
 
  private:
-  // A job that the coordinator gave and did not end. Several may be ready; one is current: the last given.
+  // An active job from the coordinator. Several may be ready; the last one received is current.
   struct KnownJob {
     KnownJob(JobSpec s, Bytes w, const ChunkCache& cache)
         : spec(std::move(s)), written(std::move(w)), fetch(spec, cache) {}
     JobSpec spec;
     Bytes written;
     JobFetch fetch;
-    std::unordered_set<Digest> awaited;  // chunks looked for on disk or asked for
+    std::unordered_set<Digest> awaited;  // chunks being read from disk or requested
     std::string numeric_class;           // once known
     std::shared_ptr<const Baker> baker;  // when it is ready
-    std::unordered_set<Digest> chunks;   // all it needs, when it is ready
+    std::unordered_set<Digest> chunks;   // all chunks it needs, when it is ready
     CacheShelf caches;                   // while it is ready
     uint64_t bytes = 0;                  // ready_bytes()
     uint64_t last_use = 0;
     std::map<uint64_t, Result> kept;  // by unit, until acknowledged
   };
-  struct TakenUnit {  // here: it waits for its cache, is queued or runs
+  struct TakenUnit {  // a unit held here: waiting for its cache, queued or running
     uint64_t lease = 0;
     bool withdrawn = false;
     WorkUnit unit;
@@ -63,12 +63,12 @@ class Agent {
   void beat();
   void watch();
   void send(const Message& message);
-  void break_connection(const std::string& reason);  // the coordinator broke the protocol: connect anew
+  void break_connection(const std::string& reason);  // the coordinator broke the protocol: reconnect
   void finish(Status end);
   void drain(const std::string& reason);
   void leave_if_drained();
 
-  // agent_jobs.cpp: from a job's name to a ready scene, and out of memory again.
+  // agent_jobs.cpp: loading and evicting jobs.
   void start_job(const Job& job);
   void end_job(uint64_t job, const std::string& reason);
   KnownJob* current();
@@ -80,14 +80,14 @@ class Agent {
   void on_looked_up(uint64_t job, uint64_t connection, const std::vector<Digest>& ids,
                     const std::vector<ChunkBytes>& found);
   void on_piece(const ChunkPiece& piece);
-  bool make_room(uint64_t bytes);  // for the current job; false: others are in use
+  bool make_room(uint64_t bytes);  // for the current job; false: the others are in use
   void prepare();
   void on_prepared(uint64_t job, Expected<std::shared_ptr<const Baker>> baker);
   void fail_job(uint64_t job, const Error& error);
   void forget_unready();
 
   // agent_units.cpp: units and results.
-  void offer();  // says that the current job is ready and delivers what is kept of it
+  void offer();  // reports the current job ready and delivers its kept results
   void grant(const KnownJob& job);
   void take_unit(Unit& unit);
   void begin(const KnownJob& job, Unit unit, std::shared_ptr<const SharedCache> cache);
@@ -119,11 +119,11 @@ class Agent {
   std::unique_ptr<Connection> connection_;
   std::optional<Status> end_;
   std::shared_ptr<const TlsContext> tls_;
-  std::optional<Status> leaving_;  // becomes the end when what is queued has been sent
+  std::optional<Status> leaving_;  // becomes the final status once the queue has been sent
   uint64_t instance_;
   int64_t last_contact_ms_ = 0;
   uint32_t failures_ = 0;          // to connect, in a row
-  uint64_t connection_count_ = 0;  // tells answers for an earlier connection
+  uint64_t connection_count_ = 0;  // identifies answers to an earlier connection
   uint32_t heartbeat_ms_ = 1000, beats_ = 0;
   uint8_t peer_minor_ = 0;  // of the coordinator
   bool welcomed_ = false, draining_ = false;
@@ -136,11 +136,11 @@ class Agent {
   uint64_t uses_ = 0;
   std::map<std::string, std::string> classes_;  // by kernels; of this machine
   std::map<UnitKey, TakenUnit> taken_;
-  std::deque<Unit> waiting_;                   // for their caches, in the order of arrival; of ready jobs
-  std::unordered_set<Digest> awaited_caches_;  // looked for on disk or asked for on this connection
+  std::deque<Unit> waiting_;                   // units of ready jobs waiting for caches, in arrival order
+  std::unordered_set<Digest> awaited_caches_;  // being read from disk or requested on this connection
   uint64_t kept_bytes_ = 0;
-  bool full_ = false;               // of kept results: no units are wanted
-  std::set<uint64_t> undelivered_;  // jobs of which results were kept when the connection began
+  bool full_ = false;               // kept results exceed the limit: request no units
+  std::set<uint64_t> undelivered_;  // jobs with kept results when the connection started
   std::deque<UnitKey> outbox_;
   std::unique_ptr<DiskCache> disk_;
   std::unique_ptr<BakePool> pool_;

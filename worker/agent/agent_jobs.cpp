@@ -34,7 +34,7 @@ void Agent::start_job(const Job& message) {
   fetch();
 }
 
-// Jobs that were on their way to be ready when another was given. What is kept of them stays.
+// Abandons jobs still loading when another one arrives. Keeps their results.
 void Agent::forget_unready() {
   std::erase_if(jobs_, [&](const auto& entry) {
     return !entry.second.baker && entry.second.kept.empty() && current_ != entry.first &&
@@ -79,7 +79,7 @@ void Agent::fail_job(uint64_t id, const Error& error) {
   if (KnownJob* job = known(id); job && job->kept.empty()) jobs_.erase(id);
 }
 
-// What the current job lacks: from memory, then from disk, then from the coordinator.
+// Gets the current job's missing chunks: from memory, then disk, then the coordinator.
 void Agent::fetch() {
   KnownJob* job = current();
   if (!welcomed_ || draining_ || !job || job->baker || preparing_ || !job->awaited.empty()) return;
@@ -111,7 +111,7 @@ void Agent::on_looked_up(uint64_t id, uint64_t connection, const std::vector<Dig
   fetch();
 }
 
-// What was asked for an abandoned job may be on its way, or the coordinator dropped it: it is asked for
+// Chunks requested for an abandoned job may be on their way, or the coordinator dropped the request: request
 // again.
 void Agent::request(const std::vector<Digest>& ids) {
   asked_.insert(ids.begin(), ids.end());
@@ -131,7 +131,7 @@ void Agent::on_piece(const ChunkPiece& piece) {
   fetch();
 }
 
-// Ready jobs that were used longest ago leave first; one whose units run cannot leave.
+// Evicts the least recently used ready jobs; a job with running units cannot be evicted.
 bool Agent::make_room(uint64_t bytes) {
   const uint64_t budget = settings_.memory_bytes / 4 * 3;
   for (;;) {
@@ -147,7 +147,7 @@ bool Agent::make_room(uint64_t bytes) {
       if (!in_use && (oldest == jobs_.end() || it->second.last_use < oldest->second.last_use)) oldest = it;
     }
     if (used + bytes <= budget) return true;
-    if (oldest == jobs_.end()) return !busy;  // alone it may fit all the same: the factor is an allowance
+    if (oldest == jobs_.end()) return !busy;  // alone it may still fit: the factor is an estimate
     log_info(text("the scene of job {} leaves memory", oldest->first));
     oldest->second.baker.reset();
     oldest->second.caches.clear();
@@ -159,7 +159,7 @@ void Agent::prepare() {
   KnownJob& job = *current();
   job.chunks = job.fetch.needed();
   job.bytes = ready_bytes(job.fetch.total_bytes());
-  if (!make_room(job.bytes)) return;  // on_done comes back
+  if (!make_room(job.bytes)) return;  // on_done calls again
   cache_.shrink(job.chunks, settings_.memory_bytes / 4);
   preparing_ = job.spec.id;
   log_info(

@@ -35,9 +35,9 @@ void Agent::take_unit(Unit& unit) {
   const UnitKey key{unit.job, unit.unit.id};
   const uint64_t shape = unit_shape(unit.unit);
   if (const auto it = job->kept.find(key.second); it != job->kept.end() && it->second.shape != shape)
-    drop_kept(*job, key.second);  // of before a rewind: the number stands for other work now
+    drop_kept(*job, key.second);  // from before a rewind: the number now means other work
   if (const auto it = job->kept.find(key.second); it != job->kept.end()) {
-    it->second.lease = unit.lease;  // baked already, and the acknowledgement was lost
+    it->second.lease = unit.lease;  // already baked, and the acknowledgement was lost
     outbox_.push_back(key);
     return pump();
   }
@@ -45,7 +45,7 @@ void Agent::take_unit(Unit& unit) {
   if (old != taken_.end() && unit_shape(old->second.unit) != shape)
     drop_taken(key.first, [&](uint64_t id) { return id == key.second; });
   if (const auto it = taken_.find(key); it != taken_.end()) {
-    it->second = {unit.lease, false, std::move(unit.unit)};  // what runs, or is begun when that has ended
+    it->second = {unit.lease, false, std::move(unit.unit)};  // running units, or those started when these end
     return;
   }
   if (draining_) return send(Drain{{key.second}, "draining"});
@@ -72,15 +72,15 @@ void Agent::on_done(const Unit& unit, Expected<UnitResult> result) {
   taken_.erase(it);
   KnownJob* job = known(unit.job);
   if (job && !taken.withdrawn) {
-    if (unit_shape(unit.unit) != unit_shape(taken.unit)) {  // the number was given to other work meanwhile
+    if (unit_shape(unit.unit) != unit_shape(taken.unit)) {  // the number now belongs to other work
       Unit next{key.first, taken.lease, taken.unit};
-      if (welcomed_) take_unit(next);  // else it is given anew
+      if (welcomed_) take_unit(next);  // else it is sent again
     } else if (result)
       keep(*job, taken, std::move(*result));
     else
       report_failure(key, taken, result.error());
   }
-  fetch();  // may have waited for the memory of this unit's job
+  fetch();  // may have been waiting for the memory of this unit's job
   leave_if_drained();
 }
 
@@ -119,7 +119,7 @@ void Agent::keep(KnownJob& job, const TakenUnit& taken, UnitResult result) {
   settle_credits();
 }
 
-// After a reconnect. The class goes first: a coordinator that was started again has not heard it.
+// After a reconnect, sends the class first: a restarted coordinator does not know it.
 void Agent::deliver_again(uint64_t id) {
   const KnownJob* job = known(id);
   if (!undelivered_.erase(id) || !job || job->kept.empty()) return;
@@ -128,13 +128,13 @@ void Agent::deliver_again(uint64_t id) {
   pump();
 }
 
-// The queue of the connection stays short: what is kept may be more than it may hold.
+// Keeps the connection's queue short: the kept results may exceed its limit.
 void Agent::pump() {
   while (welcomed_ && !outbox_.empty() && connection_->queued_bytes() < kChunkWriteBudget) {
     const auto [id, unit] = outbox_.front();
     outbox_.pop_front();
     const KnownJob* job = known(id);
-    if (!job || undelivered_.count(id)) continue;  // goes with the others
+    if (!job || undelivered_.count(id)) continue;  // sent with the others
     const auto it = job->kept.find(unit);
     if (it == job->kept.end()) continue;
     Result result = it->second;
@@ -177,7 +177,7 @@ std::vector<Unit> Agent::take_unbegun(const std::function<bool(const Unit&)>& wa
   return units;
 }
 
-// A unit that runs cannot be interrupted: its result is dropped when it comes.
+// A running unit cannot be interrupted: its result is dropped when it arrives.
 void Agent::drop_taken(uint64_t job, const std::function<bool(uint64_t unit)>& wanted) {
   for (const Unit& unit : take_unbegun([&](const Unit& u) { return u.job == job && wanted(u.unit.id); }))
     taken_.erase({job, unit.unit.id});
@@ -193,13 +193,13 @@ void Agent::settle_credits() {
   if (job && job->baker && !job->numeric_class.empty() && !draining_) grant(*job);
 }
 
-// The process ends, because the thread cannot be stopped; its supervisor starts it anew.
+// Ends the process, because the thread cannot be stopped; the supervisor restarts it.
 void Agent::stop_if_stuck() {
   const auto oldest = pool_->oldest();
   if (!oldest || leaving_ || clock_.now_ms() - oldest->at_ms < settings_.unit_limit_ms) return;
   const UnitKey key{oldest->job, oldest->unit};
   const auto it = taken_.find(key);
-  if (it == taken_.end()) return;  // done this moment
+  if (it == taken_.end()) return;  // just finished
   std::string reason = text(
       "unit {} of job {} has run for more than {} s: this worker ends, because a unit cannot "
       "be interrupted (--unit-limit)",

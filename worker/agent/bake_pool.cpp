@@ -10,7 +10,7 @@
 namespace kiln {
 namespace {
 
-// Memory may run out in the middle of a unit: that is this machine's trouble, not the unit's.
+// Memory may run out in the middle of a unit: the machine's problem, not the unit's.
 Expected<UnitResult> bake_guarded(const BakeTask& task) {
   const WorkUnit& unit = task.unit.unit;
   try {
@@ -93,7 +93,7 @@ void BakePool::run() {
       begun_.erase(begun);
     }
     task.cache.reset();
-    task.baker.reset();  // before the unit is reported done: an evicted scene is gone by then
+    task.baker.reset();  // before the unit is reported done, so that an evicted scene is freed by then
     on_done_(task.unit, std::move(result));
   }
 }

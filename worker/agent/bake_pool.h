@@ -1,4 +1,4 @@
-// Bake threads that pull units of any ready job from one queue.
+// Bake threads that take units of any ready job from one queue.
 #pragma once
 
 #include <condition_variable>
@@ -21,8 +21,8 @@ namespace kiln {
 struct BakeTask {
   Unit unit;
   std::shared_ptr<const Baker> baker;
-  std::shared_ptr<const SharedCache> cache;  // what the unit names; null: nothing
-  std::string replay_file, replay;           // what a crash of this unit leaves behind; empty: nothing
+  std::shared_ptr<const SharedCache> cache;  // the cache that the unit names; null: none
+  std::string replay_file, replay;           // written if this unit crashes; empty: nothing
 };
 
 class BakePool {
@@ -31,16 +31,16 @@ class BakePool {
   using OnDone = std::function<void(const Unit&, Expected<UnitResult>)>;
 
   BakePool(unsigned threads, OnDone on_done);
-  ~BakePool();  // drops what is queued, waits for what runs
+  ~BakePool();  // drops queued units, waits for running ones
   void add(BakeTask task);
-  // Takes back the units that no thread has begun and of which `wanted` is true.
+  // Removes units that no thread has started and for which `wanted` is true.
   std::vector<Unit> take_unbegun(const std::function<bool(const Unit&)>& wanted);
   size_t queued() const;
   struct Begun {
     uint64_t job = 0, unit = 0;
     int64_t at_ms = 0;  // SteadyClock
   };
-  std::optional<Begun> oldest() const;  // of the units that run
+  std::optional<Begun> oldest() const;  // among the running units
 
  private:
   void run();

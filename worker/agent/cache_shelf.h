@@ -1,5 +1,5 @@
-// The irradiance caches of one job that are in memory: those that units here name, and of the others the ones
-// used last, as many as there are replicates, because units of the same pass will name them again.
+// One job's irradiance caches in memory: those named by units held here, plus the most recently used others,
+// one per replicate, because units of the same pass will name them again.
 #pragma once
 
 #include <memory>
@@ -12,9 +12,10 @@ namespace kiln {
 
 class CacheShelf {
  public:
-  std::shared_ptr<const SharedCache> find(const Digest& id);  // null: not here; else it is the one used last
+  std::shared_ptr<const SharedCache> find(
+      const Digest& id);  // null: not here; marks it as most recently used
   void put(const Digest& id, std::shared_ptr<const SharedCache> cache, uint64_t bytes);
-  // `named`: by units that are here. Tasks that run keep what they use.
+  // `named`: by units held here. Running tasks keep their own reference.
   void drop_old(const std::unordered_set<Digest>& named);
   void clear() { held_.clear(); }
   uint64_t bytes() const;

@@ -17,7 +17,7 @@ Expected<ChunkBytes> ChunkCache::add(const ChunkPiece& piece) {
     partial_.emplace();
     partial_->id = piece.id;
     partial_->total = piece.total;
-    // A claim of gigabytes costs memory only as they arrive.
+    // Allocate as pieces arrive, so that claiming gigabytes costs nothing.
     partial_->bytes.reserve(std::min<uint64_t>(piece.total, uint64_t{8} * kChunkPieceBytes));
   }
   if (!partial_ || partial_->id != piece.id || partial_->total != piece.total ||

@@ -1,4 +1,4 @@
-// Chunks by content, kept in memory across jobs and connections.
+// Content-addressed chunks, kept in memory across jobs and connections.
 #pragma once
 
 #include <memory>
@@ -12,7 +12,7 @@ namespace kiln {
 
 using ChunkBytes = std::shared_ptr<const Bytes>;  // shared with threads that read or store it
 
-// A chunk of which pieces have come.
+// A partially received chunk.
 struct PartialChunk {
   Digest id;
   uint64_t total = 0;
@@ -23,13 +23,13 @@ struct PartialChunk {
 class ChunkCache {
  public:
   ChunkBytes find(const Digest& id) const;  // null: not here
-  // The chunk that this piece completes, or null. Pieces of one chunk come in order, chunks one after
-  // another; a chunk whose bytes do not have its id is an error (kProtocol) and is not kept.
+  // Returns the chunk completed by this piece, or null. Pieces of one chunk arrive in order, chunks one after
+  // another; a chunk whose bytes do not match its id is an error (kProtocol) and is dropped.
   Expected<ChunkBytes> add(const ChunkPiece& piece);
-  void put(const Digest& id, ChunkBytes bytes);  // whose SHA-256 was seen to be `id`
-  ChunkBytes take(const Digest& id);             // out of here; null: it was not
-  void forget_partial() { partial_.reset(); }    // the connection that was sending it is gone
-  // Drops what is not in `needed` if all together take more than max_bytes.
+  void put(const Digest& id, ChunkBytes bytes);  // whose SHA-256 was verified to be `id`
+  ChunkBytes take(const Digest& id);             // removes and returns it; null: not here
+  void forget_partial() { partial_.reset(); }    // its connection is gone
+  // Drops chunks not in `needed` if the total exceeds max_bytes.
   void shrink(const std::unordered_set<Digest>& needed, uint64_t max_bytes);
   uint64_t total_bytes() const { return total_; }
 

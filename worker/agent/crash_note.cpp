@@ -17,7 +17,7 @@ struct Note {
   size_t size = 0;
 };
 thread_local Note current;
-std::atomic<bool> noted{false};  // one crash at a time speaks
+std::atomic<bool> noted{false};  // only one crash is reported
 
 void say(int fd, const char* text, size_t size) {
   while (size > 0) {
@@ -28,7 +28,7 @@ void say(int fd, const char* text, size_t size) {
   }
 }
 
-// Only calls that POSIX allows in a signal handler.
+// Only async-signal-safe calls.
 void on_crash(int signal) {
   if (current.file && !noted.exchange(true)) {
     const int fd = ::open(current.file, O_CREAT | O_TRUNC | O_WRONLY | O_CLOEXEC, 0600);
@@ -41,7 +41,7 @@ void on_crash(int signal) {
       say(STDERR_FILENO, "\n", 1);
     }
   }
-  ::raise(signal);  // SA_RESETHAND: now the default, which ends the process
+  ::raise(signal);  // SA_RESETHAND: now the default action, which ends the process
 }
 
 struct CrashStack {

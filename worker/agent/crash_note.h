@@ -1,5 +1,5 @@
-// A crash leaves its own reproduction behind: while a note lives, a fatal signal on its thread writes the
-// note's text to its file and one line to standard error before the process dies of the signal.
+// Makes a crash leave a reproduction: while a note exists, a fatal signal on its thread writes the note's
+// text to its file and one line to standard error before the process dies.
 #pragma once
 
 #include <string>
@@ -16,6 +16,6 @@ class CrashNote {
 };
 
 void catch_crashes();    // once for the process: SIGSEGV, SIGBUS, SIGFPE, SIGILL and SIGABRT
-void use_crash_stack();  // for this thread: also an overflow of its stack can be noted
+void use_crash_stack();  // for this thread, so that a stack overflow can also be noted
 
 }  // namespace kiln

@@ -18,7 +18,7 @@ namespace kiln {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr auto kAbandoned = std::chrono::hours(1);  // age of a temporary file that nobody will rename
+constexpr auto kAbandoned = std::chrono::hours(1);  // age at which a temporary file counts as abandoned
 constexpr size_t kMaxReplays = 100;
 
 bool write_all(int fd, std::span<const std::byte> bytes) {
@@ -37,7 +37,7 @@ struct StoredFile {
   uint64_t bytes;
 };
 
-// Another process may remove what we look at: errors mean "not there".
+// Another process may remove files meanwhile: errors mean "not there".
 std::vector<StoredFile> stored_files(const fs::path& folder) {
   std::vector<StoredFile> files;
   std::error_code code;
@@ -85,7 +85,7 @@ ChunkBytes DiskCache::read(const Digest& id) {
   std::error_code ignored;
   if (!fs::exists(path, ignored)) return nullptr;
   auto bytes = read_file(path, kMaxChunkBytes);
-  if (!bytes) return nullptr;  // another process removed it, or the disk fails: it is fetched
+  if (!bytes) return nullptr;  // another process removed it, or the disk fails: fetch it
   if (sha256(*bytes) != id) {
     log_warning(text("{} is damaged and was removed; is the disk healthy?", path.string()));
     fs::remove(path, ignored);
@@ -101,7 +101,7 @@ void DiskCache::write(const Digest& id, const Bytes& bytes) {
   if (!writing_ || bytes.size() > max_bytes_ || fs::exists(path, ignored)) return;
   fs::create_directories(path.parent_path(), ignored);
   const fs::path temporary = path.parent_path() / text(".{}.{}.{}", id.hex(), ::getpid(), counter_++);
-  // No sync: after a power cut a file may hold other bytes, which the next read finds out.
+  // No sync: after a power cut a file may hold other bytes, which the next read detects.
   const int fd = ::open(temporary.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0600);
   bool stored = fd >= 0 && write_all(fd, bytes);
   int code = errno;
@@ -127,7 +127,8 @@ void DiskCache::shrink() {
   uint64_t total = 0;
   for (const StoredFile& file : files) total += file.bytes;
   const bool too_large = total > max_bytes_;
-  const uint64_t wanted = max_bytes_ - max_bytes_ / 8;  // some room, or every chunk would bring us here
+  const uint64_t wanted =
+      max_bytes_ - max_bytes_ / 8;  // free some extra room, or every chunk would trigger a scan
   const auto now = fs::file_time_type::clock::now();
   std::error_code ignored;
   for (const StoredFile& file : files) {

@@ -1,7 +1,7 @@
-// Chunks by content on disk, so that a worker that starts again, or another on the same machine, need not
+// Content-addressed chunks on disk, so that a restarted worker, or another on the same machine, need not
 // fetch them again. Several processes may share a folder without locks: a file's name is the SHA-256 of its
-// bytes, it appears by rename, and it is verified when it is read. Nothing here is ever an error for the
-// bake: what cannot be stored is fetched again.
+// bytes, it appears by rename, and it is verified on every read. Failures here never fail the bake: a chunk
+// that cannot be stored is fetched again.
 #pragma once
 
 #include <filesystem>
@@ -13,16 +13,16 @@ namespace kiln {
 
 class DiskCache {
  public:
-  // Makes the folder (mode 0700). Null, with a warning in the log, when it cannot be written.
+  // Creates the folder (mode 0700). Null, with a warning in the log, if it cannot be written.
   static std::unique_ptr<DiskCache> open(const std::filesystem::path& folder, uint64_t max_bytes);
 
-  // One thread at a time for read and write. Null: not here. A damaged file is removed.
+  // Call read and write from one thread at a time. Null: not here. Removes a damaged file.
   ChunkBytes read(const Digest& id);
-  // A disk that is full or fails turns writing off, with a warning. The files used longest ago go when all
-  // together take more than max_bytes (seen after every max_bytes / 16 written by this process).
+  // A full or failing disk turns writing off, with a warning. Removes the least recently used files when the
+  // total exceeds max_bytes (checked after every max_bytes / 16 written by this process).
   void write(const Digest& id, const Bytes& bytes);
 
-  // FOLDER/replay/JOB-UNIT.json, job as 16 hexadecimal digits: what `--replay` reads. Old ones go.
+  // FOLDER/replay/JOB-UNIT.json, job as 16 hexadecimal digits: input of `--replay`. Old files are removed.
   std::filesystem::path replay_file(uint64_t job, uint64_t unit) const;
   void shrink_replays() const;
 
@@ -35,7 +35,7 @@ class DiskCache {
 
   std::filesystem::path folder_;
   uint64_t max_bytes_;
-  uint64_t unseen_ = 0;   // bytes written since the folder was looked through
+  uint64_t unseen_ = 0;   // bytes written since the folder was last scanned
   uint64_t counter_ = 0;  // of temporary files
   bool writing_ = true;
 };

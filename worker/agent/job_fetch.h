@@ -1,4 +1,5 @@
-// What a job still lacks: the structure and the atlas first, then the chunks that the structure names.
+// Determines a job's missing chunks: the structure and the atlas first, then the chunks that the structure
+// names.
 #pragma once
 
 #include <unordered_set>
@@ -13,8 +14,8 @@ class JobFetch {
   JobFetch(const JobSpec& job, const ChunkCache& cache) : job_(job), cache_(cache) {}
 
   // Ids of chunks to get next, at most kMaxIdsPerRequest and each once; empty when everything is here.
-  // Asked anew each time: what came before a connection was lost need not come again. Fails
-  // (kInvalidInput) on a structure that cannot be read.
+  // Recomputed on each call, so that chunks received before a lost connection are not fetched again. Fails
+  // (kInvalidInput) on an unreadable structure.
   Expected<std::vector<Digest>> missing();
   const std::unordered_set<Digest>& needed() const { return needed_; }  // all, once nothing is missing
   uint64_t total_bytes() const;                                         // of those in the cache

@@ -72,7 +72,7 @@ tl::unexpected<Error> usage(std::string message) {
 struct Option {
   const char* name;
   const char* variable;
-  bool is_path;  // then there is no VARIABLE_FILE
+  bool is_path;  // if so, there is no VARIABLE_FILE
   std::string value{};
 };
 
@@ -85,7 +85,7 @@ class Table {
  private:
   Option options_[18] = {
       {"--connect", "KILN_CONNECT", false},
-      {"--token", "KILN_TOKEN", false},  // on a command line everybody on the machine could read it
+      {"--token", "KILN_TOKEN", false},  // a command line is readable by everyone on the machine
       {"--token-file", "", true},
       {"--ca", "KILN_CA", true},
       {"--certificate", "KILN_CERTIFICATE", true},
@@ -162,7 +162,7 @@ const std::string& Table::operator[](std::string_view name) const {
   return found->value;
 }
 
-// A whole number of the option, or `otherwise` when it was not given.
+// The option as an integer, or `otherwise` if not given.
 Expected<int64_t> number(const Table& table, const std::string& name, int64_t most, int64_t otherwise) {
   const std::string& digits = table[name];
   if (digits.empty()) return otherwise;
@@ -237,8 +237,7 @@ Expected<WorkerOptions> read_worker_options(const std::vector<std::string>& argu
   options.canary = table["--canary"];
   if (!options.canary.empty()) return options;
   options.replay = table["--replay"];
-  if (!options.replay
-           .empty()) {  // needs no coordinator, and the file lies in the cache that it is baked from
+  if (!options.replay.empty()) {  // needs no coordinator, and the file lies in the cache it is baked from
     const std::filesystem::path folder = std::filesystem::path(options.replay).parent_path();
     if (table["--cache"].empty() && folder.filename() == "replay")
       agent.cache_folder = folder.parent_path().string();

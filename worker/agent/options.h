@@ -1,4 +1,4 @@
-// The command line and environment of a worker program.
+// Command line and environment of the worker program.
 #pragma once
 
 #include <optional>
@@ -13,14 +13,14 @@ namespace kiln {
 struct WorkerOptions {
   AgentSettings agent;  // without the factories
   LogFormat log = LogFormat::kText;
-  std::string canary;  // kernels whose numeric class is to be printed
-  std::string replay;  // bake the unit of this file and end
-  std::string print;   // text that was asked for (--help, --version): print it and leave with 0
-  int parent = 0;      // process id of a coordinator that started us; 0: none
+  std::string canary;  // print the numeric class of these kernels
+  std::string replay;  // bake the unit in this file and exit
+  std::string print;   // text to print (--help, --version) before exiting with 0
+  int parent = 0;      // process id of the coordinator that started us; 0: none
 };
 
-// Every option has a variable KILN_NAME and, but for those that are paths already, KILN_NAME_FILE: a file
-// that holds the value. The command line wins. Errors are kUsage and say what to write instead.
+// Every option has a variable KILN_NAME and, unless it is a path itself, KILN_NAME_FILE, a file with the
+// value. The command line takes precedence. Errors are kUsage and tell what to write instead.
 Expected<WorkerOptions> read_worker_options(const std::vector<std::string>& arguments);
 
 }  // namespace kiln

@@ -30,7 +30,7 @@ int say_error(const Error& error) {
 
 bool die_with_parent(int parent) {
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-  return ::getppid() == parent;  // else it ended before the call above
+  return ::getppid() == parent;  // else the parent ended before the call above
 }
 
 int worker_main(const std::vector<std::string>& arguments, const std::string& engine,
@@ -42,7 +42,7 @@ int worker_main(const std::vector<std::string>& arguments, const std::string& en
   log_setup("kiln-worker", LogLevel::kInfo, options->log);
   if (options->parent) {
     if (!die_with_parent(options->parent)) return 1;
-    // The coordinator tells the rest.
+    // The coordinator reports the rest.
     log_setup(text("kiln-worker {}", ::getpid()), LogLevel::kWarning, options->log);
   }
   AgentSettings& agent = options->agent;

@@ -1,4 +1,4 @@
-// A worker program from its first line to its exit status.
+// The worker program from start to exit status.
 #pragma once
 
 #include <string>
@@ -8,10 +8,10 @@
 
 namespace kiln {
 
-// This process is killed when process `parent`, our parent, ends; false if it already has.
+// Makes the kernel kill this process when our parent process `parent` ends; false if it already has.
 bool die_with_parent(int parent);
 
-// Everything a worker's main does: options, log, agent or replay, exit status.
+// The body of a worker's main: options, log, agent or replay, exit status.
 int worker_main(const std::vector<std::string>& arguments, const std::string& engine,
                 const BakerFactory& make_baker, const NumericClassFunction& numeric_class);
 

@@ -11,7 +11,7 @@
 namespace kiln {
 namespace {
 
-// The lowest limit on the way from our group to the root; "max" and a missing file are none.
+// The lowest limit from our group up to the root; "max" and a missing file mean no limit.
 uint64_t group_limit(const std::string& root, std::string group, const std::string& file) {
   uint64_t least = ~uint64_t{0};
   for (;;) {

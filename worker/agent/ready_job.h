@@ -1,4 +1,4 @@
-// From a job's chunks to a baker; what a job costs in memory.
+// Builds a baker from a job's chunks; estimates a job's memory.
 #pragma once
 
 #include <map>
@@ -9,18 +9,19 @@
 
 namespace kiln {
 
-// The chunks of one job, held for a thread that makes it ready.
+// The chunks of one job, held for the thread that prepares it.
 using JobChunks = std::map<Digest, ChunkBytes>;
 JobChunks chunks_of(const ChunkCache& cache, const JobFetch& fetch);
 
-// Reads scene and atlas and builds the baker. Running out of memory is an error (kNoSpace).
+// Reads scene and atlas and builds the baker. Out of memory is an error (kNoSpace).
 Expected<std::shared_ptr<const Baker>> make_ready_baker(const JobSpec& job, const JobChunks& chunks,
                                                         const AgentSettings& settings);
 
-// An allowance for a ready job: decoded scene, acceleration structure, light and texel tables.
+// Estimated memory of a ready job: decoded scene, acceleration structure, light and texel tables.
 uint64_t ready_bytes(uint64_t chunk_bytes);
 
-// Half of what this process may use: physical memory, or the limit of its control group (v2 or v1).
+// Half of the memory available to this process: physical memory, or the limit of its control group (v2 or
+// v1).
 uint64_t default_memory_budget();
 
 }  // namespace kiln

@@ -51,7 +51,7 @@ std::string write_replay(const Replay& replay, const std::unordered_set<Digest>&
   JsonWriter json;
   json.begin_object();
   json.pair("job", to_hex(write_job(replay.job)));
-  json.pair("unit", text("{}", replay.unit.id));  // as text: a number of JSON may lose bits
+  json.pair("unit", text("{}", replay.unit.id));  // as text, because JSON numbers may lose bits
   json.pair("first_sample", replay.unit.first_sample);
   json.pair("sample_count", replay.unit.sample_count);
   json.pair("replicate", replay.unit.replicate);

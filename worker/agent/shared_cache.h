@@ -1,5 +1,5 @@
-// An irradiance cache that the units of a pass share. The bake thread that needs it first decodes it, the
-// others wait for that one.
+// An irradiance cache shared by the units of a pass. The first bake thread that needs it decodes it while the
+// others wait.
 #pragma once
 
 #include <mutex>
@@ -12,11 +12,11 @@ namespace kiln {
 
 class SharedCache {
  public:
-  // `sites`: texel sites of the job's atlas. The bytes are let go when they are decoded.
+  // `sites`: texel sites of the job's atlas. The bytes are freed after decoding.
   SharedCache(const Digest& id, ChunkBytes bytes, size_t sites)
       : id_(id), sites_(sites), bytes_(std::move(bytes)) {}
 
-  // Any thread. Fails (kInvalidInput) when the bytes are no cache of so many sites.
+  // Thread-safe. Fails (kInvalidInput) if the bytes are not a cache for this many sites.
   Expected<const IrradianceCache*> get() const;
 
  private:

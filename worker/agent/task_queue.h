@@ -1,4 +1,4 @@
-// One thread that does what it is given, in order: for work that would hold up the event loop.
+// One thread that runs tasks in order, for work that would block the event loop.
 #pragma once
 
 #include <condition_variable>
@@ -12,7 +12,7 @@ namespace kiln {
 class TaskQueue {
  public:
   TaskQueue() : thread_([this] { run(); }) {}
-  ~TaskQueue() {  // what has not begun is dropped
+  ~TaskQueue() {  // drops tasks not yet started
     {
       const std::lock_guard lock(mutex_);
       stop_ = true;

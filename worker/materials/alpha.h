@@ -1,4 +1,4 @@
-// The alpha behaviour that all materials share (glTF 2.0, 3.9.4): a factor, its texture and a mode.
+// Alpha, shared by all materials (glTF 2.0, 3.9.4): a factor, its texture and a mode.
 #pragma once
 
 #include "worker/materials/attributes.h"
@@ -21,7 +21,7 @@ class Alpha {
     const float factor = factor_ * a.color.w;
     return covered(texture_ ? factor * texture_.alpha(a.uv) : factor);
   }
-  // Bounds of opacity() over a triangle; they may be wider than what it reaches.
+  // Conservative bounds of opacity() over a triangle.
   Range bounds(const Attributes (&corners)[3]) const {
     if (mode_ == kOpaque) return {1.0f, 1.0f};
     Range color{corners[0].color.w, corners[0].color.w};
@@ -31,7 +31,7 @@ class Alpha {
     }
     Range texels = whole_;
     if (texture_) texels = texture_.alpha_range(corners[0].uv, corners[1].uv, corners[2].uv).value_or(whole_);
-    // Factors are not negative. Interpolation rounds: a few units in the last place are let go.
+    // Factors are not negative. Allow a few units in the last place for the rounding of interpolation.
     constexpr float kSlack = 0x1p-20f;
     const float low = factor_ * color.low * texels.low, high = factor_ * color.high * texels.high;
     const bool exact = color.low == color.high && texels.low == texels.high;

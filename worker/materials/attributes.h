@@ -8,13 +8,13 @@
 
 namespace kiln {
 
-// What a mesh interpolates to at a point, as far as materials ask for it.
+// Interpolated mesh attributes at a point, as materials need them.
 struct Attributes {
   Vec2 uv[2] = {Vec2(0.0f), Vec2(0.0f)};
   Vec4 color{1.0f};
 };
 
-// A number of a file within [low, high]; what is no number is low.
+// Clamps a number of a file to [low, high]; NaN becomes low.
 inline float within(float x, float low, float high) {
   return x > low ? std::min(x, high) : low;
 }
@@ -22,7 +22,7 @@ inline Vec3 within(const Vec3& v, float low, float high) {
   return {within(v.x, low, high), within(v.y, low, high), within(v.z, low, high)};
 }
 
-// What a material's emission is the product of, for whoever integrates it over a triangle.
+// The factors of a material's emission, to integrate it over a triangle.
 struct EmissionParts {
   Vec3 factor;
   const TextureSampler* texture;  // null: none

@@ -1,10 +1,10 @@
-// The layers of glTF 2.0 appendix B and of KHR_materials_specular, _clearcoat and _sheen, in forms that are
-// reciprocal and reflect no more than they receive:
+// The layers of glTF 2.0 appendix B and of KHR_materials_specular, _clearcoat and _sheen, in reciprocal,
+// energy-conserving forms:
 //   base = (1 - F(o)) (1 - F(i)) / (1 - mean F) diffuse/pi + F(h) D G2 / (4 cos cos)
 // Shirley, Smits, Hu & Lafortune 1997, A Practitioners' Assessment of Light Reflection Models, section 3.
-// Departure from glTF, which writes 1 - F(h) for the first factor and so reflects up to twice what arrives at
-// grazing angles. GGX: Heitz 2014, Understanding the Masking-Shadowing Function (height-correlated Smith),
-// and Dupuy & Benyoub 2023, Sampling Visible GGX Normals with Spherical Caps, CGF 42(8), listing 3.
+// Departure from glTF, which uses 1 - F(h) for the first factor and so reflects up to twice the incident
+// light at grazing angles. GGX: Heitz 2014, Understanding the Masking-Shadowing Function (height-correlated
+// Smith), and Dupuy & Benyoub 2023, Sampling Visible GGX Normals with Spherical Caps, CGF 42(8), listing 3.
 // Departure: isotropic only.
 #include "worker/materials/bsdf.h"
 
@@ -14,8 +14,8 @@ namespace kiln {
 namespace {
 
 constexpr float kCoatF0 = 0.04f;  // index of refraction 1.5
-// Rough layers reflect up to 0.0022 more than F at the cosine, since F is convex and their normals scatter:
-// so much more is kept from what lies below.
+// Rough layers reflect up to 0.0022 more than F at the cosine, because F is convex and their normals scatter:
+// the layers below receive that much less.
 constexpr float kScatterMargin = 0.0025f;
 
 float fifth_power_of_rest(float cos) {
@@ -39,7 +39,7 @@ float ggx_d(const Vec3& h, float alpha) {
   return a2 * kInvPi / (t * t);
 }
 
-// cos x (1 + 2 Lambda): Smith's masking without a division by a cosine that may be next to nothing.
+// cos x (1 + 2 Lambda): Smith's masking without dividing by a cosine that may be tiny.
 float smith(float cos, float alpha) {
   const float a2 = alpha * alpha;
   return std::sqrt(a2 + (1.0f - a2) * cos * cos);
@@ -67,7 +67,7 @@ float reflection_pdf(float d, float cos_o, float smith_o) {
   return d / (2.0f * (cos_o + smith_o));
 }
 
-// Dielectric reflectance over what lies below, with the margin of rough layers.
+// Dielectric reflectance over the layers below, with the margin of rough layers.
 float over_diffuse(const Bsdf& b, float cos) {
   return schlick(b.under_f0 + kScatterMargin * (b.under_f90 - b.under_f0), b.under_f90, cos);
 }
@@ -80,8 +80,8 @@ float specular_probability(const Bsdf& b, const Vec3& wo) {
   return std::clamp(s / (s + d), 0.1f, 0.9f);
 }
 
-// What the coat lets down and up again: that of the flatter of two directions, so that neither order of them
-// matters, as KHR_materials_sheen has it for its own layer.
+// Transmittance of the coat, down and up: that of the more grazing direction, which makes it reciprocal, as
+// KHR_materials_sheen does for its own layer.
 float through_coat(const Bsdf& b, float flatter) {
   return 1.0f - b.coat * schlick(kCoatF0 + kScatterMargin * (1.0f - kCoatF0), 1.0f, flatter);
 }
@@ -131,7 +131,7 @@ void BsdfAtWo::cover() {
     sheen = luminance(b.sheen) * sheen_wo_;
   }
   const float below = luminance(b.diffuse) + luminance(schlick(b.f0, b.f90, cos));
-  // Shares by reflectance at this angle, none that exists below a tenth of the sum before scaling.
+  // Shares by reflectance at this angle, each existing one at least a tenth of the sum before scaling.
   const float least = 0.1f * std::max(coat_wo_ + sheen + below, 1e-6f);
   const float w_coat = b.coat > 0.0f ? std::max(coat_wo_, least) : 0.0f;
   const float w_sheen = b.has_sheen() ? std::max(sheen, least) : 0.0f;
@@ -160,7 +160,8 @@ BsdfValue BsdfAtWo::covered(const Vec3& wi) const {
   BsdfValue v = base(wi);
   v.pdf *= std::max(0.0f, 1.0f - p_coat_ - p_sheen_);
   if (b.has_sheen()) {
-    // Departure from the extension: not Charlie's lobe itself, but the separable one of the same albedo.
+    // Departure from the extension: a separable lobe with the albedo of Charlie's instead of Charlie's
+    // itself.
     const SheenAlbedo albedo(b.sheen_roughness);
     const float sheen_wi = albedo.at(wi.z);
     v.f = v.f * through_sheen(b, std::max(sheen_wo_, sheen_wi)) +
@@ -178,8 +179,8 @@ BsdfValue BsdfAtWo::covered(const Vec3& wi) const {
   return v;
 }
 
-// Of base(): (1 - F(o)) / (1 - mean F) times the mean of 1 - F(i) over the cosine-weighted hemisphere, which
-// is the same 1 - mean F.
+// From base(): (1 - F(o)) / (1 - mean F) times the mean of 1 - F(i) over the cosine-weighted hemisphere,
+// which is also 1 - mean F.
 Vec3 BsdfAtWo::diffuse_share() const {
   if (wo_.z <= 0.0f || covered_) return Vec3(0.0f);
   return layered_ ? bsdf_.diffuse * std::max(0.0f, 1.0f - over_diffuse(bsdf_, wo_.z)) : bsdf_.diffuse;
@@ -221,8 +222,8 @@ BsdfSample BsdfAtWo::sample(float u_layer, const Vec2& u) const {
   } else {
     s.direction = cosine_hemisphere(u);
   }
-  // Whichever layer chose the direction, the estimate divides by the density of all (the one-sample
-  // model of Veach 1995): f / pdf is bounded, so picking a layer makes no fireflies.
+  // Whichever layer is sampled, the estimate divides by the combined density (the one-sample model of Veach
+  // 1995): f / pdf is bounded, so the choice of layer causes no fireflies.
   const BsdfValue v = value(s.direction);
   s.pdf = v.pdf;
   if (s.pdf > 0.0f) s.weight = v.f * (s.direction.z / s.pdf);

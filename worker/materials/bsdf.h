@@ -1,5 +1,5 @@
-// The closure every material yields at a point: a Lambert layer under a GGX layer, and over them, where the
-// material has them, sheen and a clear coat (docs/maths.md, "Materials").
+// The closure of every material at a point: a Lambert layer under a GGX layer, optionally under sheen and a
+// clear coat (docs/maths.md, "Materials").
 #pragma once
 
 #include "common/math/frame.h"
@@ -12,12 +12,12 @@ struct Bsdf {
   Vec3 f0{0.0f};       // reflectance of the GGX layer at normal incidence,
   float f90 = 0.0f;    // and at grazing; both 0: no such layer
   float alpha = 1.0f;  // GGX width, roughness squared
-  // The same two of the dielectric share of that layer: what does not reflect there meets what lies below.
+  // The same for the dielectric share of that layer: light it does not reflect reaches the layers below.
   float under_f0 = 0.0f, under_f90 = 0.0f;
-  // Glass: colour of what enters and goes straight on (refraction bends nothing here), times 1 - F at the
-  // surface; and what the inside absorbs on the way, per metre.
+  // Glass: colour of the light transmitted straight (refraction does not bend it), times 1 - F at the
+  // surface; and the absorption inside, per metre.
   Vec3 transmission{0.0f}, absorption{0.0f};
-  // Over all that: sheen (colour, roughness), and a clear coat of index 1.5 (weight, GGX width).
+  // On top: sheen (colour, roughness), and a clear coat of index 1.5 (weight, GGX width).
   Vec3 sheen{0.0f};
   float sheen_roughness = 0.0f;
   float coat = 0.0f, coat_alpha = 1.0f;
@@ -28,8 +28,8 @@ struct Bsdf {
   bool is_covered() const { return coat > 0.0f || has_sheen(); }
 };
 
-// What the closures of a material may consist of, so that a scene can say which loops it needs: Lambert
-// alone; GGX over it; transmission, sheen or a coat too.
+// The layers that a material's closures may have, which select the integrator's loops: Lambert only; GGX over
+// it; also transmission, sheen or a coat.
 enum class Layers { kLambert, kGgx, kGeneral };
 
 struct BsdfSample {
@@ -43,18 +43,18 @@ struct BsdfValue {
   float pdf = 0.0f;  // of sample(), per steradian
 };
 
-// Reflectance of the GGX layer where the half vector makes a cosine (0, 1] with the light (Schlick 1994).
+// Reflectance of the GGX layer for a cosine (0, 1] between half vector and light (Schlick 1994).
 Vec3 fresnel(const Bsdf& bsdf, float cos);
-// Share of light that goes straight through the surface, met under a cosine (0, 1] to its normal.
+// Straight transmittance of the surface at a cosine (0, 1] to its normal.
 Vec3 straight_through(const Bsdf& bsdf, float cos);
 
-// A Bsdf seen from one direction: what evaluating and sampling share is found once. Directions are local,
-// unit and leave the surface; wo is towards where the light goes.
+// A Bsdf for one fixed wo, so that evaluating and sampling share work. Directions are local, unit and point
+// away from the surface; light leaves along wo.
 class BsdfAtWo {
  public:
   BsdfAtWo() = default;  // black
   BsdfAtWo(const Bsdf& bsdf, const Vec3& wo) : bsdf_(bsdf) { set_wo(wo); }
-  // The same in two steps: fill in layers(), then look. Nothing is copied.
+  // The same in two steps, without a copy: fill in layers(), then set_wo.
   Bsdf& layers() { return bsdf_; }
   void set_wo(const Vec3& wo);
 
@@ -65,13 +65,13 @@ class BsdfAtWo {
   }
   BsdfSample sample(float u_layer, const Vec2& u) const;
 
-  // What the Lambert layer sends towards wo of an irradiance that comes evenly from all sides, as a share,
-  // where that layer stands apart from the ones above it (no sheen, no coat); black where it does not.
+  // Share of a uniform irradiance that the Lambert layer reflects towards wo, if that layer is separable from
+  // those above it (no sheen, no coat); else black.
   Vec3 diffuse_share() const;
-  // Takes the Lambert layer away: what is left is what diffuse_share() leaves out. Returns the share of
-  // samples that go there; 0: nothing is left.
+  // Removes the Lambert layer, whose part diffuse_share() gives. Returns the share of samples for the
+  // remaining layers; 0: none remain.
   float drop_diffuse();
-  // Share of value(wi).f that is of the layers above the Lambert one.
+  // Share of value(wi).f due to the layers above the Lambert one.
   Vec3 share_above_diffuse(const Vec3& wi) const;
 
  private:
@@ -84,14 +84,14 @@ class BsdfAtWo {
   bool layered_ = false, covered_ = false;
   float p_specular_ = 0.0f;  // share of the base's samples for the GGX layer
   float smith_wo_ = 0.0f;
-  float entered_ = 0.0f;  // share that gets under the GGX layer, over its mean
-  // Shares of all samples, and what evaluating the layers over the base needs.
+  float entered_ = 0.0f;  // share transmitted below the GGX layer, over its mean
+  // Shares of all samples, and precomputed terms of the layers over the base.
   float p_coat_ = 0.0f, p_sheen_ = 0.0f;
   float coat_smith_wo_ = 0.0f, coat_wo_ = 0.0f;
   float sheen_wo_ = 0.0f;
 };
 
-// A BsdfAtWo of which the Lambert layer is known to be all.
+// A BsdfAtWo known to have only the Lambert layer.
 class LambertAtWo {
  public:
   LambertAtWo() = default;

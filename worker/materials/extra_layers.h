@@ -1,5 +1,5 @@
-// What the KHR_materials_* extensions add to metallic-roughness: transmission, volume, specular, clearcoat
-// and sheen. Only materials that have any of it carry it.
+// Layers that KHR_materials_* extensions add to metallic-roughness: transmission, volume, specular, clearcoat
+// and sheen. Only materials that use any have this.
 #pragma once
 
 #include <memory>
@@ -11,13 +11,13 @@ namespace kiln {
 
 class ExtraLayers {
  public:
-  // Null when the record has nothing of the kind.
+  // Null if the record has none of these.
   static std::shared_ptr<const ExtraLayers> parse(RecordReader& r, const Scene& scene);
 
   // Weight and colour of the dielectric layer, 1 without textures.
   float specular(const Attributes& a) const;
   Vec3 specular_color(const Attributes& a) const;
-  // Share of the dielectric's light that goes through instead of being reflected diffusely.
+  // Share of the dielectric's light that is transmitted instead of diffusely reflected.
   float transmission(const Attributes& a) const;
   const Vec3& absorption() const { return absorption_; }
   // Sets the layers over the base.

@@ -1,5 +1,5 @@
-// ROOM: add a material. One pair of files that parses its record and yields a Bsdf at a point, and one
-// line in the roster below.
+// ROOM: add a material. One pair of files that parses its record and returns a Bsdf at a point, and one line
+// in the roster below.
 #pragma once
 
 #include <concepts>
@@ -22,21 +22,21 @@ concept IsMaterial = requires(const M m, const Attributes& a, RecordReader& r, c
   { M::kType } -> std::convertible_to<std::string_view>;
   { M::parse(r, s) } -> std::same_as<M>;
   { m.bsdf(a) } -> std::same_as<Bsdf>;
-  { m.albedo(a) } -> std::same_as<Vec3>;    // bsdf(a).diffuse, where layers() is kLambert
-  { m.emission(a) } -> std::same_as<Vec3>;  // radiance alone, for sampling emitters
+  { m.albedo(a) } -> std::same_as<Vec3>;    // bsdf(a).diffuse, if layers() is kLambert
+  { m.emission(a) } -> std::same_as<Vec3>;  // radiance only, for sampling emitters
   { m.alpha() } -> std::same_as<const Alpha&>;
   { m.normal_map() } -> std::same_as<const NormalMap*>;  // or null
   { m.layers() } -> std::same_as<Layers>;
   { m.emission_parts() } -> std::same_as<EmissionParts>;
-  { m.is_glass() } -> std::same_as<bool>;  // may a Bsdf of it transmit?
+  { m.is_glass() } -> std::same_as<bool>;  // whether its Bsdf may transmit
   { m.is_emissive() } -> std::same_as<bool>;
   { m.double_sided() } -> std::same_as<bool>;
-  {m.prefetch(a)};                           // says that bsdf(a) comes soon
+  {m.prefetch(a)};                           // hints that bsdf(a) follows soon
   { m.reads_uv(0u) } -> std::same_as<bool>;  // of a TEXCOORD set
 };
 static_assert(IsMaterial<MetallicRoughness> && IsMaterial<Unlit>);
 
-// Appends to `warnings` what the record held that nothing read. Unknown types fail.
+// Appends unread properties of the record to `warnings`. Fails on unknown types.
 Expected<Material> parse_material(const Record& record, const Scene& scene,
                                   std::vector<std::string>& warnings);
 
@@ -61,7 +61,7 @@ inline const NormalMap* normal_map_of(const Material& m) {
 inline Layers layers_of(const Material& m) {
   return std::visit([](const auto& x) { return x.layers(); }, m);
 }
-// May a Bsdf of it have more than a Lambert layer?
+// Whether its Bsdf may have more than a Lambert layer.
 inline bool has_layers(const Material& m) {
   return layers_of(m) != Layers::kLambert;
 }

@@ -8,8 +8,8 @@ MetallicRoughness MetallicRoughness::parse(RecordReader& r, const Scene& scene) 
   m.base_color_ = within(Vec3(base), 0.0f, 1.0f);
   m.metallic_ = within(r.number("metallic", 1.0f), 0.0f, 1.0f);
   m.roughness_ = within(r.number("roughness", 1.0f), 0.0f, 1.0f);
-  // An index of 0 stands for a reflectance of 1 (KHR_materials_ior); where there is no step of the index
-  // there is no layer.
+  // An index of 0 means a reflectance of 1 (KHR_materials_ior); without a step of the index there is no
+  // layer.
   const float ior = within(r.number("ior", 1.5f), 0.0f, 1e6f);
   const float ratio = (ior - 1.0f) / (ior + 1.0f);
   m.dielectric_f0_ = within(r.vec3("specular_color", Vec3(1.0f)), 0.0f, 1e6f) * (ratio * ratio);

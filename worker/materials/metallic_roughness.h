@@ -15,7 +15,7 @@ class MetallicRoughness {
   Vec3 albedo(const Attributes& a) const {
     Vec3 color = base_color_ * Vec3(a.color);
     if (base_texture_) color *= base_texture_.color(a.uv);
-    return glm::min(color, Vec3(1.0f));  // above 1 would make energy out of nothing
+    return glm::min(color, Vec3(1.0f));  // above 1 would create energy
   }
   Bsdf bsdf(const Attributes& a) const;
   Vec3 emission(const Attributes& a) const;
@@ -44,9 +44,9 @@ class MetallicRoughness {
  private:
   Vec3 base_color_{1.0f};
   float metallic_ = 1.0f, roughness_ = 1.0f;
-  Vec3 dielectric_f0_{0.04f};  // without the weight
+  Vec3 dielectric_f0_{0.04f};  // before the weight
   float specular_ = 1.0f;      // weight of the dielectric layer
-  bool reflects_ = true;       // is there a GGX layer at all?
+  bool reflects_ = true;       // whether there is a GGX layer
   Vec3 emission_{0.0f};
   TextureSampler base_texture_, metallic_roughness_texture_, emission_texture_;
   Alpha alpha_;

@@ -15,7 +15,7 @@ class NormalMap {
   explicit operator bool() const { return static_cast<bool>(texture_); }
   // TEXCOORD set and linear part of the map from it to the texture, rows (m0 m1), (m3 m4).
   const TextureUse& use() const { return use_; }
-  // In the tangent frame: x along growing u, y against growing v, z along the normal; not unit.
+  // In the tangent frame: x along increasing u, y against increasing v, z along the normal; not unit.
   Vec3 normal(const Attributes& a) const {
     const Vec3 t = texture_.color(a.uv) * 2.0f - Vec3(1.0f);
     return {t.x * scale_, t.y * scale_, t.z};

@@ -9,8 +9,8 @@ namespace {
 
 constexpr int kCells = 8;  // along both axes
 
-// By roughness k/8 and root of the cosine k/8. Below 0.07 the extension's roughness is taken as that.
-// tests/materials integrates the lobe and holds the numbers against it.
+// By roughness k/8 and root of the cosine k/8. Roughness below 0.07 is clamped to 0.07. tests/materials
+// integrates the lobe and checks the numbers against it.
 constexpr float kAlbedo[kCells + 1][kCells + 1] = {
     {1.0000f, 1.0000f, 0.7399f, 0.1895f, 0.0184f, 0.0004f, 0.0000f, 0.0000f, 0.0000f},
     {1.0000f, 1.0000f, 0.7823f, 0.3595f, 0.1102f, 0.0201f, 0.0015f, 0.0000f, 0.0000f},

@@ -1,4 +1,4 @@
-// What alpha() can come to on a triangle: a conservative raster of it in texels.
+// Bounds alpha() on a triangle by conservative rasterisation in texels.
 #include "worker/materials/texture_sampler.h"
 
 namespace kiln {
@@ -16,7 +16,7 @@ void include(Range& r, float x) {
   r.high = std::max(r.high, x);
 }
 
-// The range of x of a triangle within low <= y <= high; empty (low > high) if it has nothing there.
+// The x range of a triangle within low <= y <= high; empty (low > high) if there is none.
 Range slab(const DVec2 (&p)[3], double low, double high) {
   Range out{3e38f, -3e38f};
   for (int k = 0; k < 3; ++k) {
@@ -49,7 +49,7 @@ std::optional<Range> TextureSampler::alpha_range(const Vec2 (&a)[2], const Vec2 
     const double u = double{use_.m[0]} * uv[k].x + double{use_.m[1]} * uv[k].y + use_.m[2];
     const double v = double{use_.m[3]} * uv[k].x + double{use_.m[4]} * uv[k].y + use_.m[5];
     reach = std::max({reach, std::abs(u), std::abs(v)});
-    for (int i = 0; i < 3; ++i)  // what the sums above are made of bounds how they round in float
+    for (int i = 0; i < 3; ++i)  // the terms of the sums above bound their float rounding
       reach = std::max({reach, std::abs(double{use_.m[i]}), std::abs(double{use_.m[i + 3]}),
                         std::abs(double{use_.m[i]} * uv[k].x), std::abs(double{use_.m[i + 3]} * uv[k].y)});
     p[k] = {u * width_, v * height_};
@@ -65,7 +65,7 @@ std::optional<Range> TextureSampler::alpha_range(const Vec2 (&a)[2], const Vec2 
   Range r{3e38f, -3e38f};
   for (int64_t y = repeats ? top : std::max<int64_t>(top, -1);
        y <= (repeats ? bottom : std::min<int64_t>(bottom, height_)); ++y) {
-    // All points whose lookup reads this row; beyond a clamped edge its row is read from anywhere.
+    // All points whose lookup reads this row; past a clamped edge every point reads the edge row.
     const double low = !repeats && y < 0 ? p[0].y - 1e9 : static_cast<double>(y) - 0.5 - margin;
     const double high = !repeats && y >= height_ ? p[0].y + 1e9 : static_cast<double>(y) + 1.5 + margin;
     const Range x = slab(p, low, high);

@@ -24,15 +24,15 @@ const ByteTables& byte_tables() {
   return tables;
 }
 
-// floor() without the library call that processors before SSE 4.1 would need.
+// floor() without the library call needed before SSE 4.1.
 int floor_int(float x) {
   const int i = static_cast<int>(x);
   return i - (static_cast<float>(i) > x);
 }
 
-// A coordinate in texels, brought into [0, size] without integer division.
+// Wraps a coordinate in texels into [0, size] without integer division.
 float wrapped(float u, int size, Wrap mode) {
-  // Far outside [-1e4, 1e4] float has no texel left to point at, and int would overflow.
+  // Far outside [-1e4, 1e4] a float no longer resolves texels, and int would overflow.
   if (!(std::abs(u) < 1e4f)) u = 0.0f;
   if (mode == Wrap::kRepeat) {
     u -= static_cast<float>(floor_int(u));
@@ -45,7 +45,7 @@ float wrapped(float u, int size, Wrap mode) {
   return u * static_cast<float>(size);
 }
 
-// A texel index that is at most one beyond an edge.
+// Wraps a texel index that is at most one past an edge.
 int edge(int i, int size, Wrap mode) {
   if (mode == Wrap::kRepeat) return i < 0 ? size - 1 : i >= size ? 0 : i;
   return std::clamp(i, 0, size - 1);

@@ -1,4 +1,4 @@
-// Texture lookup in linear light. Colours read one texel, opacity four (docs/maths.md, "Textures").
+// Texture lookup in linear light. Colours read one texel, opacity reads four (docs/maths.md, "Textures").
 #pragma once
 
 #include <optional>
@@ -19,15 +19,15 @@ class TextureSampler {
   explicit operator bool() const { return texture_ != nullptr; }
   bool reads_uv(uint32_t set) const { return texture_ && use_.uv_set == set; }
   // Colour channels; missing ones repeat the first. One of the four texels around the point, chosen in
-  // proportion to its bilinear weight by a hash of the coordinates: a dither far below a texel's size whose
-  // mean is the bilinear filter's, for a quarter of its memory traffic.
+  // proportion to its bilinear weight by a hash of the coordinates: a dither far below a texel's size with
+  // the bilinear filter's mean, at a quarter of its memory traffic.
   Vec3 color(const Vec2 (&uv)[2]) const;
-  // Asks memory for the texel that color() will read.
+  // Prefetches the texel that color() will read.
   void prefetch(const Vec2 (&uv)[2]) const { __builtin_prefetch(texels_ + color_index(uv) * texel_bytes_); }
-  // The alpha channel, filtered bilinearly since a cutoff is not linear; 1 where there is none.
+  // The alpha channel, filtered bilinearly because a cutoff is not linear; 1 if absent.
   float alpha(const Vec2 (&uv)[2]) const;
   // Extremes of the alpha channel: of the whole texture, and of all texels that alpha() may read on a
-  // triangle with these coordinates at its corners; the latter nothing where the triangle is larger than the
+  // triangle with these coordinates at its corners; the latter is nullopt if the triangle is larger than the
   // texture.
   Range alpha_range() const;
   std::optional<Range> alpha_range(const Vec2 (&a)[2], const Vec2 (&b)[2], const Vec2 (&c)[2]) const;

@@ -1,5 +1,5 @@
-// KHR_materials_unlit: shows its colour whatever the light. In transport it therefore emits its colour as
-// radiance and reflects nothing.
+// KHR_materials_unlit: appears in its colour under any light, so in transport it emits its colour as radiance
+// and reflects nothing.
 #pragma once
 
 #include "worker/materials/alpha.h"

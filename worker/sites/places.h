@@ -1,4 +1,4 @@
-// Of one texel: where samples are taken instead of from sites inside geometry.
+// Replacement sample points of one texel, for sites inside geometry.
 #pragma once
 
 #include <atomic>
@@ -12,20 +12,19 @@ namespace kiln {
 
 class SitePlaces {
  public:
-  // All outlive this. `hopeless`: what an earlier unit has found of this texel, and what this one finds: it
-  // is the same for all.
+  // All outlive this. `hopeless`: shared between units: set if no point of this texel is usable.
   SitePlaces(const Surfaces& surfaces, const Tracer& tracer, std::atomic<bool>& hopeless)
       : surfaces_(surfaces), tracer_(tracer), hopeless_(hopeless) {}
 
   struct Place {
     SurfacePoint point;
-    bool moved;  // beside the texel's surface
+    bool moved;  // off the texel's surface
   };
-  // Where to take a sample again that met a back face from point `index` of the texel's `picker`: the next of
-  // kAsked of its points, evenly over the texel, that is open; where none is, a place beside the first of
-  // kMoved of them that has one; else the next that is at least outside. Nothing if the point is not inside,
-  // or if no point is of use. A function of scene, texel and point; what was found is kept: most texels
-  // inside walls are inside with all of their points, which takes some hundred rays to know, once a worker.
+  // Where to repeat a sample from point `index` of the texel's `picker` that hit a back face: the next open
+  // one of kAsked of its points, spread over the texel; if none is open, a point beside the first of kMoved
+  // of them that has one; else the next that is at least outside. nullopt if the point is not inside, or if
+  // no point is usable. A function of scene, texel and point; results are cached, because most texels inside
+  // walls have all points inside, which takes about a hundred rays to find out, once per worker.
   std::optional<Place> instead_of(SitePicker& picker, uint32_t index, uint64_t& rays);
 
  private:
@@ -39,7 +38,7 @@ class SitePlaces {
   const Tracer& tracer_;
   std::vector<std::optional<Side>> side_;                  // by point
   std::vector<std::optional<std::optional<Vec3>>> moved_;  // by point
-  std::atomic<bool>& hopeless_;                            // no point is of use
+  std::atomic<bool>& hopeless_;                            // no point is usable
 };
 
 }  // namespace kiln

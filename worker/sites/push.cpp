@@ -9,11 +9,11 @@
 namespace kiln {
 namespace {
 
-constexpr float kReach = 2.0f;     // texels; a bilinear lookup reaches less than that under an object
-constexpr float kMargin = 0.125f;  // texels between the place and the surface that was passed
+constexpr float kReach = 2.0f;     // texels; a bilinear lookup reads less far under an object
+constexpr float kMargin = 0.125f;  // texels between the point and the exit
 constexpr int kRing = 16;          // directions in the tangent plane
-constexpr int kProbes = 12;        // directions that decide whether a place is inside
-constexpr size_t kTries = 3;       // ways out that are looked at, nearest first
+constexpr int kProbes = 12;        // directions that decide whether a point is inside
+constexpr size_t kTries = 3;       // exits tested, nearest first
 
 class Push {
  public:
@@ -45,7 +45,7 @@ class Push {
     ++rays_;
     return tracer_.intersect(ray, 0);
   }
-  // Is `hit` the back of a surface that has no second side and lets nothing through?
+  // Whether `hit` is the back of an opaque single-sided surface.
   bool is_back(const Hit& hit, const Vec3& direction, SurfacePoint& at) const {
     if (!hit.valid()) return false;
     const SurfaceKind& kind = surfaces_.kind(hit.instance);
@@ -69,9 +69,8 @@ class Push {
     return found;
   }
 
-  // How many of a fixed set of kProbes rays over the hemisphere meet back faces; the count ends once it is
-  // more than half. The heights are quantiles of the density of primary rays, so that the answer is that of
-  // the samples of the texel.
+  // Counts back-face hits of a fixed set of kProbes rays over the hemisphere, stopping above half. The
+  // heights are quantiles of the primary ray density, so that the result matches the texel's samples.
   int back_faces_from(const Vec3& position) {
     constexpr float kHeights[3] = {0.264f, 0.618f, 0.884f};
     const Vec3 origin = offset_origin(position, site_.ng, site_.error);
@@ -84,10 +83,10 @@ class Push {
     return backs;
   }
 
-  // A place on the outer side of an exit, in the tangent plane; nothing comes between it and the exit.
+  // A point on the outer side of an exit, in the tangent plane, with nothing between it and the exit.
   std::optional<Vec3> beyond(const Exit& exit, float margin) {
     const Vec3 flat = exit.at.ng - site_.ng * dot(exit.at.ng, site_.ng);
-    if (!(length(flat) > 1e-3f)) return std::nullopt;  // a back face along the plane is no way out
+    if (!(length(flat) > 1e-3f)) return std::nullopt;  // a back face parallel to the plane is not an exit
     const Vec3 away = flat / length(flat);
     const Vec3 origin = offset_origin(exit.at.position, exit.at.ng, exit.at.error);
     const Hit next = trace({origin, away, margin});

@@ -14,13 +14,13 @@ struct TriangleId {
   auto operator<=>(const TriangleId&) const = default;
 };
 
-// A triangle that shares its place, and the first on each side of it.
+// A coincident triangle, and the first triangle facing each side.
 struct Shared {
   TriangleId id, first, other_side;  // other_side is `first` if nothing faces that way
 };
 
-// From the file's positions: those that surfaces keep have been through a difference of corners, which the
-// same triangle with other first corners rounds otherwise.
+// From the file's positions: surfaces store differences of corners, which round differently if the same
+// triangle starts at another corner.
 void corners_of(const Surfaces& surfaces, TriangleId id, Vec3 (&p)[3]) {
   const Instance& instance = surfaces.scene().instances[id.instance];
   const Mesh& mesh = surfaces.scene().meshes[instance.mesh];
@@ -48,8 +48,8 @@ struct Candidate {
   auto operator<=>(const Candidate&) const = default;
 };
 
-// Triangles whose hash falls into a cell that another one's falls into as well: few where nothing coincides,
-// so that only they are sorted. In the order of hash and id.
+// Triangles that share a hash cell with another: few unless triangles coincide, so only these are sorted.
+// Ordered by hash and id.
 std::vector<Candidate> find_candidates(const Surfaces& surfaces) {
   const size_t cells = std::bit_ceil(8 * std::max<size_t>(64, surfaces.scene().triangle_count()));
   std::vector<bool> once(cells), twice(cells);
@@ -83,7 +83,7 @@ std::vector<Shared> find_shared(const Surfaces& surfaces) {
     for (size_t i = begin; i < end; ++i) {
       const TriangleId id = candidates[i].id;
       corners_of(surfaces, id, b);
-      if (same_corners(a, b) == 0) continue;  // by accident the same 64 bits
+      if (same_corners(a, b) == 0) continue;  // a 64-bit hash collision
       if (other_side == first && dot(normal_of(surfaces, first), normal_of(surfaces, id)) < 0.0f)
         other_side = id;
       shared.push_back({id, first, first});
@@ -120,7 +120,7 @@ class CoincidentRule final : public Tracer {
   size_t memory_bytes() const override { return inner_->memory_bytes() + shared_.size() * sizeof(Shared); }
 
  private:
-  // The point of triangle `id` on the ray, in double; `hit` where they are parallel.
+  // Intersects the ray with triangle `id`, in double; returns `hit` if they are parallel.
   Hit meet(const Ray& ray, TriangleId id, const Hit& hit) const {
     Vec3 p[3];
     corners_of(surfaces_, id, p);

@@ -2,10 +2,10 @@
 
 namespace kiln {
 
-// Sums of magnitudes that enter the point's coordinates and Embree's edge vectors. Waechter & Binder
-// (Ray Tracing Gems, ch. 6) step by 256 units in the last place of each coordinate; a plane near a
-// coordinate's zero but long in the others then acnes, since Embree's error grows with the triangle's
-// extent. Departure: the largest magnitude of all axes counts, and a step of 2^-17 of it.
+// Sums of the magnitudes in the point's coordinates and Embree's edge vectors. Waechter & Binder
+// (Ray Tracing Gems, ch. 6) step by 256 units in the last place of each coordinate; a plane near zero in one
+// coordinate but long in the others then shows acne, because Embree's error grows with the triangle's extent.
+// Departure: a step of 2^-17 of the largest magnitude over all axes.
 float reach_error(const Mat4x3& to_world, const Vec3& reach) {
   const Vec3 sum = glm::abs(to_world[0]) * reach.x + glm::abs(to_world[1]) * reach.y +
                    glm::abs(to_world[2]) * reach.z + glm::abs(to_world[3]);
@@ -21,7 +21,7 @@ std::vector<Face> make_faces(const Mesh& mesh, const Mat4x3* to_world) {
     for (int k = 0; k < 3; ++k) p[k] = mesh.positions[t[k]];
     const Vec3 reach = glm::max(glm::max(glm::abs(p[0]), glm::abs(p[1])), glm::abs(p[2]));
     f.error = to_world ? reach_error(*to_world, reach) : 0.0f;
-    // The normal comes from the file's coordinates: moved far from the origin, edges lose their digits.
+    // Computes the normal from the file's coordinates: far from the origin, transformed edges lose precision.
     Vec3 normal = cross(p[1] - p[0], p[2] - p[0]);
     if (to_world) {
       normal = transform_normal(*to_world, normal);
@@ -34,7 +34,8 @@ std::vector<Face> make_faces(const Mesh& mesh, const Mat4x3* to_world) {
     f.smooth = false;
     for (int k = 0; k < 3; ++k) {
       const Vec3 n = mesh.normals[t[k]];
-      f.n[k] = to_world ? transform_normal(*to_world, n) : n;  // unnormalised: as interpolating before would
+      f.n[k] = to_world ? transform_normal(*to_world, n)
+                        : n;  // unnormalised, as if interpolated before the transform
       f.smooth = f.smooth || !(length(normalize_or(f.n[k], f.ng) - f.ng) <= 1e-5f);
       f.uv[k] = mesh.uv[0].empty() ? Vec2(0.0f) : mesh.uv[0][t[k]];
     }

@@ -74,8 +74,8 @@ Vec3 Surfaces::mapped_normal(uint32_t instance, uint32_t triangle, const Surface
     along_v = transform_vector(*kind.to_world, along_v);
   }
   const Vec3 x = normalize_or(along_u - at.ns * dot(along_u, at.ns), Vec3(0.0f));
-  if (x == Vec3(0.0f)) return at.ns;  // coordinates without area: there is no frame
-  Vec3 y = cross(at.ns, x);           // of the file's convention: against growing v
+  if (x == Vec3(0.0f)) return at.ns;  // coordinates without area: no tangent frame
+  Vec3 y = cross(at.ns, x);           // in the file's convention: against increasing v
   if (dot(y, along_v) > 0.0f) y = -y;
   const Vec3 n = map.normal(at.attributes);
   const Vec3 tilted = normalize_or(x * n.x + y * n.y + at.ns * n.z, at.ns);
@@ -100,7 +100,7 @@ void Surfaces::add_extras(uint32_t instance, uint32_t triangle, float b1, float 
 }
 
 void Surfaces::interpolate(uint32_t instance, uint32_t triangle, float b1, float b2, Attributes& a) const {
-  // All that the material reads is written: the point may have been another before.
+  // Writes everything that the material reads, because `point` may hold an earlier point.
   const SurfaceKind& kind = kinds_[instance];
   a.color = Vec4(1.0f);
   if (kind.textured) {
@@ -134,7 +134,7 @@ void Surfaces::at(uint32_t instance, uint32_t triangle, float b1, float b2, Surf
     s.ng = normalize_or(transform_normal(m, s.ng), Vec3(0, 1, 0));
     s.ns = f.smooth ? normalize_or(transform_normal(m, s.ns), s.ng) : s.ng;
   }
-  if (dot(s.ns, s.ng) <= 0.0f) s.ns = s.ng;  // a normal that contradicts its winding says nothing
+  if (dot(s.ns, s.ng) <= 0.0f) s.ns = s.ng;  // a normal that contradicts its winding is ignored
   interpolate(instance, triangle, b1, b2, s.attributes);
 }
 

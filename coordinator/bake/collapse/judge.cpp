@@ -10,7 +10,7 @@
 namespace kiln {
 namespace {
 
-// Of one function in one colour (3: luminance): what the replicates say at a site.
+// The two replicates' values of one function in one colour (3: luminance) at a site.
 class Pairs {
  public:
   Pairs(const TexelStatistics& s, std::span<const uint32_t> sites, size_t first_plane, size_t colour)
@@ -25,7 +25,7 @@ class Pairs {
     for (size_t i = 0; i < sites_.size(); ++i) sum += value(replicate, i);
     return sum / static_cast<double>(sites_.size());
   }
-  // Mean over texels [first, last) of the product of what the replicates differ from these centres by.
+  // Mean over texels [first, last) of the product of both replicates' deviations from these centres.
   double square(size_t first, size_t last, double a, double b) const {
     double sum = 0;
     for (size_t i = first; i < last; ++i) sum += (value(0, i) - a) * (value(1, i) - b);
@@ -60,7 +60,7 @@ class BandTest {
     }
   }
 
-  // Upper limit of the mean square over the chart, where it should be below `tolerance`.
+  // Upper confidence limit of the mean square over the chart, to compare with `tolerance`.
   double limit(double tolerance) const {
     double square = 0;
     for (size_t f = 0; f < functions_.size(); ++f)
@@ -97,7 +97,7 @@ class BandTest {
     return true;
   }
   double centre(size_t f) const { return 0.5 * (mean_[0][f] + mean_[1][f]); }
-  // Standard error of a mean square over so many texels that is as large as the tolerance.
+  // Standard error of a mean square over this many texels, if it equals the tolerance.
   static double error(std::span<const double> noise, double tolerance, size_t texels) {
     double variance = 0, most = 0;
     for (const double n : noise) {
@@ -112,7 +112,7 @@ class BandTest {
   std::vector<double> mean_[kReplicates], noise_;  // by function
 };
 
-// By chart; none where one of its texels was not sampled.
+// By chart; empty where one of its texels was not sampled.
 std::vector<std::vector<uint32_t>> known_sites(const TexelStatistics& s,
                                                std::span<const uint32_t> chart_of_site, size_t charts) {
   KILN_CHECK(chart_of_site.size() == s.sites);
@@ -151,7 +151,7 @@ ChartLight judge_even(const TexelStatistics& s, std::span<const uint32_t> sites,
   ChartLight even{kEvenlyLit, {}};
   for (const EvenBand& band : rules.bands)
     for (size_t c = 0; c < kColours; ++c) {
-      // A colour that a chart has little of may be off by as much as all of its light.
+      // In a colour that is weak on this chart the error may be as large as the colour itself.
       const double within = rules.error * std::max(light[c], light[3]) / band.scale;
       const double over_chart = 0.5 * within * within / (rules.z * rules.z);
       const BandTest test(s, sites, band, c);

@@ -19,8 +19,8 @@ bool are_equal(const MeshCharts& a, const MeshCharts& b) {
          std::equal(a.parts.begin(), a.parts.end(), b.parts.begin(), b.parts.end(), same_part);
 }
 
-// Points of a face that tell which chart it was on: near its corners, and its middle. Barycentrics (b1, b2)
-// of its triangle.
+// Points of a face that identify its old chart: near its corners, and its centre. Barycentrics (b1, b2) of
+// its triangle.
 std::array<DVec2, 4> points_of(const MeshCharts& charts, size_t face) {
   constexpr double kInside = 0.9;
   const FacePart whole;
@@ -38,7 +38,7 @@ std::vector<uint32_t> found_by_place(const AtlasLookup& lookup, uint32_t instanc
   std::vector<uint32_t> same(to.chart_count, kNoChart);
   std::vector<uint8_t> several(to.chart_count, 0);
   for (size_t face = 0; face < to.face_count(); ++face) {
-    if (area2(uv_triangle(to, face)) == 0) continue;  // cut away below what stands there
+    if (area2(uv_triangle(to, face)) == 0) continue;  // cut away below a standing object
     const uint32_t chart = to.chart_of_face[face], triangle = to.triangle_of(face);
     for (const DVec2& point : points_of(to, face)) {
       double b1 = point.x, b2 = point.y;

@@ -1,4 +1,4 @@
-// What filtered light cannot be.
+// Physical limits on filtered light.
 #pragma once
 
 #include <algorithm>
@@ -10,7 +10,7 @@
 
 namespace kiln {
 
-// No light is negative, and no direction longer than its light: what regression may give beside borders.
+// Clamps light below zero and directions longer than their light, which regression may produce near borders.
 inline void hold_bounds(std::span<const DirectionBound> bounds, float* plane, size_t planes) {
   for (size_t p = 0; p < std::min<size_t>(3, planes); ++p) plane[p] = std::max(plane[p], 0.0f);
   for (const DirectionBound& b : bounds) {

@@ -8,12 +8,11 @@
 namespace kiln {
 namespace {
 
-// Of a luminance: what float paths round.
+// Relative rounding error of luminance in float paths.
 constexpr double kRounding = 0x1p-20;
-constexpr double kDark = 1e-6;       // of the brightest: below this nothing is relative
-constexpr double kWideSamples = 16;  // of fewer samples of a texel, what is around it says more
-constexpr uint32_t kRounds =
-    16;  // steps to a linked site or none: three texels of spread, as the widest filter
+constexpr double kDark = 1e-6;       // of the brightest: below this errors are absolute
+constexpr double kWideSamples = 16;  // with fewer samples, a texel's surroundings are the better estimate
+constexpr uint32_t kRounds = 16;     // diffusion steps: a spread of three texels, as the widest filter
 
 std::vector<uint8_t> usable(const TexelStatistics& s, const SiteGeometry& sites) {
   std::vector<uint8_t> out(s.sites);
@@ -30,7 +29,7 @@ double scale_of(const TexelStatistics& s, const std::vector<uint8_t>& known) {
   return largest > 0 ? std::ldexp(1.0, std::ilogb(largest)) : 1.0;
 }
 
-// Variance of one sample. Where it is no number (squares beyond a float's range): of the square of the mean.
+// Variance of one sample; where it is not finite (squares beyond float range), the square of the mean.
 double sample_variance(const TexelStatistics& s, const Candidates& c, size_t i) {
   const double v = double{s.variance[i]} / c.scale / c.scale;
   const double mean = 0.5 * (double{c.value[0][0][i]} + double{c.value[1][0][i]});
@@ -49,10 +48,10 @@ std::vector<float> diffused(const std::vector<float>& in, const Candidates& c, c
   return out;
 }
 
-// Where a sample in ten thousand is bright, most texels have met none and their own variance is far too low;
-// a filter chosen by that would take the light off the few that have and give it to nobody. So half of what
-// is expected of a texel is the relative variance around it, at its own brightness. Of few samples not even
-// the brightness of a texel is known: a texel that is black by chance has the noise of those around it.
+// Where one sample in ten thousand is bright, most texels have none and their own variance is far too low; a
+// filter chosen by it would remove the light of the few that have one without spreading it. So half of a
+// texel's expected variance is the relative variance around it, at its own brightness. With few samples even
+// the brightness is unreliable: a texel that is black by chance gets the noise of its surroundings.
 void find_prior(const TexelStatistics& s, const SurfaceLinks& links, unsigned threads, Candidates& c) {
   std::vector<float> own(s.sites, 0), light(s.sites, 0), near_own, near_light;
   for_each_index(s.sites, threads, [&](size_t i) {

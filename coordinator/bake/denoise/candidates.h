@@ -18,9 +18,9 @@ struct Candidates {
   std::vector<float> keep[kReplicates], gain, gain_error;  // by site (spikes.h); values below are without
                                                            // spikes and before the gain
   std::vector<float> prior;  // by site: variance of the mean of both replicates as if samples were
-                             // independent, from the site and those linked with it
+                             // independent, from the site and its linked sites
   std::vector<float> value[kReplicates][kLevels];  // by site; level 0: as measured
-  std::vector<float> variance[kLevels];            // by site, of the mean of both replicates, were prior true
+  std::vector<float> variance[kLevels];  // by site: variance of the mean of both replicates, assuming `prior`
 };
 
 Candidates find_candidates(const TexelStatistics& statistics, const SiteGeometry& sites,

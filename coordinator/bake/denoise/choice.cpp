@@ -1,9 +1,9 @@
-// With A and B the replicates, f one of the filters, t the truth: the errors of A and B are independent, so
+// Let A and B be the replicates, f a filter and t the truth. The errors of A and B are independent, so
 //   (f(A) - A) (f(B) - B)  has the mean  (f(t) - t)^2,
-// the square of the bias, without knowing t and without a term to subtract (two-buffer estimates: Rousselle
-// 2012, section 4; Bitterli 2016, section 5.2 - there (f(A) - B)^2 less the variance of B, which has twice
-// the noise). The variance of f is known. Both are means over the window in units of `prior`, so that a
-// bright texel at its rim does not speak for dim ones.
+// the square of the bias, without t and without a term to subtract (two-buffer estimates: Rousselle 2012,
+// section 4; Bitterli 2016, section 5.2 - there (f(A) - B)^2 less the variance of B, which has twice the
+// noise). The variance of f is known. Both are averaged over the window in units of `prior`, so that a bright
+// texel at its rim does not dominate dim ones.
 #include "coordinator/bake/denoise/choice.h"
 
 #include <cmath>
@@ -14,36 +14,35 @@
 namespace kiln {
 namespace {
 
-// A window's mean of the bias hides a texel that is sharp by itself (measured: beside small lights the error
-// was twice the stated one, and above the raw one). So the bias is also asked of the texels beside it, and of
-// itself where it stands out by three standard errors of its product.
+// The window's mean bias hides a single sharp texel (measured: beside small lights the error was twice the
+// reported one, and above the raw one). So the bias is also estimated from the adjacent texels, and from the
+// texel itself where it exceeds three standard errors of its product.
 constexpr float kBesideTexels = 2.0f;
 constexpr double kAlone = 6;
-// All of some samples are dark by chance once in exp(this); at 6 that would be one texel in 400.
+// All samples are dark by chance once in exp(this); at 6 that would be one texel in 400.
 constexpr double kAloneDark = 12;
 constexpr double kFewBeside = 1;
 constexpr double kFewAlone = 8;  // samples: of fewer, coincidences of rare bright ones are no surprise; that
                                  // all samples of both replicates are dark is one as rare as it looks
 
-// A bias counts as far as it stands out of chance by so many standard errors: in the choice, and in what is
-// stated.
+// A bias counts only beyond this many standard errors: in the choice of filter, and in the reported error.
 constexpr double kChoiceErrors = 1.0, kStatedErrors = 0.25;
 
-// What a level may be expected to be wrong by where nothing is known, relative to the light; but not more
-// than so many standard errors of what is known.
+// Expected bias of a level where nothing is known, relative to the light, limited to this many standard
+// errors of the measurement.
 constexpr double kDoubtErrors = 0.25;
 constexpr double kExpectedBias[kLevels] = {0, 0.02, 0.05, 0.1, 0.1};
 
-// What all texels of a window lose or gain together counts so many times more: it is seen, and it is what
-// takes light from the whole (peaks under lamps are lowered). Measured on four scenes: the loss falls by a
-// fifth to a half, the gain by 0 to 5 %.
+// A loss or gain common to a whole window counts this many times more: it is visible, and it removes light
+// from the map (it lowers peaks under lamps). Measured on four scenes: the loss falls by a fifth to a half,
+// the gain by 0 to 5 %.
 constexpr double kCommon = 5;
 
-// Texels' worth of "samples are independent" in what is measured of their dependence: where there are few
-// texels (charts of four), chance says that there is no noise at all, and texels stop at such chances.
+// Weight, in texels, of the assumption of independent samples in the measured dependence: with few texels
+// (charts of four) the measurement may find no noise by chance, and sampling would stop there.
 constexpr double kDoubtTexels = 4;
 
-// What is left of the steps to the surface of second order and between the last planes where curvature is
+// The remaining bias after the steps to the quadratic surface and between the last planes, where curvature is
 // constant.
 double fourth_order(const Candidates& c, int replicate, size_t j) {
   const auto value = [&](uint32_t k) { return double{c.value[replicate][k][j]}; };
@@ -52,15 +51,15 @@ double fourth_order(const Candidates& c, int replicate, size_t j) {
 }
 
 // Texels that end their paths at the same irradiance cache share its error: it is in the difference of the
-// replicates, whose caches are their own, but a filter does not average it away. What the widest planes of
-// both replicates differ by, beyond what independent texels would leave, is that. It is as good as constant,
-// relative to the light, over what hangs together (walls of a room whose light has come through a slit), and
-// measured there as a whole: with all texels wrong alike a window knows no more than one texel does.
+// replicates, whose caches are their own, but a filter does not average it away. It is measured as the
+// difference of both replicates' widest planes beyond that of independent texels. Relative to the light it is
+// nearly constant over a connected surface (walls of a room lit through a slit), so it is measured over the
+// whole piece: if all texels share an error, a window knows no more than one texel.
 class SharedError {
  public:
   explicit SharedError(const Candidates& c) : piece_(c.piece), sums_(c.piece.size()) {}
 
-  // Of a site whose measured variance is `factor` times what was expected.
+  // For a site whose measured variance is `factor` times the expected one.
   void add(const Candidates& c, size_t i, double factor) {
     const double light = square_of_light(c, i), variance = factor * double{c.variance[kLevel][i]};
     if (!(light > 0)) return;
@@ -74,12 +73,12 @@ class SharedError {
     s.noise += fixed(weight * weight * std::min(relative, 1.0));
   }
 
-  // Variance, as far as it stands out by half a standard error.
+  // Variance, minus half a standard error.
   double of(const Candidates& c, size_t i) const {
     const Sums& s = sums_[piece_[i]];
     if (s.weight <= 0) return 0;
     const double weight = plain(s.weight);
-    // Squares of normal numbers have twice the square of their variance; windows overlap.
+    // The square of a normal variable has variance 2 s^4; windows overlap.
     const double noise = s.squares > 0 ? plain(s.noise) / plain(s.squares) : 0;
     const double error = noise * std::sqrt(2.0 * kFootprint * plain(s.squares)) / weight;
     return std::max(0.0, plain(s.excess) / weight - 0.5 * error) * square_of_light(c, i);
@@ -87,9 +86,9 @@ class SharedError {
 
  private:
   static constexpr uint32_t kLevel = kQuadratic - 1;
-  static constexpr double kSure = 1e-4;     // relative variance from which on a texel counts less
-  static constexpr double kFootprint = 64;  // texels' worth of a window
-  // Sums of whole numbers: the same in any order of sites.
+  static constexpr double kSure = 1e-4;     // relative variance above which a texel has less weight
+  static constexpr double kFootprint = 64;  // effective texels of a window
+  // Integer sums: the same in any order of sites.
   struct Sums {
     int64_t weight = 0, excess = 0, squares = 0, noise = 0;
   };
@@ -103,12 +102,12 @@ class SharedError {
   std::vector<Sums> sums_;  // by piece
 };
 
-// Summed over windows: terms of one site, in units of its prior.
+// Terms of one site, summed over windows, in units of its prior.
 struct Terms {
   float noise = 0;
-  float product[kLevels] = {};              // estimates squares of biases; [0] is not used
-  float growth[kLevels] = {};               // of steps to the level; [0]: of fourth order
-  float change[kReplicates][kLevels] = {};  // by the level, in deviations
+  float product[kLevels] = {};              // estimate of the squared bias; [0] is unused
+  float growth[kLevels] = {};               // for steps to the level; [0]: fourth order
+  float change[kReplicates][kLevels] = {};  // by level, in standard deviations
 };
 constexpr size_t kTerms = 1 + kLevels * (2 + kReplicates);
 static_assert(sizeof(Terms) == kTerms * sizeof(float));
@@ -146,19 +145,18 @@ class Pool {
   }
   double weight() const { return weight_; }
   double noise() const { return sum_[0]; }
-  // Means of products as far as they stand out of chance by so many standard errors. The error is that of the
-  // terms themselves: where samples are rare and bright, a few texels are all that a mean is made of, and one
-  // coincidence of two of them is never significant (Student 1908; de la Pena et al. 2009 on self-normalised
-  // sums).
+  // Means of products minus this many standard errors. The error is that of the terms themselves: with rare
+  // bright samples a few texels make up the mean, and a coincidence of two of them is never significant
+  // (Student 1908; de la Pena et al. 2009 on self-normalised sums).
   double product(uint32_t k, double errors) const { return beyond(1 + k, errors); }
   double growth(uint32_t k, double errors) const { return beyond(1 + kLevels + k, errors); }
   double product_error(uint32_t k) const { return std::sqrt(double{square_[1 + k]}) / weight_; }
-  // What one texel that is sharp by itself adds to the mean of its window is never significant by the above.
-  // It is by the noise that is expected of terms, `deviation` each.
+  // By that test a single sharp texel is never significant in its window's mean. It can be by the expected
+  // noise of the terms, `deviation` each.
   double sharp(uint32_t k, double deviation) const {
     return (sum_[1 + k] - deviation * std::sqrt(double{squares_})) / weight_;
   }
-  // The product of what both replicates change by in common.
+  // The product of both replicates' changes.
   double common(uint32_t k, double errors) const {
     const size_t a = 1 + kLevels * 2 + k, b = a + kLevels;
     const double product = double{sum_[a]} * sum_[b], error = std::sqrt(double{square_[a]} * square_[b]);
@@ -172,15 +170,16 @@ class Pool {
   float weight_ = 0, squares_ = 0, sum_[kTerms] = {}, square_[kTerms] = {};
 };
 
-// The square of the bias of level k from what one level does to another. Where light is smooth the bias of a
-// fitted plane is that of curvature, c h^2: from h to 2 h it grows by 3 c h^2, so that it is a third of the
-// step to the next level; of the last plane, the step to the surface of second order. That has far less noise
-// than the difference from what was measured: the least of noisy risks is stated too low (a third of the true
-// one, where bias and noise are alike), and with this it is not. The larger of both is taken: beside edges
-// this one is too low.
+// The squared bias of level k, from the step between levels. Where light is smooth, the bias of a fitted
+// plane comes from curvature, c h^2: from h to 2 h it grows by 3 c h^2, so it is a third of the step to the
+// next level; for the last plane, the step to the quadratic surface. This has far less noise than the
+// difference from the measurement: the minimum of noisy risks is biased low (to a third of the true risk
+// where bias and noise are alike), and this avoids it. The larger of both is used, because this one is too
+// low beside edges.
 double smooth_bias(const Pool& pool, uint32_t k, double errors) {
   if (k == kQuadratic)
-    return 0.3 * pool.growth(0, errors);  // measured: true errors are 0.8 to 0.95 of stated on waves
+    return 0.3 *
+           pool.growth(0, errors);  // measured: true errors are 0.8 to 0.95 of the reported ones on waves
   return k + 1 == kQuadratic ? pool.growth(kQuadratic, errors) : pool.growth(k + 1, errors) / 9;
 }
 
@@ -209,7 +208,7 @@ Choice choose(const Candidates& c, const SiteGeometry& sites, const SurfaceLinks
         wide.add(static_cast<float>(kernel.falloff(q, kPooled)), of);
         if (const double w = kernel.falloff(q, kBesideTexels); w > 0) beside.add(static_cast<float>(w), of);
       }
-      // What low-discrepancy sampling makes of the variance of independent samples.
+      // Variance with low-discrepancy sampling relative to independent samples.
       const double factor = (wide.noise() + kDoubtTexels) / (wide.weight() + kDoubtTexels);
       out.factor[i] = static_cast<float>(factor);
       const double prior = c.prior[i], light = 0.5 * (double{c.value[0][kQuadratic - 1][i]} +

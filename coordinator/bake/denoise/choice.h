@@ -1,4 +1,4 @@
-// Which filter each site gets, by an unbiased estimate of the error of each.
+// Selects a filter per site by an unbiased estimate of each filter's error.
 #pragma once
 
 #include <array>
@@ -8,11 +8,11 @@
 namespace kiln {
 
 struct Choice {
-  std::vector<uint8_t> level;  // by site: of the least estimated risk
-  std::vector<float> factor;   // by site: variance of what was measured around it, over `prior`
-  std::vector<std::array<float, kLevels>> bias;  // by site: estimated size of the bias, not less than 0
+  std::vector<uint8_t> level;                    // by site: level with the lowest estimated risk
+  std::vector<float> factor;                     // by site: measured variance around it, over `prior`
+  std::vector<std::array<float, kLevels>> bias;  // by site: estimated magnitude of the bias, at least 0
   std::vector<float>
-      shared;  // by site: variance of what is wrong of all around alike, which no filter lowers
+      shared;  // by site: variance of error common to the whole neighbourhood, which no filter lowers
 };
 
 Choice choose(const Candidates& candidates, const SiteGeometry& sites, const SurfaceLinks& links,

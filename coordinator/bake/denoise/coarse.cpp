@@ -1,7 +1,7 @@
 // A Laplacian pyramid over surfaces (Burt & Adelson 1983), with the widest band filtered by regression and
-// the detail of the others shrunk towards what the replicates A and B have in common: with r the difference
-// of a texel from what the coarser level says, the mean of r(A) r(B) is the square of true detail, that of
-// ((r(A) + r(B)) / 2)^2 is detail and noise.
+// the detail of the others shrunk towards the part that replicates A and B share: with r the residual of a
+// texel from the coarser level, the mean of r(A) r(B) is the square of the true detail, and the mean of
+// ((r(A) + r(B)) / 2)^2 is detail plus noise.
 #include "coordinator/bake/denoise/coarse.h"
 
 #include <cmath>
@@ -18,15 +18,15 @@ namespace kiln {
 namespace {
 
 constexpr uint32_t kMaxForTwo = 8, kMaxForOne = 32;  // samples of a replicate
-constexpr uint32_t kMinPiece = 256;   // sites that hang together: of smaller things every texel is its own
-constexpr float kJoinCosine = 0.97f;  // between normals of texels that are joined
-constexpr double kDetailErrors = 1;   // standard errors by which detail has to stand out
-// The same of the noise that is expected: where samples are rare and bright, texels that are all dark look
-// like detail, and their own products say that they are sure of it.
+constexpr uint32_t kMinPiece = 256;   // connected sites: texels of smaller pieces are not merged
+constexpr float kJoinCosine = 0.97f;  // between normals of merged texels
+constexpr double kDetailErrors = 1;   // standard errors that detail must exceed
+// The same in units of the expected noise: with rare bright samples, all-dark texels look like detail, and
+// their own products show no noise.
 constexpr double kExpectedErrors = 2;
-// A texel that is sharp by itself, as in choice.cpp: brighter, or dark in all of its samples.
+// A single sharp texel, as in choice.cpp: brighter, or dark in all of its samples.
 constexpr double kAlone = 6, kAloneDark = 12, kFewAlone = 8;
-constexpr size_t kMaxAround = 24;  // joined texels to interpolate between
+constexpr size_t kMaxAround = 24;  // merged texels to interpolate between
 
 struct Level {
   TexelStatistics statistics;
@@ -34,11 +34,11 @@ struct Level {
   SurfaceLinks links;
 };
 
-// By site: which of the coarser level it is part of; members of each, ascending.
+// By site: its parent on the coarser level; the members of each parent, ascending.
 struct Joined {
   std::vector<uint32_t> of;
   std::vector<uint32_t> first, member;
-  std::vector<uint8_t> is_joined;  // by site: of a surface whose texels are
+  std::vector<uint8_t> is_joined;  // by site: on a surface whose texels are merged
   size_t count() const { return first.size() - 1; }
   std::span<const uint32_t> members(size_t i) const {
     return {member.data() + first[i], member.data() + first[i + 1]};
@@ -60,7 +60,7 @@ std::vector<uint8_t> on_large_pieces(const SurfaceLinks& links) {
   return out;
 }
 
-// Linked sites of one square of two by two texels, of surfaces that are large.
+// Groups linked sites of one 2 x 2 square on large surfaces.
 Joined join(const SiteGeometry& sites, const SurfaceLinks& links) {
   Joined out;
   out.is_joined = on_large_pieces(links);
@@ -187,7 +187,7 @@ TexelStatistics joined_statistics(const TexelStatistics& s, const Joined& joined
   return out;
 }
 
-// What the coarser level says at the finer sites of one of its own.
+// Interpolates the coarser level at the members of one of its sites.
 class Interpolation {
  public:
   Interpolation(const SiteGeometry& sites, const SurfaceLinks& links, const std::vector<uint8_t>& has)
@@ -208,7 +208,7 @@ class Interpolation {
     }
   }
 
-  // Tents of the width of a coarser texel around each: linear between them where they are a grid.
+  // Tent weights of one coarser texel's width: linear interpolation on a regular grid.
   size_t weights(const Vec3& at, std::array<float, kMaxAround>& out) const {
     double sum = 0;
     const Vec3 d = at - centre_;
@@ -252,7 +252,7 @@ class Interpolation {
   std::array<double, kMaxAround> x_{}, y_{};
 };
 
-// Sums over one joined texel, of the luminance of its members.
+// Sums of its members' luminance over one merged texel.
 struct Detail {
   float product = 0, product_square = 0, square = 0, noise_square = 0;
   uint32_t count = 0;
@@ -325,7 +325,7 @@ class Refinement {
         for (size_t p = 0; p < planes_; ++p) out[p] += w * in[p];
         light += w * double{from_.luminance[c]};
         error += w * double{from_.standard_error[c]};
-        // A coarser texel's noise is that of its members' mean.
+        // The noise of a coarser texel is that of its members' mean.
         raw += w * double{from_.raw_error[c]} * std::sqrt(static_cast<double>(joined_.members(c).size()));
       }
       out_.luminance[i] = static_cast<float>(light);
@@ -333,8 +333,8 @@ class Refinement {
       out_.raw_error[i] = static_cast<float>(raw);
       sum += light;
     }
-    // What the coarser texel has is what its members have together: at borders lines between texels give more
-    // or less.
+    // Preserve the coarser texel's value as the mean of its members: interpolation deviates from it at
+    // borders.
     const std::span<const uint32_t> members = joined_.members(g);
     const double mean = sum / static_cast<double>(members.size());
     const auto factor = static_cast<float>(mean > 0 ? std::clamp(from_.luminance[g] / mean, 0.5, 2.0) : 1.0);
@@ -350,7 +350,7 @@ class Refinement {
       detail.product += product;
       detail.product_square += product * product;
       detail.square += both;
-      const auto noise = static_cast<float>(2 * raw * raw);  // of one replicate: of a product's deviation
+      const auto noise = static_cast<float>(2 * raw * raw);  // for one replicate, of a product's deviation
       detail.noise_square += noise * noise;
       ++detail.count;
     }
@@ -363,7 +363,7 @@ class Refinement {
     out_.luminance[i] = 0.5f * s_.luminance[0][i] + 0.5f * s_.luminance[1][i];
   }
 
-  // How far a texel is right against all that is around it.
+  // How far a texel is trusted against its whole surroundings.
   double alone(uint32_t i) const {
     const double light = out_.luminance[i], raw = out_.raw_error[i];
     const double a = s_.luminance[0][i] - light, b = s_.luminance[1][i] - light, product = a * b;
@@ -429,7 +429,7 @@ class Refinement {
   const Level& coarse_;
   const Denoised& from_;
   const TexelStatistics& s_;
-  const size_t planes_;  // that are filtered: those of `s`, or none
+  const size_t planes_;  // filtered planes: those of `s`, or none
   std::span<const DirectionBound> bounds_;
   const SiteGeometry& sites_;
   const Joined& joined_;

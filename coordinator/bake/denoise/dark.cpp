@@ -10,22 +10,23 @@
 namespace kiln {
 namespace {
 
-constexpr float kDarkShare = 0.02f;  // of the light around
-constexpr double kMaxFalse = 0.1;    // of those called dark, share that chance has made
-constexpr double kPrior = 2;         // replicates of elsewhere that are added to what a window counts
-constexpr uint32_t kRounds = 4;      // of diffusion: a first idea of the light around, to ask few texels
-constexpr float kNear = 2.0f, kWide = 6.4f;  // texels: windows that are counted
+constexpr float kDarkShare = 0.02f;  // of the surrounding light
+constexpr double kMaxFalse = 0.1;    // largest share of dark texels that chance may explain
+constexpr double kPrior = 2;         // prior replicates, from elsewhere, added to a window's counts
+constexpr uint32_t kRounds =
+    4;  // diffusion steps: a first estimate of the surrounding light, to test few texels
+constexpr float kNear = 2.0f, kWide = 6.4f;  // texels: radii of the counting windows
 
-// What both replicates say of the texels of a window.
+// Counts of a window's texels by the replicates in which they are dark.
 struct Counts {
   double lit = 0, half = 0, dark = 0;  // in both, in one of them, in none
 
   void add(int dark_replicates) { (dark_replicates == 0 ? lit : dark_replicates == 1 ? half : dark) += 1; }
 
-  // How often a replicate of a lit texel meets no light by chance. A few texels do not tell, so kPrior
-  // replicates are added of which the share `elsewhere` met none.
+  // Probability that a replicate of a lit texel finds no light by chance. Few texels do not determine it, so
+  // kPrior replicates are added, with the dark share `elsewhere`.
   double missed(double elsewhere) const { return (half + kPrior * elsewhere) / (half + 2 * lit + kPrior); }
-  // Share of the texels dark in both that chance has made.
+  // Share of texels dark in both replicates that chance explains.
   double false_share(double elsewhere) const {
     const double missed = this->missed(elsewhere);
     const double by_chance = (lit + half) * missed * missed / (1 - missed * missed);
@@ -44,7 +45,7 @@ class DarkTexels {
     });
   }
 
-  // [site] 1: dark in truth.
+  // [site] 1: truly dark.
   std::vector<uint8_t> find() {
     std::vector<float> around = light_, next;
     for (uint32_t round = 0; round < kRounds; ++round) {
@@ -104,7 +105,7 @@ class DarkTexels {
     if (!both_below(site, threshold)) return 1;
     Counts counts;
     for (const uint32_t j : around) {
-      // Of more samples fewer are dark by chance: they do not speak for this texel.
+      // With more samples, dark by chance is rarer: they are no evidence for this texel.
       if (!known_[j] || s_.samples[j] > 2 * s_.samples[site]) continue;
       counts.add(below(0, j, threshold) + below(1, j, threshold));
     }

@@ -1,4 +1,4 @@
-// Texels that are dark beside lit ones, told from those that met no light by chance.
+// Distinguishes truly dark texels beside lit ones from texels that found no light by chance.
 #pragma once
 
 #include "coordinator/bake/lightmap/texel_statistics.h"
@@ -6,15 +6,15 @@
 
 namespace kiln {
 
-// `links` without those between a texel that is truly dark and one that is not: where a board lies on a
-// floor, one texel may have a thousandth of the next one's light, and no filter should mix the two. A texel
-// may be dark where each replicate met less than a fiftieth of the light around it. How often chance does
-// that is counted on the texels around: one that is lit in one replicate and dark in the other says how
-// likely a replicate of a lit texel meets nothing, and the square of that is how likely both do, since
-// replicates are independent. A texel is taken for dark where chance explains at most a tenth of the dark
-// texels around it (a local false discovery rate: Efron, "Large-scale simultaneous hypothesis testing",
-// 2004), within 2 texels and within 6.4. Few counts are filled up with those of the piece of surface, or of
-// all small pieces. The same for any number of threads.
+// Returns `links` without those between a truly dark texel and a lit one: where a board lies on a floor, one
+// texel may have a thousandth of its neighbour's light, and no filter should mix the two. A texel is a
+// candidate if each replicate found less than a fiftieth of the surrounding light. The texels around it tell
+// how often that happens by chance: those lit in one replicate and dark in the other give the probability
+// that a replicate of a lit texel finds nothing, and its square the probability for both, since replicates
+// are independent. A candidate counts as dark where chance explains at most a tenth of the dark texels around
+// it (a local false discovery rate: Efron, "Large-scale simultaneous hypothesis testing", 2004), within 2
+// texels and within 6.4. Low counts are supplemented from the same piece of surface, or from all small
+// pieces. Independent of the number of threads.
 SurfaceLinks part_dark(const TexelStatistics& statistics, const SiteGeometry& sites,
                        const SurfaceLinks& links, unsigned threads);
 

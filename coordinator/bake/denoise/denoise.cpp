@@ -11,12 +11,12 @@
 namespace kiln {
 namespace {
 
-// Shares of the levels at a site: how often those around it chose each (Rousselle 2012, section 5.2, smooths
-// the choice for the same reason: its own noise would show).
+// Blend of the levels at a site: how often the sites around it chose each (Rousselle 2012, section 5.2,
+// smooths the choice for the same reason: its noise would be visible).
 constexpr float kChoiceTexels = 3.2f;
 
-// A site takes what others chose up to this square of bias over its variance as measured. Lower, gains fall
-// (at 1 by a tenth); higher, peaks of a texel do.
+// Largest squared bias, over the measured variance, at which a site uses its neighbours' choice. Lower values
+// reduce the gain (at 1 by a tenth); higher ones flatten peaks of one texel.
 constexpr double kMaxBias = 1;
 
 constexpr size_t kMaxPlanes = 64;  // of a basis; sh_l1 has 15
@@ -33,7 +33,7 @@ class Blend {
         near_(sites, links),
         kernel_(sites, links, candidates.known) {}
 
-  // Finds the weights of a known site.
+  // Computes the weights of a known site.
   void enter(uint32_t site) {
     shares_ = {};
     uint32_t count = 0, widest = 0;
@@ -60,7 +60,7 @@ class Blend {
   const Shares& shares() const { return shares_; }
 
  private:
-  // What is right for those around is not where the bias stands out of what was measured.
+  // The neighbours' choice is wrong where its bias exceeds the measured noise.
   bool refuses(uint32_t site, uint32_t level) const {
     const double bias = choice_.bias[site][level];
     return bias * bias > kMaxBias * choice_.factor[site] * double{candidates_.prior[site]};
@@ -85,7 +85,8 @@ void put_errors(const Candidates& c, const Choice& choice, const Blend& blend, s
   for (size_t q = 0; q < blend.window().size(); ++q)
     variance += blend.weights()[q] * blend.weights()[q] * double{c.prior[blend.window()[q]]};
   const double factor = choice.factor[i], gain = c.gain[i], spikes = value * double{c.gain_error[i]};
-  const double shared = (1 - blend.shares()[0]) * double{choice.shared[i]};  // measured noise has its own
+  const double shared =
+      (1 - blend.shares()[0]) * double{choice.shared[i]};  // measured values keep their own noise
   out.luminance[i] = static_cast<float>(std::max(0.0, value) * gain * c.scale);
   out.standard_error[i] = static_cast<float>(
       std::sqrt(gain * gain * (factor * variance + shared + bias * bias) + spikes * spikes) * c.scale);
@@ -93,7 +94,7 @@ void put_errors(const Candidates& c, const Choice& choice, const Blend& blend, s
   out.strength[i] = static_cast<float>(std::clamp(1 - blend.weights()[0], 0.0, 1.0));
 }
 
-// Of what is known but has no surface to speak of, or no finite light: its samples', as if independent.
+// Fallback error for sites without area or finite luminance: that of independent samples.
 float lonely_error(const TexelStatistics& s, size_t i) {
   const double error = s.samples[i] > 0 ? std::sqrt(double{s.variance[i]} / (2.0 * s.samples[i]))
                                         : std::numeric_limits<double>::infinity();
@@ -102,7 +103,7 @@ float lonely_error(const TexelStatistics& s, size_t i) {
              : std::numeric_limits<float>::infinity();
 }
 
-// A sum of differences: where all are equal nothing is rounded.
+// Sums differences, so that equal values are not rounded.
 void mix_planes(const TexelStatistics& s, const Candidates& c, const Blend& blend, size_t i, float* out) {
   double sum[kMaxPlanes] = {};
   const float* own[2] = {&s.mean[0][i * s.planes], &s.mean[1][i * s.planes]};
@@ -120,8 +121,8 @@ void mix_planes(const TexelStatistics& s, const Candidates& c, const Blend& blen
     out[p] = static_cast<float>(c.gain[i] * (0.5 * (keep[0] * own[0][p] + keep[1] * own[1][p]) + sum[p]));
 }
 
-// What is stated is bounded by what the samples may have met: a texel is not further off than the brightest
-// texel, and a filter that is chosen for its lower error has no higher one over a chart.
+// Bounds the reported error: a texel is never off by more than the brightest texel, and a filter chosen for
+// its lower error has no higher one over a chart.
 void hold_errors(const Candidates& c, const SiteGeometry& sites, Denoised& out) {
   float brightest = 0;
   uint32_t charts = 0;
@@ -146,10 +147,10 @@ void hold_errors(const Candidates& c, const SiteGeometry& sites, Denoised& out) 
   }
 }
 
-// A site without samples is between sites that have some: their filtered values by distance.
+// Fills a site without samples from sampled sites around it: their filtered values, weighted by distance.
 void fill_site(const Candidates& c, const SiteGeometry& sites, SurfaceWindow& around, size_t i, size_t planes,
                Denoised& out) {
-  constexpr float kFillTexels = 9.0f;  // the first look leaves gaps of eight
+  constexpr float kFillTexels = 9.0f;  // the first look leaves gaps of eight texels
   const float reach = kFillTexels * sites.texel_size[i];
   double weight = 0, light = 0, square = 0, errors = 0, sum[kMaxPlanes] = {};
   for (const uint32_t j : around.around(static_cast<uint32_t>(i), reach)) {

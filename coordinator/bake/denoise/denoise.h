@@ -1,5 +1,5 @@
-// The lightmap denoiser: texels are mixed with those around them on the surface, each as far as the two
-// replicates show that this lowers its error. docs/denoising.md has the method, its sources and figures.
+// The lightmap denoiser: filters each texel with its neighbours on the surface, as widely as the two
+// replicates show that this lowers the error. docs/denoising.md has the method, sources and figures.
 #pragma once
 
 #include "coordinator/bake/lightmap/lightmap.h"
@@ -9,27 +9,26 @@
 namespace kiln {
 
 struct Denoised {
-  // [site][plane], from both replicates; sites that are not known have the mean of both.
+  // [site][plane], from both replicates; unknown sites have the mean of both.
   ZeroedVector<float> mean;
   std::vector<float> luminance;  // [site] of E, filtered
-  // [site] of the luminance of E: root of the estimated mean squared error, bias included; of the mean of
-  // both replicates as measured, from the replicates' differences around the site. 0 where nothing is known;
-  // infinite where what was measured is no number.
+  // [site] error of the luminance of E: filtered, the root of the estimated mean squared error, bias
+  // included; measured, the error of the mean of both replicates, from their differences around the site. 0
+  // at unknown sites; infinite where the measurement is not finite.
   std::vector<float> standard_error, raw_error;
-  std::vector<float> strength;  // [site] 0: as measured; towards 1: the more other texels take part
-  std::vector<uint8_t>
-      filled;  // [site] 1: has no samples, and takes what those around it on the surface have
+  std::vector<float> strength;  // [site] 0: unfiltered; approaches 1 as more texels contribute
+  std::vector<uint8_t> filled;  // [site] 1: has no samples and is filled from its neighbours on the surface
 };
 
-// All planes get the same weights. Sites without samples take the mean of the filtered sites around them, and
-// the larger of their errors and of their spread. `bounds` (indices of planes; lights of them and E, planes 0
-// to 2, are never negative) holds directions to the length of their light. The same bits for any number of
-// threads. Of the order of 10 microseconds a site on one core with 15 planes, and 190 bytes beside the
-// result.
+// All planes get the same weights. Sites without samples get the mean of the filtered sites around them, with
+// the larger of their errors and their spread as error. `bounds` (indices of planes; lights of them and E,
+// planes 0 to 2, are never negative) limits directions to the length of their light. The same bits for any
+// number of threads. Takes about 10 microseconds a site on one core with 15 planes, and 190 bytes a site
+// besides the result.
 Denoised denoise(const TexelStatistics& statistics, std::span<const DirectionBound> bounds,
                  const SiteGeometry& sites, const SurfaceLinks& links, unsigned threads);
 
-// The same without `mean`: what the error is. Somewhat less a site.
+// The same without `mean`, for the errors only. Slightly cheaper per site.
 Denoised denoise_luminance(const TexelStatistics& statistics, const SiteGeometry& sites,
                            const SurfaceLinks& links, unsigned threads);
 

@@ -7,8 +7,8 @@
 namespace kiln {
 namespace {
 
-// Of the (co)variance of terms, relative to powers of the bandwidth: what is in one row has no slope across
-// it.
+// Regularisation of the (co)variance of terms, relative to powers of the bandwidth: sites in one row
+// determine no slope across it.
 constexpr double kMinSpread = 1e-6;
 
 constexpr int kTerms = 6;  // 1, x, y, x^2, x y, y^2
@@ -34,7 +34,7 @@ void solve_first(double (&m)[kTerms][kTerms], double (&c)[kTerms]) {
   }
 }
 
-// Rings end where levels do.
+// Ring boundaries coincide with levels.
 size_t ring_of(float square, float size) {
   size_t r = 0;
   while (r + 1 < SurfaceKernel::kRings && square >= kBandwidth[r + 1] * kBandwidth[r + 1] * size * size) ++r;
@@ -74,7 +74,8 @@ void SurfaceKernel::enter(uint32_t site, float texels) {
     x_[at] = dot(d, frame.x);
     y_[at] = dot(d, frame.y);
     square_[at] = dot(d, d);
-    // Ward 1988 weighs by the angle of the normals too; here it falls to 0 at the window's largest.
+    // Ward 1988 also weights by the angle of the normals; here the weight falls to 0 at the window's largest
+    // angle.
     const float agreement =
         (dot(sites_.normal[other], normal) - SurfaceWindow::kMinCosine) / (1 - SurfaceWindow::kMinCosine);
     agreement_[at] = at == 0 ? 1.0 : std::clamp(double{agreement}, 0.0, 1.0);
@@ -101,7 +102,7 @@ void SurfaceKernel::linear(float texels, size_t count, Weights& out) const {
 
 void SurfaceKernel::quadratic(float texels, size_t count, Weights& out) const {
   const double h = texels * size_, inverse = h > 0 ? 1 / h : 0;
-  // Moments of x^a y^b by row of a + b: the fifteen that the matrix of 21 is made of.
+  // Moments of x^a y^b by row of a + b: the fifteen that make up the 21 entries of the matrix.
   double m0 = 0, m1[2] = {}, m2[3] = {}, m3[4] = {}, m4[5] = {};
   for (size_t i = 0; i < count; ++i) {
     const double w = i == 0 ? 1.0 : falloff(i, texels), x = x_[i] * inverse, y = y_[i] * inverse;

@@ -7,8 +7,8 @@
 
 namespace kiln {
 
-// Level 0 is no filter; then planes fitted over windows of these radii in texels of the site, a doubling each
-// (the variance falls by four); the last is a surface of second order over the widest.
+// Level 0 does not filter; the next levels fit planes over windows of these radii in texels of the site, each
+// twice the last (a quarter of the variance); the last fits a quadratic surface over the widest window.
 constexpr uint32_t kLevels = 5;
 constexpr uint32_t kQuadratic = kLevels - 1;
 constexpr std::array<float, kLevels> kBandwidth = {0.0f, 1.6f, 3.2f, 6.4f, 6.4f};
@@ -23,21 +23,22 @@ class SurfaceKernel {
   SurfaceKernel(const SiteGeometry& sites, const SurfaceLinks& links, std::span<const uint8_t> known)
       : sites_(sites), known_(known), window_(sites, links) {}
 
-  // Looks up to `texels` texels far around a site. Sites that are not known are left out; only a known site
-  // has weights.
+  // Builds the window up to `texels` texels around a site. Unknown sites are skipped; only a known site has
+  // weights.
   void enter(uint32_t site, float texels);
   std::span<const uint32_t> window() const {
     return {site_.data(), count_};
-  }  // the site first, near ones early
+  }  // the site first, then by distance ring
 
-  // Weights of the value at the site of what level > 0 fits, adding to 1; fields of first order (of second,
-  // by kQuadratic) keep their value. Some are below 0. Of so many sites of the window; those after have none.
+  // Weights that give the fit of level > 0 at the site. They sum to 1 and reproduce linear fields
+  // (kQuadratic: quadratic ones); some are negative. They cover the first sites of the window; later sites
+  // have no weight.
   size_t regression(uint32_t level, Weights& out) const {
     const size_t count = end_[std::min<size_t>(level, kRings) - 1];
     level == kQuadratic ? quadratic(kBandwidth[level], count, out) : linear(kBandwidth[level], count, out);
     return count;
   }
-  // Positive, 1 at the site, falling to 0 at `texels`: of means of squares.
+  // Weights for means of squares: positive, 1 at the site, falling to 0 at `texels`.
   double falloff(size_t index, float texels) const {
     const double reach = double{texels} * size_;
     return std::max(0.0, 1 - square_[index] * (1 / (reach * reach))) * agreement_[index];

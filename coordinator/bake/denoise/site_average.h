@@ -8,7 +8,7 @@
 
 namespace kiln {
 
-// Means over a site and those linked with it, the site counting twice; 0 where a site is not known.
+// Averages over a site and its linked sites, counting the site twice; 0 at unknown sites.
 inline void average_linked(const std::vector<float>& in, const std::vector<uint8_t>& known,
                            const SurfaceLinks& links, unsigned threads, std::vector<float>& out) {
   out.assign(in.size(), 0);

@@ -7,20 +7,20 @@
 namespace kiln {
 namespace {
 
-constexpr uint32_t kRounds = 16;  // of averages: three texels of spread, as the widest filter
+constexpr uint32_t kRounds = 16;  // averaging steps: a spread of three texels, as the widest filter
 
-// A texel of a replicate that is so many times brighter than the other replicate around it would shift what
-// the widest filter gives (some 160 values) by a quarter. With more samples filters are narrower, and such
-// chance is rarer.
+// A texel of one replicate that is this many times brighter than the other replicate around it shifts the
+// result of the widest filter (about 160 values) by a quarter. With more samples filters are narrower and
+// such outliers rarer.
 constexpr double kStandsOut = 40, kMinStandsOut = 8;
-// It is a feature of the light, not chance, if the other replicate or two texels beside it are as bright up
-// to this factor.
+// It is real light, not an outlier, if the other replicate or two adjacent texels are as bright up to this
+// factor.
 constexpr float kAlike = 0.25f;
-// Where spikes are more than this share of a piece's light they are its light.
+// Spikes that hold more than this share of a piece's light are its light.
 constexpr double kMaxShare = 0.5;
 
 struct Piece {
-  int64_t base = 0, excess = 0, squares = 0;  // in units that keep sums exact
+  int64_t base = 0, excess = 0, squares = 0;  // in units that make sums exact
 };
 
 bool is_alone(const TexelStatistics& s, const std::vector<uint8_t>& known, const SurfaceLinks& links,

@@ -1,4 +1,5 @@
-// A lightmap under way: what merge resolves, post stages complete, encoders write and reports show.
+// A lightmap in progress: resolved by merge, completed by the post stages, written by encoders, shown in
+// reports.
 #pragma once
 
 #include <cstdint>
@@ -11,12 +12,12 @@ namespace kiln {
 
 // Classes of the validity map (validity.exr holds the number).
 enum class Validity : uint8_t {
-  kEmpty = 0,     // no surface, no neighbour within the dilation; or of a chart of which nothing is known
+  kEmpty = 0,     // no surface and no neighbour within the dilation; or on a chart without any value
   kMeasured = 1,  // sampled
-  kPushed = 2,    // sampled from a place moved out of geometry
-  kFilled = 3,    // from measured texels of the same chart
-  kDilated = 4,   // from neighbours of any chart
-  kInside = 5,    // sampled, saw mostly back faces, and had no neighbour to be filled from
+  kPushed = 2,    // sampled from a point moved out of geometry
+  kFilled = 3,    // interpolated from measured texels of the same chart, or across a seam
+  kDilated = 4,   // copied from neighbours on any chart
+  kInside = 5,    // sampled, hit mostly back faces, and has no neighbour to be filled from
 };
 constexpr int kValidityClasses = 6;
 
@@ -25,8 +26,8 @@ inline bool is_set(Validity v) {
          v == Validity::kDilated;
 }
 
-// Planes of one colour of a directional basis: the length of a direction is at most the light, since no light
-// is negative. Mixing texels keeps that; what moves planes apart from each other must see to it.
+// Planes of one colour of a directional basis: since light is not negative, a direction is at most as long as
+// its light. Blending texels preserves that; stages that change planes independently must restore it.
 struct DirectionBound {
   size_t light = 0;  // indices into Lightmap::planes
   size_t direction[3] = {};
@@ -45,8 +46,7 @@ struct Lightmap {
   Planes planes;             // E.R E.G E.B, the basis' planes, error, samples
   std::vector<Validity> validity;
   std::vector<DirectionBound> bounds;  // by colour; empty without directions
-  // What was measured, where the planes above hold what was filtered: E and the basis, and its own error.
-  // Empty: as above.
+  // E, the basis and the error before filtering, where `planes` is filtered. Empty: the same as `planes`.
   Planes measured;
   // Standard error of the basis by band: planes "L0", "L1"; empty without a basis.
   Planes band_error;

@@ -1,5 +1,5 @@
-// What textures a bake published and how their texels become planes of the lightmap again: what scene.glb,
-// the report and the viewer say of them.
+// The textures that a bake published and how to decode their texels to lightmap planes; used by scene.glb,
+// the report and the viewer.
 #pragma once
 
 #include <cstdint>
@@ -10,10 +10,10 @@ namespace kiln {
 
 // plane = (scale * texel + bias) * (times.empty() ? 1 : the plane `times`)
 struct TextureChannel {
-  std::string plane;  // "L0.R", "L1x.G", "E.B"; empty: the channel says nothing
+  std::string plane;  // "L0.R", "L1x.G", "E.B"; empty: the channel is unused
   double scale = 1, bias = 0;
   std::string times;  // "L0.R": the texel is a ratio to that plane
-  std::string name;   // of the file's channel; empty: R, G, B, A by place
+  std::string name;   // of the file's channel; empty: R, G, B, A by index
 };
 
 struct PublishedTexture {

@@ -12,7 +12,7 @@ std::vector<BorderEdge> as_edges(std::span<const ContactLine> contacts) {
   return lines;
 }
 
-// Twice the area of a, b, c seen along `normal`.
+// Twice the signed area of a, b, c projected along `normal`.
 double side(const DVec3& a, const DVec3& b, const DVec3& c, const DVec3& normal) {
   return dot(cross(b - a, c - a), normal);
 }

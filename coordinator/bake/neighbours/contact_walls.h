@@ -1,4 +1,4 @@
-// Does the way between two places on a surface pass a line where something stands on it?
+// Tests whether the path between two points of a surface crosses a contact line.
 #pragma once
 
 #include <span>
@@ -14,8 +14,8 @@ class ContactWalls {
   ContactWalls(const ContactWalls&) = delete;
   ContactWalls& operator=(const ContactWalls&) = delete;
 
-  // Seen along `normal`, which both places share: do the segment a b and a contact of that side cross?
-  // Contacts further than `gap` off the surface are of another one.
+  // Projected along `normal`, which both points share: whether the segment a b crosses a contact on that
+  // side. Contacts more than `gap` off the surface belong to another surface.
   bool between(const DVec3& a, const DVec3& b, const DVec3& normal, double gap) const;
   bool empty() const { return lines_.empty(); }
 

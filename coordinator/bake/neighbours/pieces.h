@@ -1,4 +1,4 @@
-// Surfaces that hang together: sites connected by links through known sites.
+// Connected surfaces: sites connected by links through known sites.
 #pragma once
 
 #include <numeric>
@@ -9,7 +9,7 @@
 
 namespace kiln {
 
-// By site: the least site that it is connected with; itself where it is not known.
+// By site: the smallest connected site; the site itself if unknown.
 inline std::vector<uint32_t> surface_pieces(std::span<const uint8_t> known, const SurfaceLinks& links) {
   std::vector<uint32_t> piece(known.size());
   std::iota(piece.begin(), piece.end(), 0u);
@@ -29,7 +29,7 @@ inline std::vector<uint32_t> surface_pieces(std::span<const uint8_t> known, cons
   return piece;
 }
 
-// Sites of each piece, by its least site; 0 for other sites.
+// Number of sites of each piece, stored at its smallest site; 0 elsewhere.
 inline std::vector<uint32_t> piece_sizes(std::span<const uint32_t> pieces) {
   std::vector<uint32_t> size(pieces.size());
   for (const uint32_t p : pieces) ++size[p];

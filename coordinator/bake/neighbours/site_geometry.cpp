@@ -22,7 +22,8 @@ DVec2 mean_point(uint64_t mask) {
   return sum / count;
 }
 
-// Positions and normals are linear over a face: what a pair's points have in the mean is what their mean has.
+// Positions and normals are linear over a face: their mean over a pair's points is their value at the mean
+// point.
 struct FaceMean {
   DVec3 position;
   Vec3 normal;

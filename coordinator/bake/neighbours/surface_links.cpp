@@ -9,7 +9,7 @@ namespace {
 
 constexpr size_t kRun = 4096;
 constexpr uint32_t kNone = ~0u;
-constexpr double kWidestGap = 2.5;  // texels: partly covered texels have their sites off the centre
+constexpr double kWidestGap = 2.5;  // texels: sites of partly covered texels are off centre
 
 struct Link {
   uint32_t a, b;
@@ -72,7 +72,7 @@ class Linker {
     return links;
   }
 
-  // Of the four texels that a lookup at a side of the seam reads, the nearest with a site of that side's
+  // The nearest of the four texels read by a lookup on this side of the seam that has a site on this side's
   // chart.
   uint32_t site_beside(const SeamPoint& p, int side) const {
     const DVec2 at = p.texel[side], low = glm::floor(at - 0.5);
@@ -119,7 +119,7 @@ SurfaceLinks surface_links(SeamFinder& seams, const SiteGeometry& sites, unsigne
     out.link[next[l.a]++] = l.b;
     out.link[next[l.b]++] = l.a;
   }
-  // Sorted, each once: seams name a pair once for every point.
+  // Sort and remove duplicates: seams yield a pair once per point.
   uint32_t kept = 0;
   for (size_t s = 0; s < sites.size(); ++s) {
     const auto begin = out.link.begin() + out.first[s], end = out.link.begin() + next[s];

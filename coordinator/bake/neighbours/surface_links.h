@@ -1,4 +1,4 @@
-// The graph of texel sites that lie beside each other on a surface.
+// The graph of texel sites that are neighbours on a surface.
 #pragma once
 
 #include <span>
@@ -17,10 +17,10 @@ struct SurfaceLinks {
   }
 };
 
-// Links the four neighbours of a texel that are of the same chart, and across seams (coordinator/bake/seams:
-// the borders of two charts lie on each other and shading goes on) the texels on either side. No link crosses
-// a line of atlas.contacts, where something stands on the surface, nor a gap wider than two texels (a chart
-// that comes back beside itself). About half a microsecond a site, and 24 bytes.
+// Links each texel with its four neighbours on the same chart, and texels on either side of a seam
+// (coordinator/bake/seams: chart borders coincide and shading is continuous). No link crosses a line of
+// atlas.contacts, where something stands on the surface, or a gap wider than two texels (a chart that folds
+// back beside itself). Takes about half a microsecond and 24 bytes a site.
 // The same for any number of threads.
 SurfaceLinks surface_links(SeamFinder& seams, const SiteGeometry& sites, unsigned threads);
 SurfaceLinks surface_links(const Scene& scene, const Atlas& atlas, const SiteGeometry& sites,

@@ -7,8 +7,8 @@ namespace {
 
 constexpr float kMaxOff = 0.25f;  // of the radius, and of a texel
 constexpr float kMaxRatio = 3.0f;
-// Sites looked at: each found one has four neighbours and few more at seams. Where there are more (slivers in
-// stacks) the walk ends.
+// Limit on visited sites: each found site has four neighbours and a few more at seams. With more (stacked
+// slivers) the walk ends.
 constexpr uint32_t kMaxLooked = 768;
 
 }  // namespace

@@ -12,17 +12,17 @@ namespace kiln {
 namespace {
 
 constexpr size_t kDirections = 8;
-constexpr float kMinCosine = 0.2f;  // of a direction that is asked, to the normal
-constexpr float kFar = 32;          // texels: beyond, all is alike
-constexpr float kApart = 2.5;       // distances that differ by this factor are of other things
-constexpr float kNear = 8;          // texels: where both are further, both are in the open
+constexpr float kMinCosine = 0.2f;  // minimum cosine between a traced direction and the normal
+constexpr float kFar = 32;          // texels: everything further away counts as equal
+constexpr float kApart = 2.5;       // distances that differ by this factor belong to different surfaces
+constexpr float kNear = 8;          // texels: both further away count as open
 constexpr float kAlike = 1.25f;
-constexpr float kStep = 0.5;    // texels: what one step towards a wall changes is no other thing
+constexpr float kStep = 0.5;    // texels: a difference from one step towards a wall is not another surface
 constexpr float kLift = 1e-3f;  // texels off the surface
 
-// The corners of a cube, turned so that none is along an axis of a model.
+// The corners of a cube, rotated so that none is parallel to a model's axis.
 std::array<Vec3, kDirections> directions() {
-  // A rotation of whole-numbered quaternion (5, 2, 3, 1).
+  // Rotation by the integer quaternion (5, 2, 3, 1).
   const float w = 5, x = 2, y = 3, z = 1, n = std::sqrt(3.0f) * (w * w + x * x + y * y + z * z);
   std::array<Vec3, kDirections> out;
   for (size_t i = 0; i < kDirections; ++i) {
@@ -36,7 +36,7 @@ std::array<Vec3, kDirections> directions() {
   return out;
 }
 
-// Texels to the first surface by direction; 0: not asked. Below 0: from the inner side of it.
+// Distance in texels to the first surface, by direction; 0: not traced; negative: hit a back face.
 using View = std::array<float, kDirections>;
 
 bool differ(const View& a, const View& b) {
@@ -51,7 +51,7 @@ bool differ(const View& a, const View& b) {
   return asked > 0 && 2 * other >= asked;
 }
 
-// For links that the surface does not have: in no direction anything else, as far as it may be told.
+// For links that the surface lacks: the same view in every direction that can be compared.
 bool agree(const View& a, const View& b) {
   int asked = 0;
   for (size_t k = 0; k < kDirections; ++k) {
@@ -64,7 +64,7 @@ bool agree(const View& a, const View& b) {
   return asked >= 3;
 }
 
-// Sites of small pieces by place, in cubes of a size that follows that of their texels.
+// Sites of small pieces in a grid whose cells scale with their texels.
 class SmallPieces {
  public:
   SmallPieces(const SiteGeometry& sites, const SurfaceLinks& links, const std::vector<View>& views)
@@ -82,7 +82,7 @@ class SmallPieces {
 
   const std::vector<uint32_t>& sites() const { return small_; }
 
-  // The nearest of other pieces that may be linked with site i, at most kMaxAdded.
+  // The nearest sites of other pieces that may be linked with site i, at most kMaxAdded.
   void beside(uint32_t i, std::vector<uint32_t>& out) const {
     struct Found {
       float square;
@@ -154,7 +154,7 @@ class SmallPieces {
   std::vector<Place> places_;
 };
 
-// Puts links of `added` (both ways already) among the others.
+// Merges the links of `added` (already in both directions) with the others.
 void add_links(const std::vector<std::pair<uint32_t, uint32_t>>& added, size_t sites, SurfaceLinks& links) {
   SurfaceLinks out;
   out.first.assign(sites + 1, 0);
@@ -194,7 +194,7 @@ std::optional<ViewLinks> link_by_view(const Scene& scene, const SiteGeometry& si
       }
     }
   };
-  // One run in so many tells how long all of them take.
+  // Timing one run in this many predicts the total.
   constexpr size_t kAsked = 64;
   const double began = watch.seconds();
   parallel_for((runs + kAsked - 1) / kAsked, [&](size_t i) { look(i * kAsked); }, threads);

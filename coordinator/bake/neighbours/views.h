@@ -1,4 +1,4 @@
-// What texel sites see: whether light that falls on one says anything about the one beside it.
+// Compares the views of neighbouring texel sites: whether light on one predicts light on the other.
 #pragma once
 
 #include <optional>
@@ -11,12 +11,12 @@ struct ViewLinks {
   size_t parted = 0, added = 0;
 };
 
-// Takes away links between sites that see something else in most directions: one is inside a cupboard, under
-// a tread or behind a panel, the other is not, with no line of contact between them. And links sites of
-// pieces of few texels (slats, books, leaves) with those of other such pieces beside them that face the same
-// way, in one plane, and see the same. A fixed set of directions is asked for the first surface from each
-// site; no random numbers, so that edges are as sharp as the geometry. Nothing, and all links stay, where it
-// would take more than `most_seconds`. Some four rays a site. The same for any number of threads.
+// Removes links between sites that see different surfaces in most directions: one is inside a cupboard, under
+// a tread or behind a panel and the other is not, without a contact line between them. Adds links between
+// sites of small pieces (slats, books, leaves) that are adjacent, coplanar, face the same way and see the
+// same. Traces a fixed set of directions from each site, without random numbers, so edges are as sharp as the
+// geometry. Returns nullopt, and keeps all links, if it would take more than `most_seconds`. About four rays
+// a site. Independent of the number of threads.
 std::optional<ViewLinks> link_by_view(const Scene& scene, const SiteGeometry& sites, unsigned threads,
                                       double most_seconds, SurfaceLinks& links);
 

@@ -8,9 +8,9 @@
 namespace kiln {
 namespace {
 
-constexpr uint64_t kFewTexels = 10000;  // in all: nobody minds how so few are shared
-// A mean below this many texels an object shows one colour for most of them; the density that is proposed
-// gives them kClear.
+constexpr uint64_t kFewTexels = 10000;  // in total: below this nobody minds their distribution
+// With a mean below this many texels per object most objects show a single colour; the suggested density
+// gives kClear.
 constexpr double kCoarse = 64, kClear = 1024;
 
 double share_of(uint64_t part, uint64_t all) {

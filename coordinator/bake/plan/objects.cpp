@@ -77,7 +77,7 @@ std::string advise_density(const Scene& scene, const Atlas& atlas, const AtlasSe
   if (!atlas.packed || settings.texel_budget || texels <= kMany) return "";
   const double density = atlas.statistics.texels_per_metre;
   const double proposal = round_down(density * std::sqrt(kPlenty / texels));
-  // Small charts do not shrink with the density, so their sizes are asked.
+  // Small charts do not shrink with the density, so their actual sizes are used.
   const double fewer = layout_texels(scene, atlas, settings, proposal) /
                        layout_texels(scene, atlas, settings, density) * texels;
   return text(

@@ -1,4 +1,4 @@
-// Who has the texels: one row for each object, before any ray.
+// Texels by object, one row each, before any ray is traced.
 #pragma once
 
 #include <string>
@@ -13,12 +13,12 @@ namespace kiln {
 struct ObjectPlan {
   std::string name, mesh, material;
   uint64_t charts = 0;
-  uint64_t texels = 0;  // that belong to its charts: sum over all objects is AtlasStatistics::mask_texels
-  uint64_t valid_texels = 0;  // to sample: sum is TexelSites::size()
+  uint64_t texels = 0;        // on its charts: the sum over all objects is AtlasStatistics::mask_texels
+  uint64_t valid_texels = 0;  // to sample: the sum over all objects is TexelSites::size()
   double square_metres = 0;   // of its triangles in the world
   double texels_per_metre =
-      0;              // as laid out: root of texels over square metres of what has texels; 0: none has
-  double factor = 1;  // that was asked for, see coordinator/scene/density
+      0;              // as laid out: root of texels over square metres of surface with texels; 0: none
+  double factor = 1;  // requested, see coordinator/scene/density
   bool receive = true, cast = true, reflect = true;  // as Instance
 };
 
@@ -29,8 +29,8 @@ std::vector<ObjectPlan> plan_objects(const Scene& scene, const Atlas& atlas,
 // Texels per metre of one face as it is laid out; 0: it has no texels.
 double face_density(const Scene& scene, const Atlas& atlas, uint32_t instance, uint32_t face);
 
-// What to say about a layout with more texels than are likely meant: where they are, what they cost, and a
-// density that would do. Empty: nothing. `seconds`: of sampling all texels min-samples times.
+// Warning about a layout with more texels than were probably intended: which objects have them, their cost,
+// and a density that suffices. Empty: none. `seconds`: time to sample all texels min-samples times.
 std::string advise_density(const Scene& scene, const Atlas& atlas, const AtlasSettings& settings,
                            const std::vector<ObjectPlan>& objects, double seconds);
 

@@ -20,7 +20,7 @@ bool has_texture(const Record& record, std::string_view name) {
   const Property* p = record.find(name);
   return p && p->texture.texture >= 0;
 }
-// Is the property there and above 0? `absent` is what the format takes where it is not said.
+// Whether the property is above 0. `absent`: the result where the file does not set it.
 bool is_positive(const Record& record, std::string_view name, bool absent = false) {
   const Property* p = record.find(name);
   if (!p) return absent;
@@ -32,7 +32,7 @@ bool is_lambert(const Record& m) {
          !is_positive(m, "clearcoat") && !is_positive(m, "sheen_color") && !is_positive(m, "transmission");
 }
 
-// What light transport does without for these materials.
+// Features of light transport that these materials do not need.
 void find_left_out_of_materials(const Scene& scene, std::vector<std::string>& out) {
   const auto none = [&](const auto& has) {
     return std::none_of(scene.materials.begin(), scene.materials.end(), has);
@@ -45,7 +45,7 @@ void find_left_out_of_materials(const Scene& scene, std::vector<std::string>& ou
     out.push_back("no clear coat and no sheen: no layers over the base");
   }
   if (none([](const Record& m) { return is_positive(m, "transmission"); }))
-    out.push_back("no glass: shadow rays carry no colour, paths pass no surface");
+    out.push_back("no glass: shadow rays carry no transmittance, paths never refract");
   if (none([](const Record& m) { return has_texture(m, "normal_texture"); }))
     out.push_back("no normal maps: no tangent frames");
   if (none([](const Record& m) {
@@ -76,7 +76,7 @@ std::vector<std::string> find_left_out(const Scene& scene, const BakeSettings& s
       out.push_back("the environment is constant: it needs no sampling table and no rays of its own");
   if (!has_light("point") && !has_light("spot") && !has_light("ies") &&
       std::none_of(scene.materials.begin(), scene.materials.end(), is_emissive))
-    out.push_back("no lamps and no emissive surfaces: no light tree, no local light is sampled");
+    out.push_back("no lamps and no emissive surfaces: no light tree, no sampling of local lights");
   find_left_out_of_materials(scene, out);
   std::set<uint32_t> seen;
   bool shared = false;
@@ -92,7 +92,7 @@ std::vector<std::string> find_left_out(const Scene& scene, const BakeSettings& s
 }  // namespace
 
 std::string why_no_cache(const Scene& scene, const BakeSettings& settings) {
-  constexpr uint32_t kEnoughBounces = 16;  // what is left of light then is below what float paths lose
+  constexpr uint32_t kEnoughBounces = 16;  // the remaining light is below the rounding of float paths
   if (!settings.cache || !settings.quantities.light) return "";
   if (!settings.indirect || settings.max_bounces == 0) return "no indirect light is asked for";
   if (settings.max_bounces < kEnoughBounces)
@@ -129,7 +129,7 @@ Plan make_plan(const Scene& scene, const Atlas& atlas, const BakeSettings& setti
   for (const Texture& t : scene.textures) scene_bytes += t.texels.size();
   const uint64_t planes = MomentLayout(*find_basis(settings.basis), settings.quantities).planes();
   const TexelMemory texel = texel_memory(settings);
-  // Texels of the pages that nothing is sampled for hold planes all the same.
+  // Unsampled texels of a page still have planes.
   const uint64_t unsampled =
       (plan.texels - plan.valid_texels) * (planes + 8) * 4 * (settings.denoise ? 2 : 1);
   plan.texel_bytes = plan.valid_texels * (texel.coordinator + texel.worker) + unsampled;

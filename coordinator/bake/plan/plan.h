@@ -1,4 +1,4 @@
-// Preflight: what a bake will do, what it needs and what it leaves out, without tracing a ray.
+// Preflight: what a bake will do, what it needs and what it can skip; does not trace rays.
 #pragma once
 
 #include <string>
@@ -17,26 +17,24 @@ struct Plan {
   uint64_t charts = 0;
   uint64_t coordinator_bytes = 0, worker_bytes = 0, output_bytes = 0;  // estimates
   double least_seconds = 0, most_seconds = 0;  // at min and max samples, see kRaysPerSecond
-  std::vector<std::string> left_out;           // what this scene does not need, one sentence each
+  std::vector<std::string> left_out;           // features this scene does not need, one sentence each
   std::vector<ObjectPlan> objects;             // by instance
   std::vector<std::string> warnings;           // one sentence each
-  uint64_t texel_bytes = 0;                    // the share of both that grows with the texels
-  bool cache = false;                          // paths may end at measured surfaces
+  uint64_t texel_bytes = 0;  // the part of coordinator and worker memory that grows with the texels
+  bool cache = false;        // paths may end at measured surfaces
 };
 
-// Rays a second of one thread assumed for the estimate of time: the middle of what the benchmark of
+// Rays per second per thread assumed by the time estimate: the middle of what the benchmark of
 // docs/performance.md measures on scenes of 10^4 to 10^6 triangles.
 constexpr double kRaysPerSecond = 1.5e6;
 
-// Most memory that a texel takes while it is baked, in coordinator and worker: tests/bench/memory.py
-// measures.
+// Peak memory per texel during a bake, bytes in coordinator and worker, as measured by tests/bench/memory.py.
 struct TexelMemory {
   uint64_t coordinator, worker;
 };
 TexelMemory texel_memory(const BakeSettings& settings);
 
-// Why paths of this bake cannot end at surfaces whose irradiance an earlier pass has measured; empty: they
-// can, or nobody asked.
+// Why this bake cannot use the irradiance cache; empty: it can, or the cache is off.
 std::string why_no_cache(const Scene& scene, const BakeSettings& settings);
 
 Plan make_plan(const Scene& scene, const Atlas& atlas, const BakeSettings& settings, unsigned threads);

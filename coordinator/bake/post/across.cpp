@@ -20,7 +20,7 @@ void for_each_read(const Atlas& atlas, uint32_t page, const DVec2& at, const Vis
   }
 }
 
-// A texel that a seam point reads on the side of a chart without a value.
+// A texel read by a seam point on the side of a chart without a value.
 struct Wanted {
   uint32_t texel, point;
   int side;
@@ -62,7 +62,7 @@ class Crossing {
   }
 
  private:
-  // The mean of what the other sides' lookups give at the points that read the texel.
+  // The mean of the other side's lookups at the points that read the texel.
   bool fill_texel(std::span<const SeamPoint> points, std::span<const Wanted> wanted) {
     std::vector<std::vector<float>*> planes;
     map_.for_each_plane([&](std::vector<float>& plane) {

@@ -1,4 +1,4 @@
-// Charts without a value, from the charts that go on from them in the world.
+// Fills charts without any value from charts that continue them in the world.
 #pragma once
 
 #include "common/atlas/atlas.h"
@@ -7,9 +7,9 @@
 
 namespace kiln {
 
-// Texels at the seams (coordinator/bake/seams: the surface goes on there) of charts that have no texel set
-// take the mean of what lookups on the other side give, in all planes but "samples", and the class kFilled.
-// True if any did. Charts further than one seam from a value want another call.
+// At seams (coordinator/bake/seams: the surface is continuous there), texels of charts without any set texel
+// get the mean of lookups on the other side, in all planes but "samples", and the class kFilled. Returns true
+// if any did. Charts more than one seam from a value need another call.
 bool fill_across_seams(Lightmap& map, SeamFinder& seams);
 
 }  // namespace kiln

@@ -5,8 +5,8 @@
 namespace kiln {
 namespace {
 
-// A texel whose sites are all inside geometry and were pushed out of it may have come out on the far side:
-// where a texel beside it is measured, that one knows better.
+// A texel whose sites are all inside geometry may have been pushed out on the far side: an adjacent measured
+// texel is more reliable.
 template <class SameChart>
 void correct_pushed(Lightmap& map, const SameChart& same_chart) {
   std::vector<uint32_t> pushed;
@@ -16,7 +16,7 @@ void correct_pushed(Lightmap& map, const SameChart& same_chart) {
             [&](size_t a, size_t b) { return same_chart(a, b) && map.validity[b] == Validity::kMeasured; });
 }
 
-// Texels of charts that are not set, less those that could be filled.
+// Unset texels of charts, minus those that could be filled.
 template <class SameChart>
 std::vector<uint32_t> fill_rings(Lightmap& map, const Atlas& atlas, const SameChart& same_chart) {
   std::vector<uint32_t> open;
@@ -43,8 +43,9 @@ Figures fill_invalid(Lightmap& map, const PostContext& context) {
   const size_t alone = open.size();
   for (int k = 0; k < kMaxSeams && !open.empty() && fill_across_seams(map, seams); ++k)
     open = fill_rings(map, atlas, same_chart);
-  // What saw only the inside of geometry or nothing, and borders on nothing that knows more, stays black.
-  for (const uint32_t t : open) map.for_each_plane([t](std::vector<float>& plane) { plane[t] = 0.0f; });
+  // Texels that saw only back faces or nothing, without a better neighbour, stay black.
+  for (const uint32_t t : open)
+    map.for_each_plane([t](std::vector<float>& plane) { plane[t] = 0.0f; });
   if (alone == 0) return {};
   return {{"texels of charts without a measured one", static_cast<double>(alone), "texels"},
           {"of these black: no surface goes on from them", static_cast<double>(open.size()), "texels"}};

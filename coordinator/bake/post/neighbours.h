@@ -20,9 +20,9 @@ void for_each_neighbour(const Lightmap& map, size_t texel, const Visit& visit) {
     }
 }
 
-// One ring: every texel of `open` with a neighbour that is set and accepted takes their mean in all planes
-// but "samples", and the class `made`. Reads only texels set before the call, so order does not matter.
-// Returns the texels that stayed open.
+// Fills one ring: every texel of `open` with neighbours that are set and accepted gets their mean in all
+// planes but "samples", and the class `made`. Reads only texels set before the call, so order does not
+// matter. Returns the texels still open.
 template <class Accept>
 std::vector<uint32_t> fill_ring(Lightmap& map, const std::vector<uint32_t>& open, Validity made,
                                 const Accept& accept) {

@@ -17,32 +17,32 @@ struct PostContext {
   const Scene& scene;
   const Atlas& atlas;
   const BakeSettings& settings;
-  SeamFinder* seams = nullptr;  // of these; null: looked for where they are needed
+  SeamFinder* seams = nullptr;  // seams of this atlas; null: found where needed
 };
 
 struct PostStage {
   std::string_view name;
   std::string_view about;
-  // What it has to say of its work goes into the report.
+  // Figures about its work go into the report.
   Figures (*run)(Lightmap&, const PostContext&);
 };
 
-// In the order of running.
+// In order of execution.
 std::span<const PostStage> post_stages();
 
-// Texels of a chart without a measurement (no site, or inside geometry) take the mean of their set 3x3
-// neighbours of the same chart, ring by ring, until none can be filled. (O'Donnell 2018, "Correct bilinear
+// Fills texels of a chart without a measurement (no site, or inside geometry) with the mean of their set 3x3
+// neighbours on the same chart, ring by ring, until none can be filled. (O'Donnell 2018, "Correct bilinear
 // interpolation"; departure: repeated, and never across the page to another chart.) A chart without any
-// measured texel takes what lookups across its seams give, where the surface goes on. Where it does not, its
-// texels stay as they were classed, kEmpty or kInside, and become black; the figures count them.
+// measured texel is filled from lookups across its seams, where the surface is continuous. Without seams, its
+// texels keep their class, kEmpty or kInside, and become black; the figures count them.
 Figures fill_invalid(Lightmap& map, const PostContext& context);
 
-// Bilinear lookups on both sides of seams are made to agree (coordinator/bake/seams), unless settings.seams
-// is off. Before dilate, so that empty texels take joined values.
+// Makes bilinear lookups on both sides of seams agree (coordinator/bake/seams), unless settings.seams is off.
+// Runs before dilate, so that empty texels copy the matched values.
 Figures join_seams(Lightmap& map, const PostContext& context);
 
-// Empty texels outside the bilinear footprint of every chart (Atlas::owner 0) take the mean of their set 3x3
-// neighbours of any chart, settings.dilate times. Texels of charts have their values from `fill`, or none.
+// Fills empty texels outside every chart's bilinear footprint (Atlas::owner 0) with the mean of their set 3x3
+// neighbours on any chart, settings.dilate times. Texels of charts get values from `fill`, or none.
 Figures dilate(Lightmap& map, const PostContext& context);
 
 }  // namespace kiln

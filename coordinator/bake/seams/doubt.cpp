@@ -7,16 +7,15 @@
 namespace kiln {
 namespace {
 
-// The light of a point is its texels' mean of this power, inverse: 0.5 for a texel in eight that is black,
-// of 16.
+// The light of a point is the power mean of its texels with exponent -kDarkCounts, dominated by the darkest.
 constexpr double kDarkCounts = 4;
-// What noise alone makes of Surroundings::change, at most, in its variance.
+// Upper bound on what noise alone adds to Surroundings::change, in units of its variance.
 constexpr double kNoiseOfChange = 6;
 
-// What is stated of E, or of a band of the basis, and the planes it is stated of.
+// The reported error of E, or of a band of the basis, and the planes it covers.
 struct Stated {
   const std::vector<float>* error = nullptr;
-  std::vector<std::pair<size_t, double>> planes;  // with the share of their colour in the luminance
+  std::vector<std::pair<size_t, double>> planes;  // with their colour's weight in the luminance
 };
 
 std::vector<Stated> stated_of(const Lightmap& map) {
@@ -39,28 +38,28 @@ std::vector<Stated> stated_of(const Lightmap& map) {
   return all;
 }
 
-// Of a lookup's surroundings: light, and by what is stated the variance relative to its square.
+// Around a lookup: the light, and the variance by reported error relative to its square.
 struct Surroundings {
   double light = 0;
   std::array<double, 3> variance{};
   double slope = 0;   // the largest difference to a neighbour
-  double change = 0;  // squared, of light from texel to texel, but for what is linear
+  double change = 0;  // squared change of light between texels, without the linear part
 };
 
-// Of a seam point.
+// The two sides' difference at a seam point.
 struct Difference {
   double light = 0;
-  std::array<double, 3> variance{}, square{};  // stated, relative; the step
-  double step = 0;                             // of luminance, side 0 less side 1
-  double slope = 0, change = 0;                // as Surroundings', of the side that has more
-  double agreed = 0;                           // what all points that read the same texels have of the step
+  std::array<double, 3> variance{}, square{};  // relative, as reported; squared step
+  double step = 0;                             // luminance, side 0 minus side 1
+  double slope = 0, change = 0;                // as Surroundings', the larger of both sides
+  double agreed = 0;  // part of the step that all points reading the same texels share
 };
 
-// Root of the variance of a step of texels with independent noise of one size. Where a chart meets itself
-// within a texel both sides read much the same, and noise there makes no step.
+// Standard deviation of a step if texels have independent noise of equal size. Where a chart meets itself
+// within a texel, both sides read nearly the same texels and noise makes no step.
 double noise_of_step(const SeamEquation& e) {
   double square = 0;
-  const auto common = [&](int s, uint32_t k) {  // what the other side reads of the same texel
+  const auto common = [&](int s, uint32_t k) {  // the other side's weight of the same texel
     for (uint32_t j = 0; j < e.side[1 - s].count; ++j)
       if (e.side[1 - s].texel[j] == e.side[s].texel[k]) return double{e.side[1 - s].weight[j]};
     return 0.0;
@@ -68,7 +67,7 @@ double noise_of_step(const SeamEquation& e) {
   for (int s = 0; s < 2; ++s)
     for (uint32_t k = 0; k < e.side[s].count; ++k) {
       const double other = common(s, k), weight = double{e.side[s].weight[k]} - other;
-      square += weight * weight * (other > 0 ? 0.5 : 1);  // a common texel is met on both sides
+      square += weight * weight * (other > 0 ? 0.5 : 1);  // a common texel occurs on both sides
     }
   return std::sqrt(std::max(1e-6, square));
 }
@@ -80,7 +79,7 @@ class Doubts {
         map_(map),
         settings_(settings),
         stated_(stated_of(map)),
-        dark_(std::max(kDarkStep * mean_light(map), 1e-30)) {}  // its square is a number
+        dark_(std::max(kDarkStep * mean_light(map), 1e-30)) {}  // its square does not underflow
 
   std::vector<SeamDoubt> run(std::span<const SeamEquation> equations) const {
     std::vector<uint32_t> texels;
@@ -119,7 +118,7 @@ class Doubts {
   }
 
  private:
-  // Means over 5 x 5 texels of the chart: of a single texel, light and what is stated of it go together.
+  // Means over 5 x 5 texels of the chart, because light and reported error of a single texel are correlated.
   Surroundings surroundings(uint32_t texel) const {
     constexpr int kReach = 2;
     const int width = static_cast<int>(atlas_.width), height = static_cast<int>(atlas_.height);
@@ -145,7 +144,7 @@ class Doubts {
     return s;
   }
 
-  // The light is the harmonic mean of both sides: what is stated in the sun excuses nothing in the dark.
+  // The light follows the darkest texels (kDarkCounts): error in the sun does not excuse a step in the dark.
   Difference difference(const SeamEquation& e, const std::array<Surroundings, 2>& side) const {
     Difference d;
     const double size = noise_of_step(e);
@@ -170,11 +169,11 @@ class Doubts {
     return d;
   }
 
-  // The least step, if it has one sign, of all points that read a texel; of the texels that a point reads the
-  // least.
+  // The smallest step over all points that read a texel, if all have one sign; for a point, the smallest over
+  // its texels.
   static void agree(std::span<const SeamEquation> equations, const std::vector<uint32_t>& texels,
                     std::vector<Difference>& differences) {
-    constexpr float kMinPart = 1.0f / 16;  // who reads less of a texel says nothing of it
+    constexpr float kMinPart = 1.0f / 16;  // a smaller weight says nothing about the texel
     struct Range {
       double low = std::numeric_limits<double>::infinity(), high = -low;
       double agreed() const { return low > 0 ? low : high < 0 ? -high : 0; }
@@ -200,7 +199,7 @@ class Doubts {
     }
   }
 
-  // The texel `steps` further, or none: of the same chart and row or column, and set.
+  // The texel `steps` further along the row or column, if it is set and on the same chart.
   bool beside(uint32_t texel, int dx, int dy, uint32_t& out) const {
     const auto width = static_cast<int64_t>(atlas_.width), height = static_cast<int64_t>(atlas_.height);
     const int64_t x = texel % width + dx, y = texel / width % height + dy;
@@ -209,8 +208,8 @@ class Doubts {
     return atlas_.owner[out] == atlas_.owner[texel] && is_set(map_.validity[out]);
   }
 
-  // How far a texel is off the line through two others of its row or column: around it, or on one side. Of
-  // two texels alone their difference.
+  // Distance of a texel from the line through two others of its row or column, around it or on one side; with
+  // only two texels, their difference.
   void measure_change(uint32_t texel, Surroundings& s) const {
     const double own = light_of(map_, texel);
     for (const auto& [dx, dy] : {std::pair{1, 0}, {0, 1}}) {
@@ -229,10 +228,10 @@ class Doubts {
     }
   }
 
-  // The part of the stated variance that the two sides do not share, by the lower quartile of all steps: half
-  // of them tell nothing where light has many steps of its own.
+  // The share of the reported variance that the two sides do not have in common, from the lower quartile of
+  // all steps: the upper half is useless where the light itself has many steps.
   double noise_kept(std::span<const Difference> differences, size_t g) const {
-    constexpr double kQuartile = 0.1015;  // of the square of a normal number
+    constexpr double kQuartile = 0.1015;  // of the square of a normal variable
     std::vector<double> squares;
     squares.reserve(differences.size());
     for (const Difference& d : differences)

@@ -1,37 +1,37 @@
-// What of the steps at seam points is noise, and what is light.
+// Separates noise from light in the steps at seam points.
 #pragma once
 
 #include "coordinator/bake/seams/equations.h"
 
 namespace kiln {
 
-// All of it treats both sides of a point alike, so that joining noise keeps the light: no threshold knows
-// which side is the brighter.
+// Both sides of a point are treated alike, so that closing noise preserves the light: no threshold depends on
+// which side is brighter.
 struct DoubtSettings {
-  double model = 0.01;  // of the light: what two sides differ by beyond noise
-  // Of the light: steps of which so much is the same at all points that read a texel are closed, whatever the
-  // noise. Footprints that a border cuts off make them.
+  double model = 0.01;  // relative to the light: difference of two sides beyond noise
+  // Relative to the light: a step up to this size that all points reading a texel have in common is closed,
+  // whatever the noise. Footprints cut off by a border cause such steps.
   double cut_off = 0.2;
-  // In the noise of a point: steps up to `close` are closed, of larger ones so much; beyond `part` none
-  // (a redescending estimate: Hampel 1974, The influence curve).
+  // In units of a point's noise: steps up to `close` are closed, larger ones by that amount, and beyond
+  // `part` not at all (a redescending estimator: Hampel 1974, The influence curve).
   double close = 2.5, part = 4;
-  // Of what light changes by among the texels that a lookup mixes, noise apart: what two sides may differ by
-  // for it. Light that changes within a texel is another a part of a texel further.
+  // Allowed difference of two sides, as a share of how much the light varies among the texels of a lookup,
+  // noise excluded. Light that varies within a texel differs a fraction of a texel further on.
   double change = 0.5;
 };
 
 struct SeamDoubt {
-  double noise = 0;   // of the step, squared, in E
-  double excess = 0;  // the step in its noise: of E or of a band of the basis, whichever has more
-  double even = 1;    // the part of what is not known of the step that is noise
-  double closed = 0;  // the part of the step that is to be closed
+  double noise = 0;   // variance of the step, in E squared
+  double excess = 0;  // the step in units of its noise, of E or of a band of the basis, whichever is larger
+  double even = 1;    // share of the step's uncertainty that is noise
+  double closed = 0;  // share of the step to close
   double weight = 0;  // of the equation, 0 to 1
 };
 
-// By equation. Noise is what is stated, over 5 x 5 texels of both sides and relative to the light there (of a
-// single texel, light and what is stated of it go together); less what both sides share, lookups and
-// denoising mix texels; times the light of the darkest texels that the point reads: what is stated in the sun
-// excuses nothing in the dark.
+// By equation. Noise is the reported error over 5 x 5 texels of both sides, relative to the light there (in a
+// single texel the two are correlated), minus the part both sides share, because lookups and denoising mix
+// texels, times the light of the darkest texels that the point reads: error in the sun does not excuse a step
+// in the dark.
 std::vector<SeamDoubt> seam_doubts(const Atlas& atlas, const Lightmap& map,
                                    std::span<const SeamEquation> equations, const DoubtSettings& settings);
 

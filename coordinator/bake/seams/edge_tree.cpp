@@ -11,7 +11,7 @@ EdgeTree::EdgeTree(std::span<const BorderEdge> edges) : edges_(edges), order_(ed
   if (edges.empty()) return;
   const auto count = static_cast<uint32_t>(edges.size());
   nodes_.resize(nodes_of(count));
-  // Where a part's nodes are is known from its count: parts are built side by side.
+  // The position of a part's nodes follows from its count, so parts are built in parallel.
   std::vector<Part> parts{{0, 0, count}};
   for (int level = 0; level < 4; ++level) {
     std::vector<Part> next;
@@ -33,7 +33,7 @@ void EdgeTree::build(const Part& part) {
   build(halves[1]);
 }
 
-// Writes the part's node. False: it is a leaf.
+// Writes the part's node; returns false for a leaf.
 bool EdgeTree::split(const Part& part, Part (&halves)[2]) {
   const auto [at, first, count] = part;
   DVec3 low(std::numeric_limits<double>::infinity()), high = -low, middle_low = low, middle_high = high;
@@ -57,7 +57,7 @@ bool EdgeTree::split(const Part& part, Part (&halves)[2]) {
     const double y = edges_[b].p[0][axis] + edges_[b].p[1][axis];
     return x != y ? x < y : a < b;
   });
-  // What is in each half is fixed; in which order is the library's choice.
+  // The contents of each half are fixed; their order is up to the library.
   if (half <= kLeaf) std::sort(begin, begin + half);
   if (count - half <= kLeaf) std::sort(begin + half, begin + count);
   const uint32_t right = at + 1 + nodes_of(half);

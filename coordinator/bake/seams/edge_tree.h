@@ -1,4 +1,4 @@
-// Which edges come near an edge: a tree of boxes over all of them.
+// Finds the edges near an edge: a bounding-box tree over all edges.
 #pragma once
 
 #include <span>
@@ -11,8 +11,8 @@ class EdgeTree {
  public:
   explicit EdgeTree(std::span<const BorderEdge> edges);
 
-  // Calls visit(other) for the edges of every leaf whose box the segment p0 p1 comes to within `distance`
-  // of, until it returns false. The order is fixed by the edges.
+  // Calls visit(other) for the edges of every leaf whose box is within `distance` of the segment p0 p1, until
+  // visit returns false. The order is fixed by the edges.
   template <class Visit>
   void for_each_near(const DVec3& p0, const DVec3& p1, double distance, const Visit& visit) const;
 
@@ -34,7 +34,7 @@ class EdgeTree {
   std::vector<Node> nodes_;
 };
 
-// A segment grown by a distance along every axis, to be held against many boxes.
+// A segment expanded by a distance along every axis, for tests against many boxes.
 class GrownSegment {
  public:
   GrownSegment(const DVec3& p0, const DVec3& p1, double distance)

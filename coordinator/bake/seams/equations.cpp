@@ -3,7 +3,7 @@
 namespace kiln {
 namespace {
 
-// Twice kFootprintShrink: what two axes may read beyond the mask.
+// Twice kFootprintShrink: the weight that two axes may read outside the mask.
 constexpr double kNegligible = 1.0 / 128;
 
 struct Reader {

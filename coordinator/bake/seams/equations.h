@@ -1,4 +1,4 @@
-// What both sides of a seam point read from the map: bilinear lookups that should agree.
+// The bilinear lookups on both sides of a seam point, which should agree.
 #pragma once
 
 #include <array>
@@ -20,13 +20,13 @@ struct SeamEquation {
   float texels = 0;  // as SeamPoint::texels
 };
 
-// Lookups of all points, in order. A texel of another chart, or one that is not set, with a weight below
-// 1/128 is what a border laid on texel centres reads by rounding: it is left out. A point of which a side
-// reads more of a texel that is not set or not finite has no equation.
+// Lookups of all points, in order. A texel of another chart, or an unset one, with a weight below 1/128 is
+// read only through rounding of a border on texel centres, and is dropped. A point where a side reads more of
+// an unset or non-finite texel has no equation.
 std::vector<SeamEquation> seam_equations(const Atlas& atlas, const Lightmap& map,
                                          std::span<const SeamPoint> points);
 
-// side 0 less side 1 in one plane. Exactly 0 where all texels read are equal.
+// side 0 minus side 1 in one plane. Exactly 0 where all texels read are equal.
 double seam_step(const SeamEquation& equation, const std::vector<float>& plane);
 // Mean of both sides.
 double seam_mean(const SeamEquation& equation, const std::vector<float>& plane);

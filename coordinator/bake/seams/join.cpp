@@ -5,7 +5,7 @@
 namespace kiln {
 namespace {
 
-// How far measured texels moved, in their stated errors.
+// Corrections of measured texels, in units of their reported errors.
 class ChangeMeter {
  public:
   ChangeMeter(const Lightmap& map, const std::vector<uint32_t>& texels) : map_(map), texels_(texels) {
@@ -37,7 +37,7 @@ class ChangeMeter {
   std::vector<double> before_, error_;
 };
 
-// Returns how many values were held at zero.
+// Returns the number of values clamped at zero.
 uint64_t apply(const std::vector<float>& before, const std::vector<uint32_t>& texels,
                const std::vector<double>& change, std::vector<float>& plane) {
   const bool negative = std::any_of(before.begin(), before.end(), [](float v) { return v < 0; });
@@ -70,7 +70,7 @@ void solve_planes(Lightmap& map, std::span<const SeamEquation> equations, std::s
   report.residual = solution.residual;
 }
 
-// Planes are moved one by one: where little light is, a direction may come out longer than the light. It is
+// Planes are corrected independently, so in dim light a direction may become longer than the light; it is
 // shortened.
 uint64_t shorten_directions(Lightmap& map, std::span<const uint32_t> texels) {
   uint64_t shortened = 0;

@@ -9,24 +9,24 @@ namespace {
 
 constexpr size_t kMaxPartners = 256;
 constexpr double kPointsPerTexel = 4;
-// In texels. Of stretches of less (triangles finer than texels) only so many have a point that they make one
-// of this length together.
+// In texels. Shorter stretches (triangles finer than texels) share one point per this much total length.
 constexpr double kMinPoint = 1.0 / 16;
-// Shorter common stretches, in texels: edges that go on one another along a line touch in a point.
+// Minimum length of a common stretch, in texels: edges that continue one another along a line touch in a
+// point.
 constexpr double kShortest = 1.0 / 256;
-// Largest cosine between the directions into the two faces: a fold down to 84 degrees, so that the corner of
-// a box with one smooth normal is in and a sheet turned back on itself is not.
+// Largest cosine between the directions into the two faces: a fold down to 84 degrees, which includes the
+// corner of a box with one smooth normal and excludes a sheet folded back on itself.
 constexpr float kMaxFold = 0.1f;
 // Both sides read the same place when their coordinates agree to this, in texels.
 constexpr double kSamePlace = 1e-3;
 
 double tolerance_of(const BorderEdge& e, const SeamSettings& settings) {
-  // Coordinates come from floats: far from the origin their spacing is what decides.
+  // Coordinates are floats: far from the origin their spacing sets the tolerance.
   const DVec3 a = glm::max(glm::abs(e.p[0]), glm::abs(e.p[1]));
   return settings.tolerance_texels * double{e.texel_size} + 0x1p-21 * std::max({a.x, a.y, a.z});
 }
 
-// The t in [lo, hi] with |d0 + t d1| <= most. False if there is none.
+// Restricts [lo, hi] to t with |d0 + t d1| <= most; false if empty.
 bool within_distance(const DVec3& d0, const DVec3& d1, double most, double& lo, double& hi) {
   const double a = dot(d1, d1), b = dot(d0, d1), c = dot(d0, d0) - most * most;
   if (a * hi * hi < 1e-12 * most * most) return c <= 0;
@@ -64,7 +64,7 @@ struct Pair {
   auto operator<=>(const Pair&) const = default;
 };
 
-// Pairs found from either edge: a long edge with many short partners gives up some, which find it.
+// Pairs are found from either edge: a long edge drops some of its many short partners, which still find it.
 std::vector<Pair> partners(std::span<const BorderEdge> edges, const EdgeTree& tree, uint32_t i,
                            const SeamSettings& settings) {
   std::vector<Pair> found;
@@ -83,7 +83,7 @@ DVec3 normal_at(const BorderEdge& e, double t) {
   return DVec3(e.normal[0]) * (1 - t) + DVec3(e.normal[1]) * t;
 }
 
-// Is something standing on a place?
+// Whether something stands on a point.
 class ContactMap {
  public:
   explicit ContactMap(std::span<const ContactLine> contacts) : lines_(as_edges(contacts)), tree_(lines_) {}
@@ -150,7 +150,7 @@ std::vector<SeamStretch> coincident_stretches(std::span<const BorderEdge> edges,
 std::vector<SeamPoint> seam_points(std::span<const BorderEdge> edges, std::vector<SeamStretch>& stretches,
                                    std::span<const ContactLine> contacts, const SeamSettings& settings) {
   const ContactMap standing(contacts);
-  // Less what rounding of unit normals does (a twelfth of a degree).
+  // Minus the rounding of unit normals (a twelfth of a degree).
   const double least_cosine =
       double{sincos_turns(static_cast<float>(settings.angle_degrees / 360)).cos} - 1e-6;
   const auto points_on = [&](const SeamStretch& s, std::vector<SeamPoint>& points) {

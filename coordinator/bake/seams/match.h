@@ -1,4 +1,4 @@
-// The seam graph: where borders of charts lie on each other in the world and the surface goes on across.
+// The seam graph: where chart borders coincide in the world and the surface continues across.
 #pragma once
 
 #include <map>
@@ -9,12 +9,12 @@
 namespace kiln {
 
 struct SeamSettings {
-  // Largest angle between the shading normals of both sides. Where one surface goes on they agree to the
-  // rounding of a file's normals (0.5 degrees in 8 bits). The flattest facets that should show have 5: a
-  // cylinder of 72.
+  // Largest angle between the shading normals of both sides. On one surface they agree to the rounding of a
+  // file's normals (0.5 degrees in 8 bits). The flattest facets that should stay visible differ by 5: a
+  // cylinder of 72 sides.
   double angle_degrees = 5;
-  // Largest distance of the two sides, in texels of the finer one. Float placement and gaps that nobody
-  // sees are less; what is an object's own step or frame is more at any density that shows it.
+  // Largest distance of the two sides, in texels of the finer one. Float rounding and invisible gaps are
+  // smaller; a real step or frame is larger at any density that resolves it.
   double tolerance_texels = 0.125;
 };
 
@@ -29,11 +29,11 @@ struct SeamStretch {
   double metres = 0;
 };
 
-// A place on a seam, as both sides' lookups see it.
+// A point on a seam, as read by both sides' lookups.
 struct SeamPoint {
   DVec2 texel[2];
   uint32_t page[2], placement[2];
-  double texels = 0;  // the length of seam it stands for, in texels of the finer side
+  double texels = 0;  // the length of seam it represents, in texels of the finer side
 };
 
 // Common stretches of collinear edges whose faces lie on opposite sides of them, in order. Ends need not
@@ -42,10 +42,10 @@ struct SeamPoint {
 std::vector<SeamStretch> coincident_stretches(std::span<const BorderEdge> edges,
                                               const SeamSettings& settings);
 
-// Places along the stretches, eight a texel of the finer side, and one for several of those stretches that
-// are much shorter, where the shading normals agree. Where both sides read the same texels (the chart goes
-// on) is no seam. Nor are places on a line of `contacts`, where something stands on the surface and light
-// differs on either side of it. Stretches without a place are dropped.
+// Points along the stretches where the shading normals agree, eight per texel of the finer side, and one for
+// several stretches that are much shorter. There is no seam where both sides read the same texels (the chart
+// continues), or on a line of `contacts`, where something stands on the surface and light differs on either
+// side. Drops stretches without a point.
 std::vector<SeamPoint> seam_points(std::span<const BorderEdge> edges, std::vector<SeamStretch>& stretches,
                                    std::span<const ContactLine> contacts, const SeamSettings& settings);
 
@@ -54,8 +54,8 @@ struct FoundSeams {
   std::vector<SeamPoint> points;
 };
 
-// The seams of an atlas, looked for once and kept: a bake asks for them when texels are linked, filled,
-// joined and encoded. `scene` and `atlas` outlive it. For one thread.
+// The seams of an atlas, found once and cached: a bake needs them to link, fill, match and encode texels.
+// `scene` and `atlas` outlive it. Not thread-safe.
 class SeamFinder {
  public:
   SeamFinder(const Scene& scene, const Atlas& atlas) : scene_(scene), atlas_(atlas) {}

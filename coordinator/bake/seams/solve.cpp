@@ -80,7 +80,7 @@ Eigen::MatrixXd right_sides(const LeastSquares& p, const Part& part, const std::
   return b;
 }
 
-// Solves with one matrix again and again.
+// Solves repeatedly with one matrix.
 class Inverse {
  public:
   Inverse(Matrix a, const SolveSettings& settings) : a_(std::move(a)) {
@@ -109,7 +109,7 @@ class Inverse {
   Eigen::ConjugateGradient<Matrix, Eigen::Lower> gradients_;
 };
 
-// A part with its matrices and what they solved.
+// A component with its matrices and solutions.
 class PartSolver {
  public:
   PartSolver(const LeastSquares& p, const Part& part, const std::vector<uint32_t>& place,
@@ -119,7 +119,7 @@ class PartSolver {
     if (b_.isZero(0)) return;
     Matrix a = normal_matrix(p, part, place);
     if (!limits.low.empty()) {
-      // Between what holds a texel where it is and what joins it: the rounds then find both alike.
+      // Between the weights of the value and seam terms, so that the rounds converge equally fast for both.
       constexpr double kPenalty = 1.0 / 16;
       penalty_ = kPenalty * Eigen::VectorXd(a.diagonal());
       Matrix penalised = a;
@@ -130,7 +130,7 @@ class PartSolver {
   }
   bool is_zero() const { return !free_; }
 
-  // Of one right side, into its corrections; returns the residual of the free solution.
+  // Solves one right-hand side into its corrections; returns the residual of the unconstrained solution.
   double solve(size_t side, std::vector<double>& out) const {
     const Eigen::VectorXd b = b_.col(static_cast<Eigen::Index>(side));
     if (b.isZero(0)) return 0;
@@ -172,7 +172,7 @@ class PartSolver {
 
 Solution solve(const LeastSquares& problem, const std::vector<std::vector<double>>& targets,
                const SolveLimits& limits, const SolveSettings& settings) {
-  // Parts of more unknowns are solved one after the other, their right sides at once.
+  // Components with more unknowns are solved one by one, with their right-hand sides in parallel.
   constexpr size_t kLarge = 1 << 14;
   const std::vector<Part> parts = parts_of(problem);
   Solution solution;

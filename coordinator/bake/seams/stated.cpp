@@ -3,7 +3,7 @@
 namespace kiln {
 namespace {
 
-// Squared size of the move of texel i in functions whose planes follow each other by colour: E, or a band.
+// Squared correction of texel i in functions with consecutive planes by colour: E, or a band.
 double squared_move(const Lightmap& map, const SeamBackup& before, const std::vector<size_t>& first,
                     uint32_t texel, size_t i) {
   double square = 0;
@@ -26,7 +26,7 @@ void raise(std::vector<float>& stated, const Lightmap& map, std::span<const uint
   }
 }
 
-// Places in before.planes of the red planes whose names begin so.
+// Indices in before.planes of the red planes with this name prefix.
 std::vector<size_t> red_planes(const Lightmap& map, const SeamBackup& before, const std::string& prefix) {
   std::vector<size_t> first;
   for (size_t k = 0; k + 2 < before.planes.size(); ++k) {

@@ -1,4 +1,4 @@
-// How large the steps of light across seams are, as somebody sees them.
+// The size of steps of light across seams, as a viewer would see them.
 #pragma once
 
 #include <span>
@@ -7,12 +7,11 @@
 
 namespace kiln {
 
-// Of |side 0 - side 1| of the luminance of E at every equation, relative to the mean of both or to
-// kDarkStep of the map's mean, whichever is more: a step between two texels that are as good as black is
-// seen by nobody.
+// Statistics of |side 0 - side 1| of the luminance of E over all equations, relative to the mean of both or
+// to kDarkStep of the map's mean, whichever is larger: a step between two nearly black texels is invisible.
 struct SeamSteps {
   double largest = 0, rms = 0;
-  double p99 = 0;  // 99 % of the length of all seams, in texels, has no larger one
+  double p99 = 0;  // 99th percentile by length of seam, in texels
 };
 constexpr double kDarkStep = 0.01;  // as ErrorNorm::kMeanSquare and relMSE take it
 

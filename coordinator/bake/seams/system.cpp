@@ -69,7 +69,7 @@ void add_rows(std::span<const SeamEquation> equations, std::span<const SeamDoubt
   }
 }
 
-// The mean of the inverse: of the darkest point that reads a texel.
+// Inverse mean, dominated by the darkest point that reads a texel.
 std::vector<double> noise_of_texels(std::span<const SeamDoubt> doubts, const SeamUnknowns& u) {
   std::vector<double> inverse(u.texels.size(), 0.0), weight(u.texels.size(), 0.0);
   for (size_t r = 0; r < doubts.size(); ++r) {
@@ -121,7 +121,7 @@ void leave_out(const Lightmap& map, std::span<const SeamEquation> equations,
     const std::vector<double> c = solve(unknowns.problem, target).corrections[0];
     bool any = false;
     for (LeastSquares::Row& row : unknowns.problem.rows) {
-      double most = 0;  // squared; texels that are hardly read count less
+      double most = 0;  // squared; texels read with small weights count less
       for (uint32_t k = 0; row.weight > 0 && k < row.count; ++k)
         most = std::max(most, std::abs(double{row.factor[k]}) * c[row.unknown[k]] * c[row.unknown[k]] /
                                   unknowns.noise[row.unknown[k]]);

@@ -19,7 +19,7 @@ namespace {
 
 constexpr uint64_t kMaxListBytes = 16 << 20;
 constexpr int64_t kMaxDays = 36500;
-constexpr int64_t kSkew = 300;  // s: a certificate is good on machines whose clock is a little late
+constexpr int64_t kSkew = 300;  // s: a certificate is valid on machines whose clock is slightly behind
 
 Expected<std::string> read_text(const fs::path& path) {
   KILN_TRY(const Bytes bytes, read_file(path, kMaxListBytes));
@@ -64,8 +64,8 @@ std::string issued_line(const Certificate& c) {
   return text("{} {} {} {}\n", c.identity.serial, c.identity.name, roles, c.identity.not_after);
 }
 
-// With the lock held. The line is on disk before the certificate is handed out: it can always be revoked by
-// name.
+// With the lock held. The line is on disk before the certificate is returned, so that it can always be
+// revoked by name.
 Expected<std::string> sign_and_note(const fs::path& dir, const std::string& request, const IssueWish& wish,
                                     int64_t now) {
   KILN_TRY_STATUS(check_days(wish.days));

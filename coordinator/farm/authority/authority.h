@@ -1,9 +1,9 @@
-// The folder of a farm's authority: who may be what. Its owner is whoever can read ca.key.
+// The folder of a farm's certificate authority. Whoever can read ca.key controls the farm.
 //   ca.pem, ca.key   the authority; ca.pem goes to every machine, ca.key to none
 //   issued           a line for each certificate: serial, name, roles, end
-//   revoked          serials that are no longer good (common/tls/revocation.h)
+// revoked serials of revoked certificates (common/tls/revocation.h)
 //   tokens           join tokens by their digests (tokens.h)
-// Every change is made under a lock and by rename, so that a crash leaves the old state or the new one.
+// Every change happens under a lock and by rename, so that a crash leaves either the old or the new state.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@ namespace kiln {
 
 constexpr int64_t kSecondsADay = 86400;
 
-// Makes the folder and a new authority. Fails (kUsage) if the folder has one.
+// Creates the folder and a new authority. Fails (kUsage) if the folder already has one.
 Expected<Certificate> make_authority_folder(const std::filesystem::path& dir, const std::string& name,
                                             int64_t days, int64_t now);
 
@@ -29,10 +29,10 @@ struct IssueWish {
 };
 
 // Makes a key and a certificate in the folder `out`: ca.pem, cert.pem, key.pem. A coordinator needs a host.
-// Ends with the authority at the latest.
+// It expires no later than the authority.
 Expected<Certificate> issue(const std::filesystem::path& dir, const IssueWish& wish,
                             const std::filesystem::path& out, int64_t now);
-// Signs a machine's own request under the name that it states. The certificate's text.
+// Signs a machine's own request under the name it states. Returns the certificate as PEM.
 Expected<std::string> sign(const std::filesystem::path& dir, const std::string& request,
                            const IssueWish& wish, int64_t now);
 
@@ -43,12 +43,12 @@ struct IssuedRecord {
 };
 Expected<std::vector<IssuedRecord>> read_issued(const std::filesystem::path& dir);
 
-// Adds a serial to `revoked`, or those of all certificates of a name that have not ended. Returns what is
-// revoked now and was not before. Fails (kUsage) if nothing issued here is meant.
+// Adds a serial to `revoked`, or those of all unexpired certificates of a name. Returns the newly revoked
+// ones. Fails (kUsage) if nothing issued here matches.
 Expected<std::vector<IssuedRecord>> revoke(const std::filesystem::path& dir,
                                            const std::string& serial_or_name, int64_t now);
 
-// Held while the folder is changed, against other threads and processes.
+// Held during changes of the folder, against other threads and processes.
 class AuthorityLock {
  public:
   static Expected<AuthorityLock> take(const std::filesystem::path& dir);

@@ -42,7 +42,7 @@ Expected<Certificate> read_ca(const fs::path& dir, std::string& pem) {
   return std::move(*ca);
 }
 
-// Takes a use off the token, on disk.
+// Decrements the token's uses, on disk.
 Expected<Role> take_use(const fs::path& dir, const JoinToken& token, int64_t now) {
   KILN_TRY(const AuthorityLock lock, AuthorityLock::take(dir));
   KILN_TRY(std::vector<TokenRecord> records, read_tokens(dir));
@@ -90,7 +90,7 @@ Expected<JoinToken> make_token(const fs::path& dir, Role role, uint32_t uses, in
 Expected<Enrolment> redeem_token(const fs::path& dir, const std::string& typed, const std::string& request,
                                  int64_t now) {
   KILN_TRY(const JoinToken token, parse_join_token(typed));
-  KILN_TRY(const std::string name, request_name(request));  // before a use is taken
+  KILN_TRY(const std::string name, request_name(request));  // before a use is spent
   Enrolment enrolment;
   KILN_TRY_STATUS(read_ca(dir, enrolment.authority).map([](const auto&) {}));
   KILN_TRY(const Role role, take_use(dir, token, now));

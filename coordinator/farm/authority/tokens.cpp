@@ -18,7 +18,7 @@ bool is_hex(std::string_view text, size_t digits) {
          });
 }
 
-// The text up to `separator`, which is taken off too.
+// Removes and returns the text up to `separator`; removes the separator too.
 std::string_view next_field(std::string_view& rest, char separator) {
   const size_t end = std::min(rest.find(separator), rest.size());
   const std::string_view field = rest.substr(0, end);

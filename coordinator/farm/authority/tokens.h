@@ -1,4 +1,4 @@
-// Join tokens: words by which a new machine gets its certificate. Only their digests are kept.
+// Join tokens, with which a new machine gets its certificate. Only their digests are stored.
 #pragma once
 
 #include <cstdint>
@@ -12,8 +12,8 @@
 
 namespace kiln {
 
-// "kiln-ID-SECRET-AUTHORITY", all hex: 8, 32 and 64 digits. The machine that joins knows by the last part,
-// the SHA-256 of the authority's certificate, that it talks to the right coordinator
+// "kiln-ID-SECRET-AUTHORITY", all hex: 8, 32 and 64 digits. The last part, the SHA-256 of the authority's
+// certificate, lets the joining machine verify that it talks to the right coordinator
 // (TlsContext::for_enrolment).
 struct JoinToken {
   std::string id, secret;
@@ -27,7 +27,7 @@ struct TokenRecord {
   std::string id;
   Digest secret;  // SHA-256 of the secret's digits
   Role role = Role::kWorker;
-  uint32_t uses = 0;    // that are left
+  uint32_t uses = 0;    // remaining
   int64_t expires = 0;  // seconds since 1970
   bool operator==(const TokenRecord&) const = default;
 };
@@ -35,16 +35,16 @@ struct TokenRecord {
 Expected<std::vector<TokenRecord>> parse_token_file(std::string_view file);
 std::string print_token_file(const std::vector<TokenRecord>& records);
 
-// Makes a token. Roles: worker, read or submit; a coordinator's or an admin's certificate is issued by hand.
+// Creates a token. Roles: worker, read or submit; coordinators' and admins' certificates are issued by hand.
 Expected<JoinToken> make_token(const std::filesystem::path& dir, Role role, uint32_t uses, int64_t hours,
                                int64_t now);
 
 struct Enrolment {
   std::string certificate, authority;  // PEM
 };
-// Takes one use of the token and signs the request (sign_request) for the name it states, for 365 days. The
-// use is on disk before the certificate is made: a crash between loses a use, and never gives one twice.
-// Errors (kUsage) do not say whether the token never was, has ended or is used up, but to the log.
+// Uses the token once and signs the request (sign_request) for the name it states, for 365 days. The use is
+// on disk before the certificate exists: a crash in between loses a use but never allows one twice. Errors
+// (kUsage) do not reveal whether the token never existed, expired or is used up; the log does.
 Expected<Enrolment> redeem_token(const std::filesystem::path& dir, const std::string& token,
                                  const std::string& request, int64_t now);
 

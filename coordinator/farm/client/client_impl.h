@@ -19,12 +19,13 @@ class ServiceClientImpl final : public ServiceClient {
   Status download(const Wanted& wanted, const std::filesystem::path& file, const Progress& progress) override;
 
  private:
-  // One try on one connection: kUnavailable with `link_` gone means that it was lost.
+  // One attempt on one connection: kUnavailable with `link_` reset means that the connection was lost.
   Expected<std::string> ask(const std::string& verb, const std::string& document);
   Status send_file(const std::filesystem::path& file, const Digest& digest, uint64_t size,
                    const Progress& progress);
   Status receive_file(const Wanted& wanted, const std::filesystem::path& part, const Progress& progress);
-  // Again, on a new connection, while it is lost and the last try that got on is less than half a minute ago.
+  // Retries on a new connection while connections are lost and the last progress was less than half a minute
+  // ago.
   template <class Result, class Try>
   Result again(const Try& attempt);
 
@@ -32,7 +33,7 @@ class ServiceClientImpl final : public ServiceClient {
   std::unique_ptr<ClientConnection> link_;
   std::string role_;
   uint64_t last_id_ = 0;
-  uint64_t moved_ = 0;  // counts what came through
+  uint64_t moved_ = 0;  // counts progress
   SteadyClock clock_;
 };
 

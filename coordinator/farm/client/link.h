@@ -1,4 +1,4 @@
-// Internal to coordinator/farm/client: one connection and the messages that came on it.
+// Internal to coordinator/farm/client: one connection and the messages received on it.
 #pragma once
 
 #include <deque>
@@ -13,11 +13,11 @@ namespace kiln {
 
 class ClientConnection {
  public:
-  // Says hello and waits for the welcome.
+  // Sends ClientHello and waits for the welcome.
   static Expected<std::unique_ptr<ClientConnection>> open(const ClientOptions& options);
 
   void send(const Message& message) { connection_->send(message); }
-  // The next Reply or ChunkPiece. kUnavailable: the connection is lost, or nothing came for `patience`.
+  // The next Reply or ChunkPiece. kUnavailable: the connection is lost, or nothing arrived for `patience`.
   Expected<Message> next(std::chrono::milliseconds patience);
   // Waits until less than `bytes` are queued.
   Status wait_for_room(size_t bytes, std::chrono::milliseconds patience);

@@ -25,7 +25,7 @@ Expected<std::string> ServiceClientImpl::ask(const std::string& verb, const std:
       return tl::unexpected<Error>(message.error());
     }
     auto* reply = std::get_if<Reply>(&*message);
-    if (!reply || reply->id != id) continue;  // of what was given up
+    if (!reply || reply->id != id) continue;  // of the abandoned transfer
     ++moved_;
     if (reply->ok) return std::move(reply->document);
     return fail(reply->kind, reply->document);

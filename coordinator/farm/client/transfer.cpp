@@ -1,4 +1,4 @@
-// Files to the coordinator and from it.
+// File uploads and downloads.
 #include <fstream>
 
 #include "common/base/files.h"
@@ -11,7 +11,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr uint64_t kPiece = 1u << 20;    // of an upload
-constexpr uint64_t kWindow = 16u << 20;  // sent before the coordinator is asked how much it has
+constexpr uint64_t kWindow = 16u << 20;  // sent before asking the coordinator how much it has
 constexpr auto kPatience = std::chrono::minutes(2);
 
 Expected<Digest> digest_of(const fs::path& file) {
@@ -114,7 +114,7 @@ Status ServiceClientImpl::receive_file(const Wanted& wanted, const fs::path& par
 }
 
 Status ServiceClientImpl::download(const Wanted& wanted, const fs::path& file, const Progress& progress) {
-  // Named by its content: the rest of another version is never gone on with.
+  // Named by its content, so that a part of another version is never resumed.
   const fs::path part =
       file.parent_path() / text(".{}.{}.part", file.filename().string(), wanted.digest.hex().substr(0, 16));
   std::error_code code;

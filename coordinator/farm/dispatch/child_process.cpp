@@ -53,7 +53,7 @@ Expected<ChildProcess> ChildProcess::spawn(const std::vector<std::string>& comma
   posix_spawn_file_actions_adddup2(&files, ends[1], 1);
   posix_spawn_file_actions_adddup2(&files, ends[1], 2);
   posix_spawn_file_actions_addclosefrom_np(&files, 3);
-  // Signals blocked or ignored here must work there.
+  // Signals blocked or ignored here must work in the child.
   posix_spawnattr_t attributes;
   posix_spawnattr_init(&attributes);
   sigset_t none, all;

@@ -17,13 +17,13 @@ class ChildProcess {
   static Expected<ChildProcess> spawn(const std::vector<std::string>& command,
                                       const std::vector<std::string>& environment);
   ChildProcess() = default;
-  ~ChildProcess();  // kills and reaps what still runs
+  ~ChildProcess();  // kills and reaps the process if it still runs
   ChildProcess(ChildProcess&& other) noexcept { *this = std::move(other); }
   ChildProcess& operator=(ChildProcess&& other) noexcept;
 
   bool running();  // reaps the process if it has ended
   void signal(int number);
-  std::vector<std::string> read_lines();  // complete lines so far; all of it once the process has ended
+  std::vector<std::string> read_lines();  // complete lines so far; everything once the process has ended
   pid_t pid() const { return pid_; }
   bool exited_with(int status) const;
   std::string how_it_ended() const;  // "exit status 2", "signal 11 (Segmentation fault)"

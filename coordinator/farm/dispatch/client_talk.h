@@ -1,4 +1,4 @@
-// People's programs on the same port as workers: who is let in, and what is done with what they say.
+// Clients on the workers' port: admission and handling of their messages.
 #pragma once
 
 #include <functional>
@@ -10,7 +10,7 @@
 
 namespace kiln {
 
-// The farm's end of a client's connection, on the farm's thread alone.
+// The farm's end of a client's connection; farm thread only.
 class ClientLink {
  public:
   virtual ~ClientLink() = default;
@@ -19,19 +19,19 @@ class ClientLink {
   virtual const std::string& peer() const = 0;  // "address:port"
 };
 
-// What is said by one client. Called on the farm's thread: anything that takes time is done elsewhere.
+// Handles one client's messages. Called on the farm's thread, so slow work must run elsewhere.
 class ClientTalk {
  public:
-  virtual ~ClientTalk() = default;       // the connection has ended: the link is gone
+  virtual ~ClientTalk() = default;       // the connection has ended and the link is invalid
   virtual std::string role() const = 0;  // for ClientWelcome
   virtual void on_request(Request request) = 0;
   virtual void on_piece(ChunkPiece piece) = 0;                // of an upload
   virtual Status on_chunk_request(ChunkRequest request) = 0;  // of a download; an error refuses the client
-  virtual void on_room() = 0;                                 // less than kChunkWriteBudget is queued again
+  virtual void on_room() = 0;                                 // less than kChunkWriteBudget is queued
 };
 
 struct ClientPort {
-  // Without TLS the identity is empty and the token decides; an error is told to the client.
+  // Without TLS the identity is empty and the token decides; errors are sent to the client.
   std::function<Expected<std::unique_ptr<ClientTalk>>(const ClientHello&, const PeerIdentity&, ClientLink&)>
       admit;
 };

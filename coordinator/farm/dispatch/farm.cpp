@@ -75,10 +75,10 @@ Status FarmImpl::open_on_loop() {
 
 void FarmImpl::close_on_loop() {
   timer_->cancel();
-  // A worker that is told goodbye ends. Those of a queue are to wait for the next coordinator: their
-  // connections just end, and they keep what was not acknowledged.
+  // Goodbye ends a worker. Workers of a queue must wait for the next coordinator instead: their connections
+  // just close, and they keep unacknowledged results.
   if (!settings_.comes_back) server_->dismiss_all("the coordinator ends");
-  // Their goodbyes get half a second; whoever is stopped or far away must not hold us.
+  // Wait half a second for goodbyes to be sent; stopped or slow peers must not delay us.
   bool late = false;
   timer_->after(std::chrono::milliseconds(500), [&] { late = true; });
   if (!settings_.comes_back) loop_.run_until([&] { return late || server_->connections() == 0; });

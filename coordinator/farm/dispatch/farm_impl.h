@@ -1,4 +1,4 @@
-// The farm's thread and what lives on it. Internal to coordinator/farm/dispatch.
+// The farm's thread and its state. Internal to coordinator/farm/dispatch.
 #pragma once
 
 #include <condition_variable>

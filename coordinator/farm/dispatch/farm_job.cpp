@@ -47,7 +47,7 @@ Status FarmJobImpl::check_units(const std::vector<WorkUnit>& units) const {
   return {};
 }
 
-// A cache has twelve bytes a texel, and every pass brings its own.
+// A cache has twelve bytes a texel, and every pass adds one.
 void FarmJobImpl::keep_named_chunks(const std::vector<WorkUnit>& units) {
   std::set<Digest> named;
   for (const WorkUnit& unit : units) named.insert(unit.cache);
@@ -135,7 +135,7 @@ Expected<PassEnd> FarmJobImpl::run_pass(std::vector<WorkUnit> list, int64_t dead
       server.end_pass(spec_.id);
       if (failed) server.fail_job(spec_.id, *failed);
     });
-    // What was settled up to the deadline counts.
+    // Results settled before the deadline count.
     while (!failed && end)
       if (auto event = port_->pop(0)) {
         const auto* delivered = std::get_if<DeliveredUnit>(&*event);

@@ -1,4 +1,4 @@
-// A conductor's end of a job. Internal to coordinator/farm/dispatch.
+// Implements a conductor's handle of a job. Internal to coordinator/farm/dispatch.
 #pragma once
 
 #include <set>
@@ -30,8 +30,8 @@ class FarmJobImpl final : public FarmJob {
   const std::shared_ptr<JobPort> port_;
   const uint32_t planes_;
   SteadyClock clock_;
-  FarmStatistics sums_;     // of what was merged
-  std::set<Digest> added_;  // chunks that the job has beside its scene
+  FarmStatistics sums_;     // of the merged results
+  std::set<Digest> added_;  // chunks of the job besides its scene
 };
 
 }  // namespace kiln

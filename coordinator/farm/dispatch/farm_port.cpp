@@ -5,7 +5,7 @@
 namespace kiln {
 namespace {
 
-constexpr uint64_t kMaxQueued = uint64_t{256} << 20;  // bytes of results that wait for their conductor
+constexpr uint64_t kMaxQueued = uint64_t{256} << 20;  // bytes of results waiting for their conductor
 
 uint64_t bytes_of_event(const PassEvent& event) {
   const auto* delivered = std::get_if<DeliveredUnit>(&event);
@@ -26,7 +26,7 @@ const WorkUnit* PassUnits::find(uint64_t id) const {
 void JobPort::push(PassEvent event) {
   {
     const std::lock_guard lock(mutex_);
-    // A conductor that falls behind reads results from the store, instead of all of them waiting in memory.
+    // A conductor that falls behind reads results from the store, so that they do not pile up in memory.
     if (auto* delivered = std::get_if<DeliveredUnit>(&event);
         delivered && durable_ && result_bytes_ > kMaxQueued)
       delivered->result.reset();

@@ -1,4 +1,4 @@
-// Between the farm's thread and a conductor's: what happened to the units of a pass, in order.
+// Events about the units of a pass, in order, from the farm's thread to a conductor's.
 // Internal to coordinator/farm/dispatch.
 #pragma once
 
@@ -16,7 +16,7 @@ namespace kiln {
 struct DeliveredUnit {
   uint64_t unit;
   Digest digest;
-  std::shared_ptr<const UnitResult> result;  // null: to be read from the store
+  std::shared_ptr<const UnitResult> result;  // null: read it from the store
 };
 struct SkippedUnit {
   uint64_t unit;
@@ -36,10 +36,11 @@ class JobPort {
   void push(PassEvent event);
   void fail_with(const Error& error);  // sticky
   void set_progress(const FarmProgress& progress);
-  // Drops what the last pass left. True: the job was rewound since, and its conductor has not heard it.
+  // Drops events of the last pass. Returns true if the job was rewound since and its conductor does not know
+  // yet.
   bool clear();
 
-  // The conductor's thread. Waits at most `ms` for an event; nothing: none came, or there is an error.
+  // The conductor's thread. Waits at most `ms` for an event; nullopt if none arrived, or on an error.
   std::optional<PassEvent> pop(int64_t ms);
   std::optional<Error> error() const;
   FarmProgress progress() const;

@@ -1,4 +1,4 @@
-// What a person or a metrics collector may want to know of a farm at one moment.
+// A snapshot of the farm for users and metrics collectors.
 #pragma once
 
 #include <string>
@@ -16,7 +16,7 @@ struct WorkerStatus {
   std::string state;  // "baking", "idle", "preparing", "silent", "leaving", "benched"
   uint32_t units_held = 0, credits = 0;
   uint64_t units_done = 0, units_failed = 0, rays = 0;
-  double rays_per_second = 0;  // of what it delivered in the last minute
+  double rays_per_second = 0;  // over the results of the last minute
   uint64_t agreed = 0;
   uint64_t queued_bytes = 0;  // waiting to be sent to it
 };
@@ -35,7 +35,7 @@ struct FarmStatus {
   std::vector<FarmJobStatus> jobs;
   uint64_t connections = 0, clients = 0;
   uint64_t results = 0, rays = 0, duplicates = 0, refused_connections = 0, expelled = 0;  // since the start
-  std::string held_for;  // why nothing is handed out; empty: it is
+  std::string held_for;  // why no units are handed out; empty: they are
 };
 
 }  // namespace kiln

@@ -13,7 +13,7 @@
 namespace kiln {
 namespace {
 
-constexpr uint32_t kMaxRestarts = 5;  // of one slot; a machine that crashes workers more often is broken
+constexpr uint32_t kMaxRestarts = 5;  // per slot; a machine that crashes workers more often is broken
 constexpr int64_t kFirstPauseMs = 100;
 constexpr size_t kLastLines = 5;
 
@@ -47,7 +47,7 @@ void LocalWorkers::pass_on(Slot& slot) {
 void LocalWorkers::settle(Slot& slot, size_t number, int64_t now_ms, std::vector<std::string>& events) {
   slot.running = false;
   last_end_ = slot.process.how_it_ended();
-  // 2: refused, or wrongly called; it would be so again. 0: it was told to go.
+  // 2: refused, or wrong usage, which a restart would not fix. 0: dismissed.
   const bool crash = !slot.process.exited_with(0) && !slot.process.exited_with(2);
   slot.given_up = !crash || slot.restarts >= kMaxRestarts;
   events.push_back(text("local worker process {} (slot {}) ended with {}{}", slot.process.pid(), number,

@@ -1,4 +1,4 @@
-// Worker processes on this machine: the same program and protocol as on any other.
+// Worker processes on this machine, with the same program and protocol as remote ones.
 #pragma once
 
 #include <deque>
@@ -14,7 +14,7 @@ struct LocalWorkerSettings {
   std::string program;
   uint32_t count = 1, threads = 1;
   std::string address;  // host:port they connect to
-  std::string token;    // handed over in the environment: command lines are public
+  std::string token;    // passed in the environment, because command lines are public
 };
 
 class LocalWorkers {
@@ -22,9 +22,10 @@ class LocalWorkers {
   // The children die with the thread that calls start() and poll() (see worker/main.cpp).
   static Expected<LocalWorkers> start(const LocalWorkerSettings& settings);
 
-  // Reaps, restarts after a crash with growing pauses, passes their log lines on to standard error.
+  // Reaps workers, restarts them after a crash with growing pauses, and forwards their log lines to standard
+  // error.
   void poll(int64_t now_ms, std::vector<std::string>& events);
-  bool hopeless() const;           // none runs and none will be started again
+  bool hopeless() const;           // none runs and none will be restarted
   std::string last_words() const;  // how they ended and the last lines they wrote
   void stop();                     // SIGTERM, and SIGKILL for what still runs after a second
 

@@ -7,7 +7,7 @@
 namespace kiln {
 namespace {
 
-// Sums that cannot be: of counts beyond the samples, and of quantities that have no negative samples.
+// Impossible sums: counts beyond the samples, and negative sums of nonnegative quantities.
 const char* impossible(const double* sums, double samples, const MomentLayout& layout) {
   if (sums[kMomentInside] < 0 || sums[kMomentInside] > samples) return "primary rays inside of geometry";
   if (sums[kMomentPushed] < 0 || sums[kMomentPushed] > samples) return "samples of a moved place";

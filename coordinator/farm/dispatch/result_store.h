@@ -1,4 +1,4 @@
-// Where answers become durable. The farm calls from its own thread, conductors read from theirs.
+// Makes answers durable. Called by the farm on its thread; conductors read from theirs.
 #pragma once
 
 #include <functional>
@@ -16,7 +16,7 @@ class ResultStore {
  public:
   virtual ~ResultStore() = default;
   virtual bool durable() const { return true; }
-  // `stored` is called from any thread once the answer would survive a power cut; never, while it would not.
+  // Calls `stored`, from any thread, once the answer would survive a power cut, and never before.
   virtual void put(const StoreAnswer& answer, std::shared_ptr<const UnitResult> result,
                    std::function<void()> stored) = 0;
   virtual void settle(const Settle& settle) = 0;
@@ -25,13 +25,13 @@ class ResultStore {
   virtual void trust(const Trust& trust) = 0;
   virtual void quarantine(const Quarantine& quarantine) = 0;
   virtual void note(JobId job, const std::string& text) = 0;
-  virtual void end_job(JobId job) = 0;  // its results are needed no more by the farm
+  virtual void end_job(JobId job) = 0;  // the farm no longer needs its results
   // From a conductor's thread. An error means that the bytes are damaged: the unit is baked again.
   virtual Expected<std::shared_ptr<const UnitResult>> read(JobId job, uint64_t unit,
                                                            const Digest& digest) = 0;
 };
 
-// For a bake on one machine that begins anew after a crash. Keeps what may be asked for again.
+// For a bake on one machine, which starts over after a crash. Keeps results that may be requested again.
 class MemoryResultStore final : public ResultStore {
  public:
   void put(const StoreAnswer& answer, std::shared_ptr<const UnitResult> result,

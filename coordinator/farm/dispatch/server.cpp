@@ -11,7 +11,7 @@ namespace {
 
 constexpr uint32_t kMaxThreads = 4096;
 constexpr uint32_t kMaxCredits = 4 * kMaxThreads;
-constexpr uint64_t kMaxParkedBytes = uint64_t{256} << 20;  // of results whose units are not cut yet
+constexpr uint64_t kMaxParkedBytes = uint64_t{256} << 20;  // of results whose units do not exist yet
 constexpr int64_t kRateWindowMs = 60000;
 
 }  // namespace
@@ -110,7 +110,7 @@ Expected<WorkerId> Server::admit(const Hello& hello, Session& session) {
   }
   for (const auto& [id, other] : members_) {
     if (other.instance != hello.instance) continue;
-    // The process gave a connection up that we have not yet.
+    // The process closed a connection that we still consider open.
     Session* older = other.session;
     const WorkerId worker = id;
     Actions actions;
@@ -178,7 +178,7 @@ void Server::on_ready(Session& session, const std::string& numeric_class, const 
                            text("numeric class {} differs from the job's {}", numeric_class, its_class));
 }
 
-// On one machine nobody else will come.
+// On one machine no other worker will connect.
 void Server::fail_if_refused_by_all(JobId job, const std::string& reason) {
   if (settings_.others_may_come || !find_job(job)) return;
   const bool all = std::all_of(members_.begin(), members_.end(),
@@ -199,13 +199,13 @@ void Server::on_result(Session& session, Result&& result) {
   OpenJob* job = find_job(result.job);
   if (!job) return session.send(JobEnded{result.job, "it is not baked here any more"});
   if (!ledger_.knows(result.job, result.result.unit)) {
-    // A coordinator that was started again has not cut its units yet: the result waits for them.
+    // A restarted coordinator has not created its units yet: the result waits for them.
     const uint64_t bytes = result.result.moments.size() * sizeof(double) + sizeof(Result);
-    // A resumed job replays its passes: the result may be of one that comes later.
+    // A resumed job replays its passes: the result may belong to a later one.
     if (job->units && !job->resumed)
       return expel(worker, text("it answers unit {}, which nobody asked for", result.result.unit));
     if (parked_bytes_ + bytes > kMaxParkedBytes)
-      return;  // the worker keeps it, and delivers it when it connects anew
+      return;  // the worker keeps it and delivers it after reconnecting
     parked_bytes_ += bytes;
     job->parked.emplace_back(worker, std::move(result));
     return;

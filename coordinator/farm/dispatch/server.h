@@ -1,5 +1,5 @@
-// The coordinator's end of all connections: accepts them, feeds what they say to the ledger and does what the
-// ledger answers. One thread, the loop's.
+// The coordinator's end of all connections: accepts them, feeds their messages to the ledger and carries out
+// the ledger's actions. Runs on the loop's thread only.
 #pragma once
 
 #include <deque>
@@ -31,7 +31,7 @@ class Server final : public SessionHost {
   void close_job(JobId job);
   void change_job(JobId job, int32_t priority, bool paused);
   void add_chunk(JobId job, const Digest& id, std::shared_ptr<const Bytes> bytes);
-  void keep_chunks(JobId job, const std::set<Digest>& ids);  // of those that were added
+  void keep_chunks(JobId job, const std::set<Digest>& ids);  // among the added chunks
   void begin_pass(JobId job, std::shared_ptr<const PassUnits> units);
   void end_pass(JobId job);
   void fail_job(JobId job, const Error& error);
@@ -44,7 +44,7 @@ class Server final : public SessionHost {
 
   void tick();
   void note(JobId job, const std::string& text);
-  void dismiss_all(const std::string& reason);  // says goodbye to everyone and accepts nobody new
+  void dismiss_all(const std::string& reason);  // dismisses all workers and accepts no more
   FarmLedger& ledger() { return ledger_; }
 
  private:
@@ -57,8 +57,9 @@ class Server final : public SessionHost {
     MomentLayout layout;
     uint64_t rays = 0;
     std::deque<std::string> events;
-    bool resumed = false;                             // an earlier coordinator worked on it
-    std::vector<std::pair<WorkerId, Result>> parked;  // of units that are not cut yet, after a restart
+    bool resumed = false;  // started by an earlier coordinator
+    std::vector<std::pair<WorkerId, Result>>
+        parked;  // results of units that do not exist yet, after a restart
   };
   struct Member {  // a connected worker
     Session* session = nullptr;
@@ -109,13 +110,13 @@ class Server final : public SessionHost {
   std::unique_ptr<Listener> listener_;
   std::map<Session*, std::unique_ptr<Session>> sessions_;
   std::map<WorkerId, Member> members_;
-  std::map<uint64_t, std::string> expelled_;  // processes, for what
+  std::map<uint64_t, std::string> expelled_;  // processes and reasons
   std::map<JobId, OpenJob> jobs_;
   WorkerId last_worker_ = 0;
 
   std::deque<Action> todo_;
   bool performing_ = false;
-  std::map<AnswerKey, std::shared_ptr<const UnitResult>> arrived_;  // and not on disk yet
+  std::map<AnswerKey, std::shared_ptr<const UnitResult>> arrived_;  // received, not on disk yet
   uint64_t parked_bytes_ = 0;
   std::string held_for_;
   uint64_t results_ = 0, rays_ = 0, ended_duplicates_ = 0, refused_ = 0, expelled_count_ = 0;

@@ -1,11 +1,11 @@
-// What the ledger wants done, carried out.
+// Carries out the ledger's actions.
 #include "common/base/format.h"
 #include "common/base/log.h"
 #include "coordinator/farm/dispatch/server.h"
 
 namespace kiln {
 
-// Actions of events that happen while actions are carried out come after them.
+// Actions from events during the loop are queued behind the current ones.
 void Server::perform(Actions&& actions) {
   for (Action& action : actions) todo_.push_back(std::move(action));
   if (performing_) return;
@@ -86,7 +86,7 @@ void Server::give(WorkerId worker, const kiln::Unit& unit) {
 
 void Server::store(const StoreAnswer& answer) {
   const auto it = arrived_.find({answer.job, answer.unit, answer.digest});
-  if (it == arrived_.end()) return;  // its job ended in the same breath
+  if (it == arrived_.end()) return;  // its job ended in the same batch
   store_.put(answer, it->second, [this, answer, alive = alive_] {
     if (std::this_thread::get_id() == thread_) return on_stored(answer);
     const std::lock_guard lock(alive->mutex);
@@ -98,7 +98,7 @@ void Server::on_stored(const StoreAnswer& answer) {
   Actions actions;
   ledger_.stored(answer.job, answer.unit, answer.ticket, clock_.now_ms(), actions);
   perform(std::move(actions));
-  // Delivered from memory, if it was settled by this. While other actions wait, so does this.
+  // Deliver from memory if this settled it; wait while other actions are queued.
   if (performing_)
     loop_.post([this, answer] { arrived_.erase({answer.job, answer.unit, answer.digest}); });
   else

@@ -1,4 +1,4 @@
-// Jobs and their passes, and what is told about them.
+// Jobs, their passes and their status.
 #include <algorithm>
 
 #include "common/base/format.h"
@@ -9,7 +9,7 @@
 namespace kiln {
 namespace {
 
-constexpr size_t kMaxEvents = 2000;  // of a job, for the report
+constexpr size_t kMaxEvents = 2000;  // events kept per job, for the report
 
 }  // namespace
 

@@ -9,7 +9,7 @@ namespace kiln {
 namespace {
 
 constexpr auto kHandShakePatience = std::chrono::seconds(10);
-constexpr size_t kMaxWanted = 1u << 17;  // chunk ids that wait for one worker
+constexpr size_t kMaxWanted = 1u << 17;  // chunk ids queued for one worker
 constexpr size_t kMaxJobClasses = 1u << 12;
 
 bool of_minor_1(const Message& message) {
@@ -151,7 +151,7 @@ void Session::greet_client(ClientHello& hello) {
 
 void Session::request(const ChunkRequest& request) {
   if (wanted_.size() + request.ids.size() > kMaxWanted) return refuse("too many chunks asked for at once");
-  // A chunk of a job that has ended meanwhile: the worker is told of the end.
+  // A chunk of a job that has ended meanwhile: the worker is notified separately.
   for (const Digest& id : request.ids)
     if (host_.chunk(id)) wanted_.push_back(id);
   compress_ = request.compress;

@@ -1,5 +1,5 @@
-// One peer's connection: a worker's or a person's program. Hand-shake, chunks on request, and messages turned
-// into calls of the host.
+// One peer's connection, worker or client: the handshake, chunks on request, and messages turned into calls
+// of the host.
 #pragma once
 
 #include <deque>
@@ -16,14 +16,14 @@ namespace kiln {
 
 class Session;
 
-// What a session needs of the coordinator. Calls come from the loop, one at a time.
+// The coordinator as seen by a session. Calls come from the loop, one at a time.
 class SessionHost {
  public:
   virtual ~SessionHost() = default;
-  // Checks the token, the certificate and the history of the worker; yields its number, or why it is refused.
+  // Checks the worker's token, certificate and history; returns its number, or why it is refused.
   virtual Expected<WorkerId> admit(const Hello& hello, Session& session) = 0;
   virtual Welcome welcome(WorkerId worker) const = 0;
-  virtual void on_admitted(Session& session) = 0;  // Welcome is on its way
+  virtual void on_admitted(Session& session) = 0;  // Welcome has been queued
   virtual Expected<std::unique_ptr<ClientTalk>> admit_client(const ClientHello& hello, Session& session) = 0;
   virtual const Bytes* chunk(const Digest& id) const = 0;
   virtual void on_heard(Session& session) = 0;
@@ -33,7 +33,7 @@ class SessionHost {
   virtual void on_result(Session& session, Result&& result) = 0;
   virtual void on_unit_failed(Session& session, const UnitFailed& failed) = 0;
   virtual void on_drain(Session& session, const Drain& drain) = 0;
-  // Last call. `orderly`: the peer said goodbye or we told it to go.
+  // Last call. `orderly`: either side said goodbye.
   virtual void on_closed(Session& session, bool orderly, const std::string& reason) = 0;
 };
 
@@ -41,14 +41,14 @@ class Session final : public ClientLink {
  public:
   Session(EventLoop& loop, SessionHost& host, std::unique_ptr<Connection> connection);
   void start();
-  // Messages that the peer's minor does not have are not sent to it.
+  // Does not send messages that the peer's minor lacks.
   void send(const Message& message) override;
   size_t queued_bytes() const override { return connection_->queued_bytes(); }
   const std::string& peer() const override { return peer_; }
   void refuse(const std::string& reason);   // tells the peer why, then closes
   void goodbye(const std::string& reason);  // closes in order
 
-  WorkerId worker() const { return worker_; }  // 0: not a worker, or before the hand-shake
+  WorkerId worker() const { return worker_; }  // 0: not a worker, or before the handshake
   bool is_client() const { return talk_ != nullptr; }
   const std::string& name() const { return name_; }
   uint8_t peer_minor() const { return peer_minor_; }

@@ -1,4 +1,4 @@
-// What the ledger wants done, in this order.
+// Actions that the ledger requests, to be carried out in order.
 #pragma once
 
 #include <string>
@@ -10,7 +10,7 @@
 
 namespace kiln {
 
-struct Assign {  // send the job; the worker answers with its class and its credits, or that it cannot
+struct Assign {  // send the job; the worker replies with its class and credits, or that it cannot bake it
   WorkerId worker;
   JobId job;
 };
@@ -24,41 +24,41 @@ struct Grant {
   JobId job;
   uint64_t lease, unit;
 };
-struct Recall {  // tell the worker not to begin the unit
+struct Recall {  // tell the worker not to start the unit
   WorkerId worker;
   JobId job;
   uint64_t unit;
 };
-struct StoreAnswer {  // make the answer just given durable, then call stored()
+struct StoreAnswer {  // make the answer just received durable, then call stored()
   WorkerId worker;
   std::string identity;
   JobId job;
   uint64_t unit, shape;
   Digest digest;
-  uint64_t ticket;  // to hand to stored()
+  uint64_t ticket;  // argument of stored()
 };
-struct Settle {  // this answer is the unit's result: durable, and agreed on as far as asked for
+struct Settle {  // this answer is the unit's result: durable, and agreed on as required
   JobId job;
   uint64_t unit;
   Digest digest;
   bool verified;
-  std::string identity;  // who stands for it: whoever was first may have been caught since
+  std::string identity;  // the identity that vouches for it: the first voter may have been quarantined since
 };
 struct Deliver {  // to the merge; once per unit and pass
   JobId job;
   uint64_t unit;
   Digest digest;
 };
-struct Revoke {  // forget these answers on disk: whoever gave them was caught giving wrong ones
+struct Revoke {  // delete these answers from disk: their worker gave wrong ones
   JobId job;
   uint64_t unit;
   Digest digest;
 };
-struct Rewind {  // results that were delivered are revoked: merge again from the first pass
+struct Rewind {  // delivered results are revoked: merge again from the first pass
   JobId job;
   std::string reason;
 };
-struct PinClass {  // results of this numeric class only
+struct PinClass {  // accept results of this numeric class only
   JobId job;
   std::string numeric_class;
 };
@@ -68,18 +68,18 @@ struct Acknowledge {  // the worker may forget its result
   uint64_t unit;
   Digest digest;
 };
-struct Trust {  // remember how often the worker's answers agreed with another's
+struct Trust {  // store how often the worker's answers agreed with another's
   std::string identity;
   uint64_t agreed;
 };
-struct Quarantine {  // remember, and admit no more
+struct Quarantine {  // store the quarantine, and refuse the worker from now on
   std::string identity, reason;
 };
 struct Expel {  // tell the worker why and close its connection; then call leave()
   WorkerId worker;
   std::string reason;
 };
-struct SkipUnit {  // it has failed for good and the job goes on without it
+struct SkipUnit {  // it failed permanently and the job continues without it
   JobId job;
   uint64_t unit;
   std::string reason;
@@ -91,7 +91,7 @@ struct FailJob {
 struct PassComplete {
   JobId job;
 };
-struct Note {  // for the report and the log; job 0: of the farm
+struct Note {  // for the report and the log; job 0: about the farm
   JobId job;
   std::string text;
 };

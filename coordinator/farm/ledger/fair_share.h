@@ -1,5 +1,5 @@
-// Whose turn it is: weighted fair queueing of users over thread time. A user's virtual time runs forward by
-// thread time used / weight; the runnable user whose virtual time is least is served next.
+// Weighted fair queueing of users over thread time. A user's virtual time advances by thread time used /
+// weight; the runnable user with the smallest virtual time is served next.
 #pragma once
 
 #include <map>
@@ -10,7 +10,7 @@
 
 namespace kiln {
 
-using UserId = uint32_t;  // in the order in which users were first named
+using UserId = uint32_t;  // in order of first appearance
 
 class FairShare {
  public:
@@ -19,15 +19,14 @@ class FairShare {
 
   UserId intern(const std::string& name);
   size_t size() const { return users_.size(); }
-  // The user has runnable work from now on, after having had none: what it did not use meanwhile is not saved
-  // up.
+  // The user becomes runnable after having been idle: unused time is not saved up.
   void wake(UserId user);
   void sleep(UserId user) { users_[user].awake = false; }
   void charge(UserId user, double thread_ms, double weight);
   double virtual_time(UserId user) const { return users_[user].virtual_time; }
   double used_ms(UserId user) const { return users_[user].used_ms; }  // thread time, for `why` and tests
   double used_ms(const std::string& name) const;                      // 0: unknown
-  // Threads that are the user's now, or on their way to it.
+  // Threads that serve the user now, or are switching to it.
   void add_threads(UserId user, double threads) { users_[user].threads += threads; }
   double threads(UserId user) const { return users_[user].threads; }
   const std::string& name(UserId user) const { return users_[user].name; }

@@ -7,8 +7,8 @@
 namespace kiln {
 namespace {
 
-constexpr size_t kMaxDifferentAnswers = 5;  // of one unit, before the job itself is held to be at fault
-constexpr double kRateMemory = 0.2;         // of the newest result in a worker's rate
+constexpr size_t kMaxDifferentAnswers = 5;  // of one unit, before the job itself is considered at fault
+constexpr double kRateMemory = 0.2;         // weight of the newest result in a worker's rate
 
 }  // namespace
 
@@ -25,7 +25,7 @@ void FarmLedger::result(WorkerId worker_id, JobId job_id, uint64_t unit_id, cons
   }
   if (identities_[worker->identity].quarantined) return;
   const auto its_class = worker->classes.find(job_id);
-  if (its_class == worker->classes.end()) return;  // it comes again when the worker is ready for the job
+  if (its_class == worker->classes.end()) return;  // it is sent again when the worker is ready for the job
   if (its_class->second != job->traits.numeric_class) {
     if (worker->job != job_id)
       out.push_back(Release{worker_id, job_id, "the job needs another numeric class"});
@@ -36,7 +36,7 @@ void FarmLedger::result(WorkerId worker_id, JobId job_id, uint64_t unit_id, cons
     job->turnaround_ms += static_cast<double>(now - since);
     job->turnaround_weight += unit->weight;
     const double ms = std::max(1.0, static_cast<double>(now - std::max(since, worker->busy_since)));
-    const double rate = unit->weight / ms;  // of all its threads: results come in between each other
+    const double rate = unit->weight / ms;  // over all its threads, whose results interleave
     worker->rate = worker->rate > 0 ? worker->rate + kRateMemory * (rate - worker->rate) : rate;
     worker->busy_since = now;
     charge(*worker, now);
@@ -50,13 +50,13 @@ void FarmLedger::result(WorkerId worker_id, JobId job_id, uint64_t unit_id, cons
   } else {
     vote(job_id, *job, unit_id, *unit, worker_id, digest, now, out);
     enqueue(*job, unit_id,
-            *unit);  // its lease is free now, and the vote may have been one that counted already
+            *unit);  // its lease is free now, and the vote may already have counted
   }
   if (find_worker(worker_id)) serve(worker_id, now, out);
 }
 
-// The worker's lease of the unit. Which one a message names does not matter: a claim after a reconnect made a
-// new one.
+// The worker's lease of the unit. The lease that a message names does not matter: a claim after a reconnect
+// creates a new one.
 uint64_t FarmLedger::lease_of(WorkerId worker, const Unit& unit) const {
   for (const uint64_t lease : unit.leases)
     if (leases_.at(lease).worker == worker) return lease;
@@ -120,12 +120,12 @@ void FarmLedger::vote(JobId id, Job& job, uint64_t unit_id, Unit& unit, WorkerId
   conclude(id, job, unit_id, unit, now, out);
 }
 
-// Two answers to one unit: a third decides, when the unit's pass is worked on.
+// Two different answers to one unit: a third decides, while the unit's pass is in progress.
 void FarmLedger::dispute(JobId id, Job& job, uint64_t unit_id, Unit& unit, Actions& out) {
   const bool of_pass = job.open && unit.pass == job.pass;
   if (unit.phase == Phase::kSettled) {
     unit.phase = Phase::kOpen;
-    --job.totals.unverified;  // a verified result is not disputed: whoever differs is wrong
+    --job.totals.unverified;  // a verified result is not disputed: a differing answer is wrong
     if (of_pass) {
       --job.counts.done;
       job.counts.weight_done -= unit.weight;
@@ -168,7 +168,7 @@ void FarmLedger::conclude(JobId id, Job& job, uint64_t unit_id, Unit& unit, int6
   }
   if (unit.queue != Queue::kSecond) dequeue(job, unit_id, unit);
   enqueue(job, unit_id, unit);
-  // While units wait that nobody has, no worker of the job has room: the next result brings one that has.
+  // While unassigned units wait, no worker of the job has room; the next result frees one.
   if (unit.queue == Queue::kSecond && job.pending.empty()) serve_all(id, now, out);
 }
 
@@ -257,7 +257,7 @@ void FarmLedger::unit_failed(WorkerId worker_id, JobId job_id, uint64_t unit_id,
   Job* found = find_job(job_id);
   Unit* failed = found ? find_unit(*found, unit_id) : nullptr;
   const uint64_t lease = failed ? lease_of(worker_id, *failed) : 0;
-  if (!lease) return;  // not its to fail
+  if (!lease) return;  // not its unit to fail
   Job& job = *found;
   Unit& unit = *failed;
   out.push_back(Note{job_id, text("unit {} failed on {}: {}", unit_id, worker->traits.name, error.message)});

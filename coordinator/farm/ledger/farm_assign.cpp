@@ -1,4 +1,4 @@
-// Which job a worker serves: the user whose turn it is, then priority, then age.
+// Chooses the job that a worker serves: by the user's turn, then priority, then age.
 #include <algorithm>
 
 #include "common/base/format.h"
@@ -10,14 +10,14 @@ bool FarmLedger::may_work(JobId id, const Job& job, const Worker& worker) const 
   return !job.traits.paused && !worker.banned.count(id);
 }
 
-// Something could be handed to the worker now.
+// Whether there is a unit for the worker now.
 bool FarmLedger::has_work(const Job& job, const Worker& worker) const {
   if (!job.open) return false;
   return !job.pending.empty() || job.spare || choose_suspect(worker, job) || choose_second(worker, job);
 }
 
-// Virtual time of the job's user at the end of a residence of all workers that are the user's by then: whose
-// is least is next.
+// Virtual time of the job's user after one residence of all workers that would serve it; the smallest is
+// next.
 double FarmLedger::turn(const Job& job, double more_threads) const {
   const double threads = share_.threads(job.user) + more_threads;
   return share_.virtual_time(job.user) + threads * static_cast<double>(rules_.residence_ms) / job.weight;
@@ -77,7 +77,7 @@ void FarmLedger::wake_users() {
 }
 
 // A worker leaves its job when it is another user's turn by more than half a residence of this worker, or
-// when the same user has something more urgent. It finishes what it holds.
+// when the same user has something more urgent. It finishes the units it holds.
 void FarmLedger::balance(int64_t now) {
   wake_users();
   for (auto& [id, worker] : workers_) {

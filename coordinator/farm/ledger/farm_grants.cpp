@@ -1,6 +1,6 @@
-// Who gets what next within a job. In this order: a unit that cost a worker, alone on a worker that holds
-// nothing; a unit that needs a second answer; the next unit in order; for an idle thread, a unit that another
-// worker has not begun; and last a copy of a unit that is late.
+// Grants units within a job, in this order: a unit that cost a worker, alone on a worker that holds nothing;
+// a unit that needs a second answer; the next unit in order; for an idle thread, a unit that another worker
+// has not started; and last a copy of a late unit.
 #include <algorithm>
 
 #include "common/base/format.h"
@@ -10,9 +10,10 @@ namespace kiln {
 namespace {
 
 constexpr int64_t kSpeedMs = 20;
-constexpr size_t kManyWorkers = 256;  // from here on all are looked at at most so often
+constexpr size_t kManyWorkers = 256;  // above this, full searches are limited to this rate
 constexpr int64_t kPauseMs = 10;
-constexpr uint32_t kSearches = 64;  // in vain, of a job in that time: more than have answered any one unit
+constexpr uint32_t kSearches =
+    64;  // fruitless searches of a job in that time: more than have answered any one unit
 
 }  // namespace
 
@@ -31,7 +32,7 @@ bool FarmLedger::holds_suspect(const Worker& worker) const {
   });
 }
 
-// A suspect this identity has not failed; one that every able worker has failed may go anywhere.
+// A suspect that this identity has not failed; one that every able worker has failed may go to any.
 uint64_t FarmLedger::choose_suspect(const Worker& worker, const Job& job) const {
   for (const uint64_t id : job.suspects) {
     const std::vector<IdentityId>& blamed = job.units.at(id).blamed;
@@ -61,7 +62,7 @@ uint64_t FarmLedger::choose_second(const Worker& worker, const Job& job) const {
   return 0;
 }
 
-// The newest unit of the worker with the longest queue, which has not begun it.
+// The newest unit not yet started by the worker with the longest queue.
 uint64_t FarmLedger::choose_steal(WorkerId id, const Worker& worker, Job& job, WorkerId& from) {
   for (auto it = job.backlogs.rbegin(); it != job.backlogs.rend(); ++it) {
     if (it->second == id) continue;
@@ -74,7 +75,7 @@ uint64_t FarmLedger::choose_steal(WorkerId id, const Worker& worker, Job& job, W
   return 0;
 }
 
-// Oldest lease that has taken twice the usual time for its work, of a unit that nobody else has; once per
+// The oldest lease that has taken twice the usual time for its work, of a unit with no other holder; once per
 // unit and at most a share of the pass (Dean & Barroso, "The Tail at Scale", 2013: hedged requests).
 uint64_t FarmLedger::choose_copy(WorkerId id, const Job& job, int64_t now) const {
   const double per_weight = job.turnaround_weight > 0 ? job.turnaround_ms / job.turnaround_weight : 0;
@@ -95,8 +96,8 @@ uint64_t FarmLedger::choose_copy(WorkerId id, const Job& job, int64_t now) const
   return 0;
 }
 
-// Of all its workers together and of the quickest. Kept for a moment: every grant asks, and rates are means
-// over many results.
+// Speed of all its workers together and of the fastest. Cached briefly, because every grant needs it and
+// rates average many results.
 void FarmLedger::reckon_speed(JobId id, const Job& job, int64_t now) const {
   job.speed = {now, 0, 0};
   for (const auto& [worker_id, worker] : workers_) {
@@ -108,13 +109,13 @@ void FarmLedger::reckon_speed(JobId id, const Job& job, int64_t now) const {
   }
 }
 
-// A machine ten times slower than the others would make all of them wait for its last unit: it gets none that
-// the others would have done sooner.
+// A machine ten times slower would make all others wait for its last unit: it gets none that the others would
+// finish sooner.
 bool FarmLedger::would_end_late(const Worker& worker, const Job& job, double weight, int64_t now) const {
   if (worker.rate <= 0) return false;
   if (job.speed.when < 0 || now - job.speed.when >= kSpeedMs) reckon_speed(worker.job, job, now);
   if (job.speed.rate <= 0) return false;
-  const double best = 2 * weight * job.speed.least_ms;  // one that runs, one that waits
+  const double best = 2 * weight * job.speed.least_ms;  // one running, one waiting
   const double rest = (job.counts.weight - job.counts.weight_done) / job.speed.rate;
   const double mine = std::max(weight * worker.traits.threads, worker.held_weight + weight) / worker.rate;
   return mine > 1.3 * std::max(rest, best);
@@ -131,7 +132,7 @@ void FarmLedger::grant(WorkerId id, Worker& worker, Job& job, uint64_t unit_id, 
   worker.held_weight += unit.weight;
   unit.leases.push_back(lease);
   job.leases.insert(lease);
-  if (unit.queue == Queue::kSecond) {  // enough are asked now, or one more is to be
+  if (unit.queue == Queue::kSecond) {  // enough workers are asked now, or one more is needed
     dequeue(job, unit_id, unit);
     enqueue(job, unit_id, unit);
   }
@@ -176,7 +177,7 @@ bool FarmLedger::grant_one(WorkerId id, Worker& worker, Job& job, int64_t now, A
 void FarmLedger::serve(WorkerId id, int64_t now, Actions& out) {
   Worker* worker = find_worker(id);
   if (!worker || held_ || worker->presence != Presence::kActive || now < worker->benched_until) return;
-  if (worker->job != 0 && !worker->ready) return;  // makes its scene ready
+  if (worker->job != 0 && !worker->ready) return;  // preparing its scene
   Job* job = find_job(worker->job);
   if (job && job->open && !job->traits.paused && !worker->leaving)
     while (grant_one(id, *worker, *job, now, out)) {
@@ -188,8 +189,8 @@ void FarmLedger::serve(WorkerId id, int64_t now, Actions& out) {
     worker->leaving = false;
 }
 
-// One unit at a time to whoever has most room for it, so that the last units spread over all workers. In a
-// large farm, where many leave or answer within the same milliseconds, the next tick does it for all of them.
+// Grants one unit at a time to the worker with most room, so that the last units spread over all workers. In
+// a large farm, where many leave or answer within the same milliseconds, the next tick serves all of them.
 void FarmLedger::serve_all(JobId job_id, int64_t now, Actions& out) {
   if (held_) return;
   if (workers_.size() > kManyWorkers && now != last_tick_ && now - served_all_at_ < kPauseMs) return;

@@ -39,7 +39,7 @@ void FarmLedger::restore(JobId id, std::span<const KnownAnswer> answers) {
   KILN_CHECK(job);
   for (const KnownAnswer& known : answers) {
     if (!known.verified && quarantined_for(known.identity))
-      continue;  // the machine was caught; who else says so?
+      continue;  // the machine was quarantined; another must confirm
     Unit& unit = job->units[known.unit];
     unit.shape = known.shape;
     if (known.settled) {
@@ -61,7 +61,7 @@ void FarmLedger::change_job(JobId id, int32_t priority, bool paused, int64_t now
   job->weight = FairShare::weight(priority);
   job->traits.paused = paused;
   if (!paused) return serve_all(0, now, out);
-  // What runs may end; what has not begun goes back.
+  // Running units may finish; those not started are returned.
   for (auto& [worker_id, worker] : workers_) {
     if (worker.job != id) continue;
     while (worker.held.size() > worker.traits.threads) {
@@ -91,20 +91,20 @@ void FarmLedger::end_job(JobId id, const std::string& reason, int64_t now, Actio
   serve_all(0, now, out);
 }
 
-// Where the unit has to wait, if anywhere.
+// The queue in which the unit must wait, if any.
 void FarmLedger::enqueue(Job& job, uint64_t id, Unit& unit) {
   if (unit.phase != Phase::kOpen || unit.queue != Queue::kNone) return;
   const bool of_pass = job.open && unit.pass == job.pass;
   size_t most = 0;
   for (const Answer& answer : unit.answers) most = std::max(most, answer.voters.size());
   if (most > 0) {
-    // Other workers must answer too, as many as are missing.
+    // As many other workers as are missing must answer too.
     if (most >= unit.needed || unit.leases.size() + most >= unit.needed) return;
     if (!of_pass && !unit.disputed) return;
     unit.queue = Queue::kSecond;
     job.seconds.insert(id);
   } else if (of_pass && unit.leases.empty()) {
-    // It waits for the judgement rather than take another worker down.
+    // It waits for a verdict rather than crash another worker.
     if (unit.unjudged > 0 && unit.failures + unit.unjudged >= rules_.max_attempts) return;
     unit.queue = unit.attempts > 0 ? Queue::kSuspect : Queue::kPending;
     if (unit.attempts > 0)
@@ -134,7 +134,8 @@ void FarmLedger::begin_pass(JobId id, std::span<const UnitPlan> units, int64_t n
   for (const UnitPlan& plan : units) {
     KILN_CHECK(plan.id != 0);
     Unit& unit = job->units[plan.id];
-    if (unit.shape != plan.shape && !unit.answers.empty()) {  // stored by a program that cut work otherwise
+    if (unit.shape != plan.shape &&
+        !unit.answers.empty()) {  // stored by a release that cut units differently
       for (const Answer& answer : unit.answers) out.push_back(Revoke{id, plan.id, answer.digest});
       dequeue(*job, plan.id, unit);
       if (unit.disputed) --job->disputes;
@@ -235,12 +236,12 @@ const std::string& FarmLedger::user(JobId id) const {
   return job ? job->traits.user : none;
 }
 
-// What was merged cannot be taken out of the sums: they are made again from what is left.
+// Merged results cannot be subtracted from the sums, so these are rebuilt from the remaining results.
 void FarmLedger::rewind(JobId id, Job& job, const std::string& reason, Actions& out) {
   if (job.pass == 0) return;
   job.open = false;
-  // Nothing of the later passes is worked on until they come again: the farm has only the units of the
-  // present one, and with other sums they may be others.
+  // Later passes stop until they are requested again: the farm has only the current pass's units, and with
+  // other sums the later ones may differ.
   const std::set<uint64_t> leases = job.leases;
   for (uint64_t lease : leases) {
     out.push_back(Recall{leases_.at(lease).worker, id, leases_.at(lease).unit});

@@ -1,11 +1,11 @@
-// Who holds which unit of which job: the farm's scheduling as a pure state machine. Events and the time go
-// in, actions come out; no clock, network, disk or thread inside, so that a seeded simulation can kill, delay
-// and lie.
+// The farm's scheduling as a pure state machine: which worker holds which unit of which job. Takes events and
+// the time, returns actions; contains no clock, network, disk or thread, so that a seeded simulation can
+// kill, delay and lie.
 //
 // A unit is a pure function of its job, so it may run anywhere any number of times; only settling is
-// exclusive. A lease therefore never decides whether an answer is good. An answer counts as a vote of its
-// worker's identity; it is acknowledged once it is on disk, and it is the unit's result once it is on disk
-// and as many identities gave it as the job (quorum) and the worker's history (dose of verification) ask for.
+// exclusive. A lease therefore never decides whether an answer is valid. An answer counts as a vote of its
+// worker's identity. It is acknowledged once it is on disk, and becomes the unit's result once, in addition,
+// as many identities gave it as the job (quorum) and the worker's history (dose of verification) require.
 #pragma once
 
 #include <map>
@@ -30,9 +30,9 @@ struct PassCounts {
 struct JobCounts {
   uint32_t workers = 0, threads = 0;      // assigned to the job now
   uint64_t verified = 0, unverified = 0;  // of the results that count
-  uint64_t waived = 0;                    // verifications given up because there was one worker alone
+  uint64_t waived = 0;                    // verifications waived because there was only one worker
   uint64_t duplicates = 0, copies = 0, reassigned = 0, lost = 0;
-  uint64_t disputes = 0;  // units whose answers differ and are not decided
+  uint64_t disputes = 0;  // units with differing, undecided answers
 };
 
 struct WorkerView {
@@ -46,17 +46,16 @@ class FarmLedger {
  public:
   explicit FarmLedger(const FarmRules& rules) : rules_(rules) {}
 
-  // farm_jobs.cpp. Ids are never used again.
+  // farm_jobs.cpp. Ids are never reused.
   void add_job(JobId job, const JobTraits& traits);
-  // What an earlier coordinator stored; before the first pass and after restore_trust().
+  // Restores what an earlier coordinator stored; call before the first pass and after restore_trust().
   void restore(JobId job, std::span<const KnownAnswer> answers);
   void change_job(JobId job, int32_t priority, bool paused, int64_t now, Actions& out);
-  // Done, failed or cancelled: units are given up and workers told.
+  // The job is done, failed or cancelled: drops its units and notifies workers.
   void end_job(JobId job, const std::string& reason, int64_t now, Actions& out);
-  // Hands out the units in the order given. Those with a settled result of the same shape are delivered at
-  // once.
+  // Hands out the units in order. Those with a settled result of the same shape are delivered immediately.
   void begin_pass(JobId job, std::span<const UnitPlan> units, int64_t now, Actions& out);
-  // The pass ends with what has been delivered (time limit).
+  // Ends the pass with the results delivered so far (time limit).
   void abandon_pass(JobId job, int64_t now, Actions& out);
   bool has_job(JobId job) const { return jobs_.count(job) > 0; }
   bool pass_complete(JobId job) const;
@@ -65,53 +64,53 @@ class FarmLedger {
   bool knows(JobId job, uint64_t unit) const;
   const std::string& numeric_class(JobId job) const;
   const std::string& user(JobId job) const;
-  // For how long nobody that is present could go on with the pass though units are left; -1: somebody can.
+  // How long no present worker could continue the pass although units are left; -1: one can.
   int64_t stuck_ms(JobId job, int64_t now) const;
-  // Nothing is handed out while the store cannot write; what arrives is still heard.
+  // Hands out nothing while the store cannot write; still accepts messages.
   void hold(bool on, int64_t now, Actions& out);
 
   // farm_workers.cpp
   void join(WorkerId worker, const WorkerTraits& traits, int64_t now, Actions& out);
-  // The worker's class for the job's kernels: from then on its results count.
+  // Sets the worker's class for the job's kernels, after which its results count.
   void prove(WorkerId worker, JobId job, const std::string& numeric_class);
-  // The worker is ready for the job: at most `credits` units may be with it; `held` are with it already.
+  // The worker is ready for the job: it may hold at most `credits` units; it already holds `held`.
   void ready(WorkerId worker, JobId job, const std::string& numeric_class, uint32_t credits,
              std::span<const uint64_t> held, int64_t now, Actions& out);
   void job_refused(WorkerId worker, JobId job, const Error& error, int64_t now, Actions& out);
   void heard(WorkerId worker, int64_t now, Actions& out);
-  // The connection ended. `crashed`: not in order, so one of the worker's units may be to blame.
+  // The connection ended. `crashed`: without a goodbye, so one of the worker's units may be to blame.
   void leave(WorkerId worker, bool crashed, const std::string& reason, int64_t now, Actions& out);
-  // The worker wants no more; it has not begun `unbegun` of `job`.
+  // The worker drains; it has not started `unbegun` of `job`.
   void drain(WorkerId worker, std::span<const uint64_t> unbegun, int64_t now, Actions& out);
   void tick(int64_t now, Actions& out);
-  uint32_t present() const;  // workers that would get units
+  uint32_t present() const;  // workers eligible for units
   bool is_member(WorkerId worker) const { return workers_.count(worker) > 0; }
   size_t held(WorkerId worker) const;
-  bool is_banned(WorkerId worker, JobId job) const;  // it cannot bake this job
+  bool is_banned(WorkerId worker, JobId job) const;  // whether it cannot bake this job
   WorkerView view(WorkerId worker, int64_t now) const;
 
   // farm_answers.cpp. `digest` was recomputed by the caller, shape and numbers were checked.
   void result(WorkerId worker, JobId job, uint64_t unit, const Digest& digest, int64_t now, Actions& out);
   void stored(JobId job, uint64_t unit, uint64_t ticket, int64_t now, Actions& out);
   void unit_failed(WorkerId worker, JobId job, uint64_t unit, const Error& error, int64_t now, Actions& out);
-  // The worker had another unit by this number, of before a rewind or a restart: nobody's fault.
+  // The worker had another unit of this number, from before a rewind or a restart: nobody's fault.
   void hand_back(WorkerId worker, JobId job, uint64_t unit, int64_t now, Actions& out);
-  // A stored answer cannot be read back: it is asked for again.
+  // A stored answer cannot be read back: bake it again.
   void damaged(JobId job, uint64_t unit, int64_t now, Actions& out);
 
   // farm_trust.cpp
   void restore_trust(const std::string& identity, uint64_t agreed, const std::string& quarantined_for);
   void quarantine(const std::string& identity, const std::string& reason, int64_t now, Actions& out);
   void forgive(const std::string& identity);
-  const std::string* quarantined_for(const std::string& identity) const;  // nullptr: it is not
+  const std::string* quarantined_for(const std::string& identity) const;  // nullptr: not quarantined
 
-  // why.cpp: the rule that decides and its numbers, a sentence each.
+  // why.cpp: the deciding rule and its numbers, one sentence each.
   std::vector<std::string> why_job(JobId job, int64_t now) const;
   std::vector<std::string> why_unit(JobId job, uint64_t unit, int64_t now) const;
   std::vector<std::string> why_worker(WorkerId worker, int64_t now) const;
   double used_thread_ms(const std::string& user) const { return share_.used_ms(user); }
 
-  // Counters against what they count, for tests; a sentence on what is wrong, or nothing.
+  // Checks counters against the state they count, for tests; returns a description of the fault, or nothing.
   std::string audit() const;
 
  private:
@@ -126,59 +125,58 @@ class FarmLedger {
     Digest digest;
     std::vector<IdentityId> voters;
     bool stored = false;
-    uint64_t ticket = 0;            // of the write; the same bytes may be written, revoked and written again
-    std::vector<WorkerId> waiting;  // for the acknowledgement
+    uint64_t ticket = 0;  // identifies the write; the same bytes may be written, revoked and written again
+    std::vector<WorkerId> waiting;  // for an acknowledgement
   };
   enum class Phase : uint8_t { kOpen, kSettled, kFailed };
   enum class Queue : uint8_t { kNone, kPending, kSuspect, kSecond };
   struct Unit {
     uint64_t shape = 0;
     double weight = 1;
-    uint32_t pass = 0;      // the last one that asked for it
+    uint32_t pass = 0;      // the last pass that requested it
     uint32_t order = 0;     // in that pass
-    uint32_t needed = 0;    // equal votes; 0: not decided
-    uint32_t attempts = 0;  // that cost a worker or failed: it is a suspect
-    uint32_t failures = 0;  // those that are certainly the unit's
-    uint32_t unjudged = 0;  // losses of workers that held nothing else, which may still come back
+    uint32_t needed = 0;    // equal votes needed; 0: undecided
+    uint32_t attempts = 0;  // that cost a worker or failed: makes it a suspect
+    uint32_t failures = 0;  // failures certainly caused by the unit
+    uint32_t unjudged = 0;  // losses of workers that held nothing else and may still come back
     Phase phase = Phase::kOpen;
     Queue queue = Queue::kNone;
     bool verified = false, delivered = false, copied = false, disputed = false;
     std::vector<uint64_t> leases;
-    std::vector<Answer> answers;  // of a settled unit: its result alone, first its voters
+    std::vector<Answer> answers;  // settled unit: only its result, with its voters
     std::vector<IdentityId> blamed;
     Digest merged;  // of a delivered unit
   };
-  struct Speed {          // of a job's ready workers whose rate is known
-    int64_t when = -1;    // reckoned; -1: not yet
+  struct Speed {          // over a job's ready workers with known rate
+    int64_t when = -1;    // time computed; -1: not yet
     double rate = 0;      // of all, weight per ms
-    double least_ms = 0;  // per weight, on a thread of the quickest
+    double least_ms = 0;  // per weight, on a thread of the fastest
   };
   struct Job {
     JobTraits traits;
     UserId user = 0;
     double weight = 1;  // of its priority
-    bool open = false;  // a pass is being worked on
+    bool open = false;  // a pass is in progress
     uint32_t pass = 0;
     std::unordered_map<uint64_t, Unit> units;
     std::vector<uint64_t> order;                      // units of the pass
     std::set<std::pair<uint32_t, uint64_t>> pending;  // (order, unit)
     std::set<uint64_t> suspects, seconds;
-    bool suspected = false;  // some unit has cost a worker
-    std::set<std::pair<size_t, WorkerId>>
-        backlogs;               // (units not begun, worker): whom an idle one may relieve
-    std::set<uint64_t> leases;  // oldest first
+    bool suspected = false;                          // some unit has cost a worker
+    std::set<std::pair<size_t, WorkerId>> backlogs;  // (units not started, worker): candidates to steal from
+    std::set<uint64_t> leases;                       // oldest first
     PassCounts counts;
     JobCounts totals;
     uint32_t disputes = 0;
     double copied_weight = 0, turnaround_ms = 0, turnaround_weight = 0;
     mutable Speed speed;
     int64_t searched_at = 0;   // for units to steal or copy
-    uint32_t searches = 0;     // since then, in vain
-    int64_t alone_since = -1;  // no second identity could answer
+    uint32_t searches = 0;     // fruitless searches since then
+    int64_t alone_since = -1;  // since when no second identity could answer
     bool alone = false;
-    bool spare = false;        // at the last tick: somebody holds units that it has not begun, or is late
-    int64_t stuck_since = -1;  // nobody of its class could take what is left
-    std::map<WorkerId, std::string> other_class;  // who was not used, and what it has
+    bool spare = false;        // at the last tick: a worker held units it had not started, or was late
+    int64_t stuck_since = -1;  // since when no worker of its class could take the rest
+    std::map<WorkerId, std::string> other_class;  // unused workers and their class
   };
   struct Lease {
     WorkerId worker;
@@ -201,10 +199,10 @@ class FarmLedger {
     double rate = 0;                  // weight per ms of the whole worker; 0: not known
     std::set<uint64_t> failed_units;  // in a row
     uint32_t benched = 0;
-    size_t ghosts = 0;  // units taken from it while it was silent, which may still keep its threads
+    size_t ghosts = 0;  // units reassigned while it was silent, which may still occupy its threads
     std::map<JobId, std::string> banned;
     std::map<JobId, std::string> classes;  // proven for the job's kernels
-    std::optional<UserId> counted_for;     // the user its threads are reckoned to
+    std::optional<UserId> counted_for;     // the user charged for its threads
   };
 
   // farm_jobs.cpp
@@ -257,7 +255,7 @@ class FarmLedger {
   uint64_t choose_suspect(const Worker& worker, const Job& job) const;
   uint64_t choose_second(const Worker& worker, const Job& job) const;
   uint64_t choose_steal(WorkerId id, const Worker& worker, Job& job, WorkerId& from);
-  uint64_t choose_copy(WorkerId id, const Job& job, int64_t now) const;  // worker 0: for anybody
+  uint64_t choose_copy(WorkerId id, const Job& job, int64_t now) const;  // worker 0: for any worker
   bool would_end_late(const Worker& worker, const Job& job, double weight, int64_t now) const;
   void reckon_speed(JobId id, const Job& job, int64_t now) const;
   bool holds_suspect(const Worker& worker) const;
@@ -275,11 +273,11 @@ class FarmLedger {
   void wake_users();
   void find_spare(int64_t now);
 
-  struct Loss {  // of a connection: a crash, unless the process comes back
+  struct Loss {  // a lost connection: a crash, unless the process comes back
     uint64_t process;
     IdentityId identity;
     int64_t when;
-    bool certain;  // it held nothing else
+    bool certain;  // the worker held nothing else
     JobId job;
     uint64_t unit;
     std::string reason;

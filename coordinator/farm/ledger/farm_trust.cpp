@@ -58,7 +58,7 @@ void FarmLedger::quarantine(const std::string& name, const std::string& reason, 
   quarantine(intern(name), reason, now, out);
 }
 
-// What it said alone is forgotten and baked again; what others confirmed stays.
+// Answers that it alone gave are dropped and baked again; confirmed ones stay.
 void FarmLedger::quarantine(IdentityId who, const std::string& reason, int64_t now, Actions& out) {
   if (identities_[who].quarantined) return;
   identities_[who].quarantined = true;
@@ -98,7 +98,7 @@ void FarmLedger::quarantine(IdentityId who, const std::string& reason, int64_t n
       unit.phase = Phase::kOpen;
       unit.needed = 0;
     }
-    // The order of the hash map is not the order of the work.
+    // The hash map's order is not the work's order.
     std::sort(again.begin(), again.end());
     if (merged)
       rewind(id, job, text("{} results of {} are baked again: {}", revoked, identities_[who].name, reason),
@@ -122,14 +122,14 @@ void FarmLedger::quarantine(IdentityId who, const std::string& reason, int64_t n
   serve_all(0, now, out);
 }
 
-// A machine that fails one unit after another is the likelier culprit than each of the units.
+// A machine that fails one unit after another is a likelier culprit than every one of the units.
 void FarmLedger::bench(WorkerId, Worker& worker, int64_t now, Actions& out) {
   if (worker.failed_units.size() < kFailuresToBench) return;
   bool others = false;
   for (const auto& [id, other] : workers_)
     others |= other.identity != worker.identity && other.presence == Presence::kActive &&
               now >= other.benched_until;
-  if (!others) return;  // one machine alone goes on
+  if (!others) return;  // a single machine continues
   const int64_t pause = kFirstBenchMs << std::min(worker.benched++, 10u);
   worker.benched_until = now + pause;
   for (const uint64_t unit_id : worker.failed_units) {

@@ -8,7 +8,7 @@ namespace kiln {
 namespace {
 
 constexpr int64_t kReconnectMs =
-    3000;  // a process that lives is back by then, unless the network is away for longer
+    3000;  // a live process has reconnected by then, unless the network is down for longer
 
 }  // namespace
 
@@ -80,11 +80,11 @@ void FarmLedger::ready(WorkerId id, JobId job_id, const std::string& numeric_cla
   Job* job = find_job(job_id);
   if (!job) return;
   if (worker->job == 0 && worker->presence == Presence::kActive && !worker->banned.count(job_id)) {
-    // It has the job from before its connection broke.
+    // It already has the job from before its connection broke.
     assign(id, *worker, job_id, now, out);
     out.pop_back();
   }
-  if (worker->job != job_id) return;  // assigned to another meanwhile
+  if (worker->job != job_id) return;  // assigned to another job meanwhile
   prove(id, job_id, numeric_class);
   if (job->traits.numeric_class.empty()) {
     job->traits.numeric_class = numeric_class;
@@ -106,7 +106,7 @@ void FarmLedger::ready(WorkerId id, JobId job_id, const std::string& numeric_cla
   worker->ready = true;
   worker->credits = credits;
   worker->assigned_at = worker->charged_until = now;
-  // What an earlier coordinator, or this one before the connection broke, gave it: it goes on.
+  // Units from an earlier coordinator, or from before the connection broke: it continues them.
   for (const uint64_t unit_id : held) {
     Unit* unit = find_unit(*job, unit_id);
     const bool wanted = worker->held.size() < credits && unit && unit->queue != Queue::kNone &&
@@ -129,7 +129,7 @@ void FarmLedger::job_refused(WorkerId id, JobId job_id, const Error& error, int6
   if (job && worker->job == job_id) {
     revoke_all(*worker);
     unassign(*worker, now);
-    if (error.kind == ErrorKind::kInvalidInput) out.push_back(FailJob{job_id, error});  // so would everyone
+    if (error.kind == ErrorKind::kInvalidInput) out.push_back(FailJob{job_id, error});  // any worker would
   }
   serve_all(0, now, out);
 }
@@ -187,8 +187,8 @@ void FarmLedger::leave(WorkerId id, bool crashed, const std::string& reason, int
                                   crashed ? "was lost" : "left", reason, worker->held.size())});
   if (crashed && job) {
     ++job->totals.lost;
-    // Alone with the worker, the unit is to blame; else any of them is suspected and gets to run alone. The
-    // judgement waits for a lease: the process may be well and its network was not.
+    // A unit alone on the worker is to blame; otherwise all its units are suspects and will run alone. The
+    // verdict waits for a lease, because the process may be alive behind a broken network.
     const bool certain = worker->held.size() == 1;
     const std::set<uint64_t> held = worker->held;
     for (const uint64_t number : held) {
@@ -285,7 +285,7 @@ void FarmLedger::find_silent(int64_t now, bool was_away, Actions& out) {
   }
 }
 
-// It sends heartbeats, yet a unit that others do in a fraction of the time does not end.
+// It sends heartbeats, but a unit that others finish in a fraction of the time does not end.
 void FarmLedger::find_hung(int64_t now, Actions& out) {
   for (auto& [id, worker] : workers_) {
     if (worker.presence != Presence::kActive) continue;
@@ -294,7 +294,7 @@ void FarmLedger::find_hung(int64_t now, Actions& out) {
           text("its scene was not ready after {} s", (now - worker.assigned_at) / 1000);
       out.push_back(Note{worker.job, text("{} is not used: {}", worker.traits.name, reason)});
       out.push_back(Release{id, worker.job, reason});
-      // Not for ever: the link or the disk that was slow may be well again.
+      // Not forever: a slow link or disk may have recovered.
       worker.benched_until = now + (rules_.hang_ms << std::min(worker.benched++, 6u));
       unassign(worker, now);
     }
@@ -318,8 +318,8 @@ void FarmLedger::find_hung(int64_t now, Actions& out) {
   }
 }
 
-// A verification needs a second machine. While there is none the job goes on without, and says so; where the
-// user asked for a quorum it waits.
+// Verification needs a second machine. Without one the job continues unverified and reports it; with a quorum
+// set by the user it waits.
 void FarmLedger::waive_audits(int64_t now, Actions& out) {
   for (auto& [id, job] : jobs_) {
     if (rules_.audit_first == 0 || job.traits.quorum > 1 || !job.open) continue;
@@ -345,9 +345,9 @@ void FarmLedger::waive_audits(int64_t now, Actions& out) {
   }
 }
 
-// The first worker's class is the job's. Should the machines of that class be gone, or too few to decide,
-// while others wait that it was closed to, the job begins anew with the class that most of them have: results
-// of two classes are never mixed.
+// The job takes the first worker's class. If machines of that class are gone, or too few to decide, while
+// machines of other classes wait, the job starts over with the class that most of them have: results of two
+// classes are never mixed.
 void FarmLedger::change_class(int64_t now, Actions& out) {
   for (auto& entry : jobs_) {
     const JobId id = entry.first;
@@ -409,7 +409,7 @@ void FarmLedger::change_class(int64_t now, Actions& out) {
 }
 
 void FarmLedger::tick(int64_t now, Actions& out) {
-  // Silence while we did not listen (stopped by a debugger, a busy disk) is not the workers'.
+  // Silence while we were not listening (stopped by a debugger, a busy disk) is not the workers' fault.
   const int64_t gap = now - last_tick_;
   const bool was_away = gap > rules_.lease_ms / 2;
   last_tick_ = now;

@@ -15,7 +15,7 @@ namespace {
 
 constexpr size_t kPiece = size_t{1} << 20;
 
-// Calls take(bytes, offset) for the pieces of a file.
+// Calls take(bytes, offset) for each piece of a file.
 template <class Take>
 Expected<HashedFile> read_pieces(const OpenFile& file, const Take& take) {
   Sha256 sha;

@@ -1,4 +1,4 @@
-// Files of the blob store: hashing, copying, and when they were last used, which is their time of change.
+// Files of the blob store: hashing, copying, and the time of last use, which is the modification time.
 #pragma once
 
 #include <cstdint>

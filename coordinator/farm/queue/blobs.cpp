@@ -20,7 +20,7 @@ BlobStore::BlobStore(fs::path folder, const BlobOptions& options)
 
 Expected<std::unique_ptr<BlobStore>> BlobStore::open(const fs::path& folder, const BlobOptions& options) {
   KILN_TRY_STATUS(make_folder(real_disk_calls(), folder));
-  // Copies that were under way when the last process ended have no name to be continued by.
+  // Copies interrupted by the end of the last process cannot be resumed.
   for (const fs::path& file : list_folder(folder)) {
     std::error_code ignored;
     if (file.extension() == kCopyEnding) fs::remove(file, ignored);
@@ -107,7 +107,8 @@ Status BlobStore::append(const Digest& digest, uint64_t offset, std::span<const 
   const auto it = uploads_.find(digest);
   if (it == uploads_.end() || it->second.finishing) {
     std::error_code code;
-    if (it != uploads_.end() || fs::exists(path(digest), code)) return {};  // another has sent it meanwhile
+    if (it != uploads_.end() || fs::exists(path(digest), code))
+      return {};  // another client uploaded it meanwhile
     return fail(ErrorKind::kInvalidInput, text("no upload of {} was begun", digest.hex()));
   }
   Upload& upload = it->second;
@@ -122,7 +123,7 @@ Status BlobStore::append(const Digest& digest, uint64_t offset, std::span<const 
   data = data.subspan(known);
   const OpenFile file(part_path(digest), O_WRONLY);
   if (!file.is_open()) return system_error("open", file.path());
-  // Bytes after `have` that a failed write left are written again.
+  // Overwrites bytes after `have` left by a failed write.
   KILN_TRY_STATUS(file.write_at(disk_, data, upload.have));
   upload.have += data.size();
   return {};
@@ -148,7 +149,7 @@ Status BlobStore::finish(const Digest& digest, int64_t now_ms) {
   if (status || status.error().kind == ErrorKind::kInvalidInput)
     uploads_.erase(digest);
   else
-    uploads_[digest].finishing = false;  // the disk refused: finish() may be tried again
+    uploads_[digest].finishing = false;  // the disk failed: finish() may be retried
   return status;
 }
 

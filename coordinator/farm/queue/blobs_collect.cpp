@@ -13,7 +13,7 @@ BlobStore::Collected BlobStore::collect(const std::set<Digest>& referenced, int6
       const bool part = file.extension() == kPartEnding;
       const auto digest = Digest::from_hex((part ? file.stem() : file.filename()).string());
       if (!digest) continue;  // not ours
-      // From the question to the removal nobody may begin to use it.
+      // Nobody may start using it between the check and the removal.
       const std::lock_guard lock(mutex_);
       const auto used = last_use(file);
       std::error_code code;

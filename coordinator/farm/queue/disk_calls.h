@@ -1,4 +1,4 @@
-// The calls by which the store changes files: the one place where tests put faults.
+// The system calls by which the store changes files: tests inject faults here.
 #pragma once
 
 #include <sys/types.h>

@@ -32,7 +32,7 @@ Expected<FolderLock> FolderLock::take(const fs::path& folder) {
           ErrorKind::kUnavailable,
           text("{} is in use by {}: stop that coordinator, or choose another folder", folder.string(), who));
     }
-    // Whoever made the file and gave up has removed it: the lock on a file without a name keeps nobody out.
+    // Its creator may have given up and removed it: a lock on an unlinked file excludes nobody.
     struct stat by_name, by_file;
     if (::stat(path.c_str(), &by_name) != 0 || ::fstat(file.number(), &by_file) != 0 ||
         by_name.st_ino != by_file.st_ino)

@@ -1,4 +1,4 @@
-// One coordinator for a folder: flock on folder/lock, in which it says who it is.
+// Ensures one coordinator per folder: flock on folder/lock, which names the holder.
 #pragma once
 
 #include <filesystem>
@@ -10,12 +10,12 @@ namespace kiln {
 
 class FolderLock {
  public:
-  // Fails (kUnavailable) with what the holder wrote, if there is one. Nothing is written yet.
+  // Fails (kUnavailable) with the holder's text, if there is one. Writes nothing yet.
   static Expected<FolderLock> take(const std::filesystem::path& folder);
   FolderLock(FolderLock&&) = default;
   ~FolderLock();
 
-  // Writes "process N on HOST" for the next who asks; from now on the file stays when the lock is given up.
+  // Writes "process N on HOST" for others; from now on the file remains when the lock is released.
   Status sign();
 
  private:

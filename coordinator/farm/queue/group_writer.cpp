@@ -120,11 +120,11 @@ void GroupWriter::write_group(std::vector<Operation>& group) {
   Status status = make_room_in_log(group);
   if (status) status = attempt(open);
   if (!status && status.error().kind == ErrorKind::kInternal && open.size() > 1) {
-    // SQLite refused one statement: the others shall not suffer.
+    // SQLite rejected one statement: the other operations must not fail with it.
     for (Operation* operation : open)
       if (Status alone = attempt({&operation, 1}); !alone) operation->status = alone;
   } else if (!status) {
-    // The disk refused. Reading needs no room on it.
+    // The disk failed. Reads need no space.
     std::vector<Operation*> reads;
     for (Operation* operation : open) {
       operation->status = status;
@@ -142,13 +142,13 @@ void GroupWriter::write_group(std::vector<Operation>& group) {
 
 void GroupWriter::write_payloads(std::span<Operation> group) {
   Tables tables(database_);
-  bool removed = false;  // by an operation before: what is stored now may be gone then
+  bool removed = false;  // by an earlier operation: stored results may be gone by then
   for (Operation& operation : group) {
     removed = removed || operation.removes;
     if (!operation.payload) continue;
     const UnitCommit& commit = operation.payload->commit;
     operation.payload->place.reset();
-    if (!cache_.has_job(commit.job)) continue;  // apply() will say so
+    if (!cache_.has_job(commit.job)) continue;  // apply() will report it
     if (!removed) {
       const Expected<bool> known = tables.has_result(commit);
       if (known && *known) continue;
@@ -169,7 +169,7 @@ void GroupWriter::write_payloads(std::span<Operation> group) {
 
 Status GroupWriter::make_room_in_log(std::span<const Operation> group) {
   if (database_.wal_size() < options_.wal_bytes) return {};
-  // It could not be emptied after the last group. What frees space may pass.
+  // The log could not be emptied after the last group. Operations that free space may still run.
   for (const Operation& operation : group)
     if (operation.removes) return {};
   return database_.checkpoint();

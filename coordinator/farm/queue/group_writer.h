@@ -1,5 +1,5 @@
-// The writer thread: takes what is queued as one group, spool first, then one transaction, then the
-// callbacks.
+// The writer thread: processes queued operations as one group, first the spool, then one transaction, then
+// the callbacks.
 #pragma once
 
 #include <condition_variable>
@@ -20,7 +20,7 @@
 
 namespace kiln {
 
-// What an operation sees inside its group's transaction.
+// An operation's view inside its group's transaction.
 class GroupTransaction {
  public:
   GroupTransaction(Database& database, const RecordCache& cache)
@@ -44,18 +44,18 @@ class GroupTransaction {
 };
 
 struct Operation {
-  // Inside the transaction. kInvalidInput and kUsage are this operation's own, and it has changed nothing;
-  // anything else fails the group. May be called again after that.
+  // Inside the transaction. On kInvalidInput and kUsage only this operation fails, having changed nothing;
+  // other errors fail the group, and it may be called again.
   std::function<Status(GroupTransaction&)> apply;
   Store::Callback done;
-  // Once committed, on the writer thread; the operation is the last of its group.
+  // Called once committed, on the writer thread; makes the operation the last of its group.
   std::function<Status()> after;
-  bool reads = false;    // changes nothing: works on a disk that is full
-  bool removes = false;  // takes results away
+  bool reads = false;    // read-only: works on a full disk
+  bool removes = false;  // deletes results
   struct Payload {
     UnitCommit commit;
     std::shared_ptr<const Bytes> bytes;
-    std::optional<SpoolPlace> place;  // given before apply(), unless the result is stored already
+    std::optional<SpoolPlace> place;  // set before apply(), unless the result is already stored
   };
   std::shared_ptr<Payload> payload;
   Status status;  // of the attempt
@@ -68,10 +68,10 @@ class GroupWriter {
 
   void give(Operation operation);
   Status give_and_wait(Operation operation);  // not from a callback
-  // Writes what is queued and ends the thread; what is given later fails.
+  // Writes queued operations and ends the thread; later operations fail.
   void stop();
 
-  // On the writer thread alone: from `after`.
+  // Writer thread only: from `after`.
   Spool& spool() { return spool_; }
   Database& database() { return database_; }
 
@@ -81,7 +81,7 @@ class GroupWriter {
   void write_group(std::vector<Operation>& group);
   void write_payloads(std::span<Operation> group);
   Status make_room_in_log(std::span<const Operation> group);
-  // One transaction. On failure nothing has been changed.
+  // One transaction. Changes nothing on failure.
   Status attempt(std::span<Operation* const> operations);
   void compact_if_over(uint64_t bytes);
 
@@ -89,7 +89,7 @@ class GroupWriter {
   Spool spool_;
   RecordCache& cache_;
   const StoreOptions options_;
-  bool warned_ = false;  // that the log cannot be emptied
+  bool warned_ = false;  // about a log that cannot be emptied
 
   std::mutex mutex_;
   std::condition_variable wake_;

@@ -1,4 +1,4 @@
-// A file descriptor with its path, and what the system says against it in words.
+// A file descriptor with its path, and system errors as messages.
 #pragma once
 
 #include <filesystem>
@@ -24,7 +24,7 @@ class OpenFile {
   const std::filesystem::path& path() const { return path_; }
   void close();
 
-  // All of `data` at `offset`, in as many calls as it takes.
+  // Writes all of `data` at `offset`, in as many calls as needed.
   Status write_at(DiskCalls& disk, std::span<const std::byte> data, uint64_t offset) const;
   Status sync(DiskCalls& disk) const;
   // Fills `data` from `offset`; kIo if the file ends before.
@@ -35,7 +35,7 @@ class OpenFile {
   int file_ = -1;
 };
 
-// "cannot DOING PATH: reason" with the present errno; kNoSpace if that says so, else kIo.
+// "cannot DOING PATH: reason" with the current errno; kNoSpace if errno means that, else kIo.
 tl::unexpected<Error> system_error(std::string_view doing, const std::filesystem::path& path);
 // The same for std::filesystem.
 tl::unexpected<Error> system_error(std::string_view doing, const std::filesystem::path& path,
@@ -47,7 +47,7 @@ std::vector<std::filesystem::path> list_folder(const std::filesystem::path& fold
 // Makes the names in a folder durable.
 Status sync_folder(DiskCalls& disk, const std::filesystem::path& folder);
 
-// The folder and those above it that are missing, each durable in the one above.
+// Creates the folder and missing parents, each durable in its parent.
 Status make_folder(DiskCalls& disk, const std::filesystem::path& folder);
 
 }  // namespace kiln

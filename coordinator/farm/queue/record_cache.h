@@ -1,4 +1,4 @@
-// Jobs and workers as they are on the disk, in memory, for all threads.
+// In-memory copy of the jobs and workers on disk, for all threads.
 #pragma once
 
 #include <map>
@@ -11,7 +11,7 @@
 
 namespace kiln {
 
-// What a transaction changes; nothing: removed.
+// A transaction's changes; nullopt: removed.
 struct RecordChanges {
   std::map<JobId, std::optional<JobRecord>> jobs;
   std::map<std::string, WorkerRecord> workers;

@@ -1,5 +1,5 @@
-// What the store keeps, as plain data. Times are Unix milliseconds and are for people only: no decision of
-// the farm rests on them but the age at which ended jobs are forgotten.
+// The store's records, as plain data. Times are Unix milliseconds for display only: the farm uses them for
+// nothing but the age at which ended jobs are forgotten.
 #pragma once
 
 #include <cstdint>
@@ -29,7 +29,7 @@ enum class JobState : uint8_t {
 std::string_view job_state_name(JobState state);  // "waiting", "queued", ...
 bool job_ended(JobState state);                   // done, failed or cancelled
 
-// A file of a job by what is in it.
+// A file of a job, by content.
 struct FileRecord {
   std::string path;  // relative, with '/'
   Digest digest;     // SHA-256 of its bytes
@@ -44,31 +44,32 @@ struct JobRecord {
   JobState state = JobState::kQueued;
   bool paused = false;
   std::string reason;        // why it is in that state: one sentence
-  std::vector<JobId> after;  // jobs that must be done before
+  std::vector<JobId> after;  // jobs that must be done first
   uint32_t quorum = 1;       // workers that must agree on a unit
   PoisonPolicy poison = PoisonPolicy::kFail;
-  std::string settings;            // flat JSON (common/base/json.h)
-  std::string submission;          // drawn by who submitted it: the same again is the same job, not another
+  std::string settings;  // flat JSON (common/base/json.h)
+  std::string
+      submission;  // random key from the submitter: the same key again means the same job, not another
   std::string numeric_class;       // of its results; empty: none yet
   std::vector<FileRecord> inputs;  // blobs
-  std::string scene;               // which of them is the glTF
-  uint32_t preparations = 0;  // times a conductor began it: a job that brings it down is stopped by count
+  std::string scene;               // the glTF among them
+  uint32_t preparations = 0;       // times a conductor started it: bounds a job that crashes its conductor
   int64_t submitted_ms = 0, started_ms = 0, ended_ms = 0;  // 0: not yet
   uint32_t passes_done = 0;
   uint64_t units_done = 0, units_total = 0, texels = 0;
-  double worst_relative_error = 0;  // stated, after the last pass
+  double worst_relative_error = 0;  // reported after the last pass
   double converged_share = 0;       // of the texels, 0 to 1
   std::vector<FileRecord> results;
-  bool tainted = false;  // something in the result is not proved
-  std::string taint;     // what: one sentence
+  bool tainted = false;  // part of the result is unproved
+  std::string taint;     // which part: one sentence
   bool operator==(const JobRecord&) const = default;
 };
 
-// Fails (kInvalidInput, naming the field) on what the store refuses: priority, quorum, sizes, paths that
+// Fails (kInvalidInput, naming the field) on values the store refuses: priority, quorum, sizes, paths that
 // leave their folder, a scene that is not among the inputs.
 Status check_job(const JobRecord& job);
 
-// The same for a list of files that came from elsewhere; `field` names it.
+// The same for a list of files from outside; `field` names it.
 Status check_files(std::string_view field, const std::vector<FileRecord>& files);
 
 struct JobEvent {
@@ -81,21 +82,21 @@ struct UnitCommit {
   JobId job = 0;
   uint64_t unit = 0;  // of the job
   uint64_t shape =
-      0;          // XXH3 of first sample, count and sites: another cut of units never takes this for its own
-  Digest digest;  // result_digest()
-  std::string worker;     // identity of who computed it
+      0;  // XXH3 of first sample, count and sites: identifies results of units that were cut differently
+  Digest digest;          // result_digest()
+  std::string worker;     // identity of its worker
   bool verified = false;  // a second worker gave the same
 };
 
-// A stored result and where it lies.
+// A stored result and its location.
 struct CommitRow {
   JobId job = 0;
   uint64_t unit = 0, shape = 0;
   Digest digest;
   std::string worker;
   bool verified = false;
-  bool settled = false;  // the one that counts; until then a unit may have several that differ
-  uint64_t epoch = 0;    // opening of the store that wrote it; with `file` the name of the spool file
+  bool settled = false;  // the unit's result; until settled, a unit may have several that differ
+  uint64_t epoch = 0;    // the store's opening that wrote it; with `file`, names the spool file
   uint32_t file = 0;
   uint64_t offset = 0;  // of the record, bytes
   uint32_t length = 0;  // of the payload, bytes
@@ -112,7 +113,7 @@ struct SpoolFileId {
 // How a pass was cut into units: after a restart the same cut gives the same ids.
 struct PassRecord {
   uint32_t pass = 0;
-  uint64_t cut = 0;  // texels per unit, or what else the planner cuts by
+  uint64_t cut = 0;  // texels per unit, or another parameter of the cut
   bool operator==(const PassRecord&) const = default;
 };
 

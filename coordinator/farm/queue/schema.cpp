@@ -8,8 +8,8 @@ namespace kiln {
 namespace fs = std::filesystem;
 
 std::span<const char* const> store_schema() {
-  // Numbers of 64 bits keep their bits: those above 2^63 look negative here. Lists are byte streams
-  // (table_lists.h), because nothing ever asks for one of their elements.
+  // 64-bit numbers keep their bits: those above 2^63 appear negative. Lists are byte streams (table_lists.h),
+  // because no query needs single elements.
   static constexpr const char* kSteps[] = {R"sql(
 CREATE TABLE about(key TEXT PRIMARY KEY, value) WITHOUT ROWID;
 INSERT INTO about VALUES('epoch', 0), ('release', '');
@@ -45,7 +45,7 @@ Status check_schema(const fs::path& path, uint32_t version) {
   const uint64_t size = fs::file_size(path, code);
   if (code || size == 0) return {};
   KILN_TRY(const DatabaseHeader header, read_database_header(path));
-  // Until its first checkpoint a new database has its tables, and these two numbers, in the log alone.
+  // Until the first checkpoint a new database has its tables, and these two numbers, only in the log.
   if (header.application_id != kStoreApplication && (header.application_id || header.user_version))
     return fail(ErrorKind::kIo,
                 text("{} is a database of another program: choose another folder", path.string()));

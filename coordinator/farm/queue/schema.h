@@ -1,4 +1,4 @@
-// The tables and how a database of an older release becomes one of this.
+// The tables, and the migration of older databases.
 #pragma once
 
 #include <cstdint>
@@ -12,12 +12,11 @@ namespace kiln {
 
 inline constexpr uint32_t kStoreApplication = 0x4b494c4e;  // "KILN", in the header of the file
 
-// ROOM: a change of the tables is one more text here: what makes version i + 1 out of version i. Never change
-// one that was released.
+// ROOM: to change the tables, append the SQL that migrates version i to i + 1. Never change a released entry.
 std::span<const char* const> store_schema();
 
-// Fails (kUsage) if the file at `path` was written by a newer schema, (kIo) if it is no store of ours. Reads
-// the header only; a file that is not there, or has no bytes yet, is well.
+// Fails (kUsage) if the file at `path` was written by a newer schema, (kIo) if it is not one of our stores.
+// Reads the header only; a missing or empty file is fine.
 Status check_schema(const std::filesystem::path& path, uint32_t version);
 
 // Brings the database to the last of `steps` in one transaction.

@@ -11,7 +11,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr uint64_t kWriteAt = uint64_t{4}
-                              << 20;  // a group is handed to the kernel in pieces of about this size
+                              << 20;  // a group is written to the kernel in pieces of about this size
 constexpr size_t kMaxOpenJobs = 64;   // jobs with a file open between groups
 
 }  // namespace
@@ -28,7 +28,7 @@ Expected<SpoolPlace> Spool::append(const UnitCommit& commit, std::span<const std
   const auto head = write_spool_head(commit, payload);
   file.waiting.insert(file.waiting.end(), head.begin(), head.end());
   file.waiting.insert(file.waiting.end(), payload.begin(), payload.end());
-  // What fails here is tried again by sync(), from the same place.
+  // sync() retries failures here from the same offset.
   if (file.waiting.size() >= kWriteAt) (void)write_waiting(file);
   return place;
 }
@@ -78,7 +78,7 @@ std::map<JobId, Error> Spool::sync() {
     const Status status = sync_job(job, files);
     if (status) continue;
     failed.emplace(job, status.error());
-    // The files end here: what rows speak of stays, the rest is given back if the disk allows it.
+    // The files end here: referenced records stay, and the rest is truncated if the disk allows it.
     for (File& file : files.open) {
       if (file.durable > 0) {
         (void)disk_.truncate(file.file.number(), static_cast<off_t>(file.durable));
@@ -105,7 +105,7 @@ void Spool::close_idle() {
 }
 
 void Spool::drop(JobId job) {
-  // The number stays: a name is not used twice, should a file survive its removal.
+  // The counter is kept: a name is never reused, in case a file survives its removal.
   if (const auto it = jobs_.find(job); it != jobs_.end()) {
     it->second.open.clear();
     it->second.folder_made = it->second.in_group = false;

@@ -1,9 +1,9 @@
-// Results of units in files that only grow: folder/JOB/EPOCH-FILE.spool, records one after another
-// (docs/storage.md). A record counts when the database has a row for it, which is written only after the
-// record is synced; any other bytes are of no account, and go with the file.
+// Results of units in append-only files: folder/JOB/EPOCH-FILE.spool, records back to back (docs/storage.md).
+// A record counts if the database has a row for it, which is written only after the record is synced; other
+// bytes are ignored and removed with the file.
 //
-// After a failed sync the kernel may hold pages as clean that never reached the disk (fsync(2), "fsyncgate"),
-// so a file that failed is never appended to again, nor is one of an earlier opening.
+// After a failed sync the kernel may mark pages clean that never reached the disk (fsync(2), "fsyncgate"), so
+// a failed file is never appended to again, nor is one of an earlier opening.
 #pragma once
 
 #include <filesystem>
@@ -18,7 +18,7 @@ namespace kiln {
 
 inline constexpr uint64_t kSpoolHead = 88;  // bytes of a record before its payload
 
-// Where a record begins.
+// Position of a record.
 struct SpoolPlace {
   uint64_t epoch = 0;
   uint32_t file = 0;
@@ -31,12 +31,12 @@ class Spool {
   Spool(std::filesystem::path folder, uint64_t epoch, uint64_t file_bytes, DiskCalls& disk)
       : folder_(std::move(folder)), epoch_(epoch), file_bytes_(file_bytes), disk_(disk) {}
 
-  // Adds a record to the group of its job. It is on the disk only when sync() has said so.
+  // Appends a record to its job's group. It is durable only after sync() reports it.
   Expected<SpoolPlace> append(const UnitCommit& commit, std::span<const std::byte> payload);
-  // Writes and syncs the group. Returns the jobs whose records are not all on the disk, with the reason: all
-  // records that they appended since the last call must be appended again.
+  // Writes and syncs the group. Returns the jobs with records not on disk, and the reason: all their records
+  // since the last call must be appended again.
   std::map<JobId, Error> sync();
-  // Removes the files of a job. What cannot be removed goes at the next opening.
+  // Removes the files of a job; failures are retried at the next opening.
   void drop(JobId job);
 
  private:
@@ -50,7 +50,7 @@ class Spool {
     uint64_t end() const { return written + waiting.size(); }
   };
   struct JobFiles {
-    std::vector<File> open;  // the last takes records, those before are full and want their sync
+    std::vector<File> open;  // the last receives records, the others are full and need a sync
     uint32_t next = 1;
     bool in_group = false;
     bool folder_made = false;
@@ -69,8 +69,8 @@ class Spool {
 // The payload of a row, its header and checksums verified; kIo naming file and offset if they do not fit.
 Expected<Bytes> read_spool_record(const std::filesystem::path& folder, const CommitRow& row);
 
-// After opening: removes files that no row needs and cuts what follows the last record of the others. Returns
-// a sentence for each file that is shorter than its rows say, or cannot be tidied.
+// After opening: removes unreferenced files and truncates the others after their last record. Returns a
+// message for each file that is shorter than its rows require, or cannot be cleaned up.
 std::vector<std::string> tidy_spool(const std::filesystem::path& folder,
                                     const std::map<SpoolFileId, uint64_t>& ends);
 

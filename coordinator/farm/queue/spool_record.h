@@ -1,4 +1,4 @@
-// The bytes and names of the spool.
+// Record format and file names of the spool.
 #pragma once
 
 #include <array>
@@ -19,7 +19,7 @@ std::array<std::byte, kSpoolHead> write_spool_head(const UnitCommit& commit,
 
 std::filesystem::path spool_folder(const std::filesystem::path& folder, JobId job);
 std::filesystem::path spool_path(const std::filesystem::path& folder, const SpoolFileId& id);
-// What spool_path() made it from; nothing for any other name.
+// Inverse of spool_path(); nullopt for other names.
 std::optional<SpoolFileId> spool_id(const std::filesystem::path& path);
 
 }  // namespace kiln

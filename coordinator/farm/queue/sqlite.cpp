@@ -86,8 +86,8 @@ Expected<Database> Database::open(const fs::path& path) {
   Database database(path, handle);
   if (code != SQLITE_OK) return database.error(code);
   sqlite3_extended_result_codes(handle, 1);
-  // Exclusive: no shared memory, and another process that ignores our lock is kept out. The log is emptied by
-  // checkpoint() alone, so that its errors are seen.
+  // Exclusive mode needs no shared memory and keeps out processes that ignore our lock. Only checkpoint()
+  // empties the log, so that its errors are visible.
   KILN_TRY_STATUS(
       database.script("PRAGMA locking_mode=EXCLUSIVE; PRAGMA journal_mode=WAL; PRAGMA synchronous=FULL;"
                       "PRAGMA wal_autocheckpoint=0; PRAGMA cell_size_check=ON; PRAGMA trusted_schema=OFF;"));
@@ -127,7 +127,7 @@ Status Database::commit() {
   return run("COMMIT");
 }
 void Database::rollback() {
-  // After some errors SQLite has rolled back by itself. What fails here is undone by the next recovery.
+  // After some errors SQLite has already rolled back. If this fails, the next recovery undoes the changes.
   if (!sqlite3_get_autocommit(handle_)) (void)run("ROLLBACK");
 }
 

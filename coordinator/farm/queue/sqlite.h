@@ -1,7 +1,7 @@
-// SQLite, as much of it as the store uses. The only place that includes it is sqlite.cpp.
+// The part of SQLite that the store uses. Only sqlite.cpp includes SQLite.
 //
 // Error kinds: kNoSpace and kIo from the disk, kUnavailable when another process holds the file, kInternal
-// for statements that SQLite refuses. The message names the file and SQLite's reason.
+// for statements that SQLite rejects. The message names the file and SQLite's reason.
 #pragma once
 
 #include <filesystem>
@@ -21,8 +21,8 @@ namespace kiln {
 
 class Database;
 
-// One execution of a prepared statement; it is free for the next when this ends. Values are bound in the
-// order given and copied. Unsigned 64-bit numbers are stored with the same bits.
+// One execution of a prepared statement, released on destruction. Values are bound in order and copied.
+// Unsigned 64-bit numbers are stored with the same bits.
 class Query {
  public:
   Query(Query&& other) noexcept;
@@ -37,14 +37,14 @@ class Query {
   Query& bind(std::span<const std::byte> value);
   Query& bind(const Digest& value) { return bind(std::as_bytes(std::span(value.bytes))); }
 
-  Expected<bool> next();  // true: a row is there
-  // Of the present row; columns are read in order.
+  Expected<bool> next();  // true: there is a row
+  // Reads the current row's columns in order.
   int64_t integer();
   uint64_t number() { return static_cast<uint64_t>(integer()); }
   double real();
   std::string string();
   std::span<const std::byte> blob();  // until next()
-  Digest digest();                    // zero if it has not 32 bytes
+  Digest digest();                    // zero unless it has 32 bytes
 
  private:
   friend class Database;
@@ -58,27 +58,27 @@ class Query {
 
 class Database {
  public:
-  // Opens or makes the file; it is this process's alone until it is closed.
+  // Opens or creates the file, with exclusive access until closed.
   static Expected<Database> open(const std::filesystem::path& path);
-  void close();  // nothing but path() and wal_size() may be asked afterwards
+  void close();  // afterwards only path() and wal_size() may be called
   Database(Database&& other) noexcept;
   ~Database() { close(); }
 
-  // Statements without results, from a text that lives as long as the program: they are prepared once.
+  // Runs a statement without results. Its text must be static, because the prepared statement is cached.
   template <class... Values>
   Status run(const char* sql, const Values&... values) {
     Query query = ask(sql, values...);
     KILN_TRY_STATUS(query.next());
     return {};
   }
-  // The same with rows.
+  // The same for a statement with rows.
   template <class... Values>
   Query ask(const char* sql, const Values&... values) {
     Query query = prepared(sql);
     (query.bind(values), ...);
     return query;
   }
-  Status script(const std::string& sql);  // several statements, not kept
+  Status script(const std::string& sql);  // several statements, not cached
 
   Status begin();  // a transaction that writes
   Status commit();
@@ -97,7 +97,7 @@ class Database {
   Query prepared(const char* sql);
   std::filesystem::path path_;
   sqlite3* handle_;
-  std::map<const char*, sqlite3_stmt*> statements_;  // by address of the text
+  std::map<const char*, sqlite3_stmt*> statements_;  // by address of the SQL
 };
 
 // The schema version and application number in the first bytes of a database file, read without opening it.

@@ -9,7 +9,7 @@ namespace kiln {
 namespace fs = std::filesystem;
 namespace {
 
-// What open() made, to be removed if it fails.
+// Files created by open(), removed if it fails.
 class NewFiles {
  public:
   ~NewFiles() {
@@ -17,7 +17,7 @@ class NewFiles {
     if (!keep_)
       for (auto it = paths_.rbegin(); it != paths_.rend(); ++it) fs::remove(*it, ignored);
   }
-  // Call before `path` is made.
+  // Call before creating `path`.
   void expect(const fs::path& path) {
     std::error_code code;
     if (!fs::exists(path, code)) paths_.push_back(path);
@@ -55,8 +55,8 @@ Expected<StoreImpl::Loaded> load(Database& database, const std::string& release)
     return tl::unexpected<Error>(epoch.error());
   }
   loaded.epoch = *epoch;
-  // What the log holds may be in the kernel's memory only, if a sync failed before the last end: this writes
-  // all of it again.
+  // If a sync failed before the last exit, the log may exist only in the kernel's memory: this writes all of
+  // it again.
   KILN_TRY_STATUS(database.checkpoint());
   return loaded;
 }

@@ -1,4 +1,4 @@
-// The store's health: does writing work, and is everything whole.
+// The store's health: tests writing and integrity.
 #include <fcntl.h>
 
 #include "common/base/format.h"
@@ -11,7 +11,7 @@ namespace {
 
 constexpr size_t kProbeBytes = size_t{1} << 20;
 
-// What SQLite finds, and rows that belong to nothing.
+// SQLite's findings, and orphaned rows.
 Status check_rows(Database& database, std::vector<std::string>& faults) {
   Query query = database.ask("PRAGMA integrity_check");
   for (;;) {

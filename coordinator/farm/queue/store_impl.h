@@ -1,4 +1,4 @@
-// The store behind its interface: each function is one operation of the writer.
+// Implementation of the store: each function is one operation of the writer.
 #pragma once
 
 #include <memory>
@@ -73,7 +73,7 @@ class StoreImpl final : public Store {
     operation.done = std::move(done);
     writer_.give(std::move(operation));
   }
-  // Waits for what `load` gives inside a transaction that changes nothing.
+  // Runs `load` inside a read-only transaction and waits for its result.
   template <class Value, class Load>
   Expected<Value> read(const Load& load) {
     Value value;

@@ -19,7 +19,7 @@ bool same_description(const JobRecord& a, const JobRecord& b) {
          a.results == b.results;
 }
 
-// Jobs that one which has not ended waits for.
+// Jobs for which an unended job waits.
 std::set<JobId> awaited(const std::vector<JobRecord>& jobs) {
   std::set<JobId> ids;
   for (const JobRecord& job : jobs)
@@ -73,7 +73,7 @@ Operation StoreImpl::change_of(JobId id, const Edit& edit) {
     JobRecord job = *stored;
     KILN_TRY_STATUS(edit(job));
     KILN_TRY_STATUS(check_job(job));
-    // Jobs wait for older ones only: never in a circle.
+    // Jobs wait only for older ones, so there are no cycles.
     for (const JobId other : job.after)
       if (other >= job.id)
         return fail(ErrorKind::kInvalidInput,

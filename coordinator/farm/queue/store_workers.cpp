@@ -1,4 +1,4 @@
-// The store's operations on workers, and what becomes of jobs when one is quarantined.
+// The store's operations on workers, and the effect of a quarantine on jobs.
 #include "common/base/format.h"
 #include "coordinator/farm/queue/store_impl.h"
 
@@ -7,7 +7,7 @@ namespace {
 
 constexpr size_t kMaxIdentity = 256, kMaxReason = 4096;  // bytes
 
-// Adds to what is not proved in a job's result.
+// Adds to the unproved part of a job's result.
 Status taint(GroupTransaction& t, JobRecord job, uint64_t units, const std::string& worker,
              const std::string& reason) {
   constexpr size_t kMax = 4000;

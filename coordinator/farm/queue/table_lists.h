@@ -1,4 +1,4 @@
-// Lists of a record as the bytes of one column: u64 count, then the elements (common/base/bytes.h).
+// Serialises a record's lists into one column: u64 count, then the elements (common/base/bytes.h).
 #pragma once
 
 #include <span>

@@ -1,6 +1,5 @@
-// The statements of the store: records in, records out. Each function is a few statements inside the
-// transaction of its caller; each checks before it writes, so that one which fails with kInvalidInput or
-// kUsage has changed nothing.
+// The store's SQL: reads and writes records. Each function runs a few statements inside its caller's
+// transaction and checks before writing, so that a failure with kInvalidInput or kUsage changes nothing.
 #pragma once
 
 #include <map>
@@ -19,9 +18,9 @@ class Tables {
   Expected<uint64_t> raise_epoch(const std::string& release);
 
   Expected<JobId> add_job(const JobRecord& job);
-  // `described`: scene, settings and lists may differ from what is stored too.
+  // `described`: scene, settings and lists may also differ from the stored ones.
   Status set_job(const JobRecord& job, bool described);
-  Status remove_job(JobId job);  // with events; results are dropped before
+  Status remove_job(JobId job);  // with events; drop results first
   Expected<JobId> find_submission(const std::string& user, const std::string& submission);  // 0: none
   Expected<std::map<JobId, JobRecord>> load_jobs();
 
@@ -31,11 +30,11 @@ class Tables {
   Expected<bool> has_result(const UnitCommit& commit);  // the same job, unit, shape and digest
   Status add_result(const CommitRow& row);
   Status verify_result(const UnitCommit& commit);
-  // `worker`: who stands for it; empty: who is written already.
+  // `worker`: the identity that vouches for it; empty: the stored one.
   Status settle(JobId job, uint64_t unit, const Digest& winner, bool verified, const std::string& worker);
   Status revoke(JobId job, uint64_t unit);
   Status revoke_answer(JobId job, uint64_t unit, const Digest& digest);
-  // Writes down how many settled results of the job nobody but their worker gave, by worker.
+  // Stores, by worker, how many settled results of the job only that worker gave.
   Status note_unproven(JobId job);
   struct Unproven {
     JobId job = 0;
@@ -47,8 +46,8 @@ class Tables {
   Status drop_results(JobId job);
   Expected<std::vector<CommitRow>> load_results(JobId job);
   Expected<CommitRow> load_result(JobId job, uint64_t unit, const Digest& digest);
-  // How far each spool file is in use: the end of its last record, from `record_head` bytes before each
-  // payload.
+  // The used length of each spool file: the end of its last record, whose head of `record_head` bytes
+  // precedes the payload.
   Expected<std::map<SpoolFileId, uint64_t>> load_spool_ends(uint64_t record_head);
 
   Status put_pass(JobId job, const PassRecord& pass);

@@ -1,4 +1,4 @@
-// Which files a bake reads.
+// Lists the files that a bake reads.
 #include <map>
 #include <nlohmann/json.hpp>
 
@@ -21,7 +21,7 @@ const json* member(const json& value, const char* name) {
   return it == value.end() ? nullptr : &*it;
 }
 
-// The value at a path of member names; null if there is none.
+// The value at a path of member names, or null.
 const json* at(const json& value, std::initializer_list<const char*> names) {
   const json* here = &value;
   for (const char* name : names)
@@ -29,7 +29,7 @@ const json* at(const json& value, std::initializer_list<const char*> names) {
   return here;
 }
 
-// Everything in a glTF that names a file: core and the extensions that import reads.
+// Every file reference in a glTF: core and the extensions that import reads.
 std::vector<std::string> named_uris(const json& root) {
   std::vector<std::string> uris;
   const auto add = [&](const json* uri) {
@@ -54,7 +54,7 @@ bool is_file(const fs::path& path) {
 }
 
 Status add_named(const fs::path& scene, Inputs& inputs) {
-  // Reads the buffers too: a glTF that import would refuse is refused here.
+  // Reads the buffers too, so that a glTF that import would refuse is refused here.
   KILN_TRY(const GltfDocument document, read_gltf_document(scene));
   const json root = json::parse(document.json, nullptr, false);
   if (root.is_discarded()) return fail(ErrorKind::kInvalidInput, text("{}: no JSON", scene.string()));

@@ -20,7 +20,7 @@ Status copy_blob(const fs::path& blob, const fs::path& target) {
   return {};
 }
 
-// Another file system, or one without links, or a blob that has as many as it may: a copy does.
+// Copies where links are impossible: another file system, one without links, or a blob at its link limit.
 bool cannot_link(int code) {
   return code == EXDEV || code == EPERM || code == EMLINK || code == EOPNOTSUPP || code == ENOSYS;
 }

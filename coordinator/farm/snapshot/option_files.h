@@ -1,5 +1,4 @@
-// Options that name a file which decides what is baked. The cache of unwrapping names a folder, and decides
-// nothing.
+// Options that name a file which affects the bake. The unwrap cache names a folder and does not.
 #pragma once
 
 #include <array>
@@ -15,7 +14,7 @@ struct FileOption {
   const char* name;  // as in settings_table()
   std::string BakeSettings::*value;
 };
-// ROOM: an option that names a file has its line here.
+// ROOM: add a line here for an option that names a file.
 inline constexpr std::array<FileOption, 2> kFileOptions{
     {{"environment", &BakeSettings::environment}, {"keep-layout", &BakeSettings::keep_layout}}};
 
@@ -23,7 +22,7 @@ inline bool names_file(const FileOption& option, const std::string& value) {
   return !value.empty() && !(option.value == &BakeSettings::environment && parse_radiance(value));
 }
 
-// In the snapshot. The name stays: formats and messages are known by it.
+// Path in the snapshot. Keeps the file name, which determines the format and appears in messages.
 inline std::string path_of_option(const FileOption& option, const std::string& value) {
   return std::string(kOptions) + "/" + option.name + "/" + std::filesystem::path(value).filename().string();
 }

@@ -1,5 +1,5 @@
-// What a bake reads, by content: the files of a scene and its settings are listed, hashed, kept as blobs and
-// laid out again elsewhere, so that a job of a farm is not changed by who edits the scene while it waits.
+// A bake's input by content: a scene's files and settings are listed, hashed, stored as blobs and laid out
+// again elsewhere, so that edits to the scene do not change a queued job.
 #pragma once
 
 #include <filesystem>
@@ -13,19 +13,18 @@
 namespace kiln {
 
 struct InputFile {
-  std::string path;  // in the snapshot: as seen from the scene's folder; files of options under kOptions
+  std::string path;  // in the snapshot: relative to the scene's folder; files of options under kOptions
   std::filesystem::path source;  // where it is now
 };
 
-// Files that options name lie here, each in a folder of its option's name.
+// Folder of files named by options, each in a subfolder with its option's name.
 inline constexpr const char* kOptions = "kiln-options";
 
 // Every file that a bake of this scene with these settings reads, the scene first, then by path: external
-// buffers, all images (the written scene.glb holds them too), IES profiles, the environment's image, the
-// layout to keep, and NAME.kiln.json, the scene's own job file. Files that the scene names and that are not
-// there are left out: import says what it says of them, here and there. Fails (kInvalidInput) as import does
-// on a glTF that cannot be read and on URIs that leave the scene's folder, and on an option's file that is
-// not there.
+// buffers, all images (scene.glb includes them), IES profiles, the environment's image, the layout to keep,
+// and NAME.kiln.json, the scene's own job file. Missing files of the scene are skipped: import reports them
+// on either side. Fails (kInvalidInput) like import on an unreadable glTF and on URIs that leave the scene's
+// folder, and on a missing file of an option.
 Expected<std::vector<InputFile>> list_inputs(const std::filesystem::path& scene,
                                              const BakeSettings& settings);
 
@@ -33,24 +32,23 @@ struct Snapshot {
   std::string scene;  // path of the glTF among `files`
   std::vector<FileRecord> files;
   std::vector<std::filesystem::path> sources;  // of each
-  BakeSettings settings;                       // files of options by their path in the snapshot
+  BakeSettings settings;                       // files of options as paths in the snapshot
 };
 
 // Lists and hashes (SHA-256, in pieces of 1 MiB).
 Expected<Snapshot> take_snapshot(const std::filesystem::path& scene, const BakeSettings& settings);
 
-// Puts the files of a snapshot on this machine into the store. Fails (kInvalidInput) if one has changed
-// since.
+// Copies a snapshot's files from this machine into the store. Fails (kInvalidInput) if one has changed since.
 Status put_snapshot(const Snapshot& snapshot, BlobStore& blobs, int64_t now_ms);
 
-// Makes the files in `folder`, which is made and must be empty: hard links to the blobs where the file system
-// can, else copies. They are for reading. Fails (kInvalidInput) on a path that leaves the folder and on a
-// blob that is not there.
+// Creates the files in `folder`, which is created and must be empty: hard links to the blobs where the file
+// system allows, else copies. They are read-only. Fails (kInvalidInput) on a path that leaves the folder and
+// on a missing blob.
 Status lay_out(const std::vector<FileRecord>& files, const BlobStore& blobs,
                const std::filesystem::path& folder);
 
-// The settings of a snapshot for files laid out in `folder`; options whose value is no path of the snapshot
-// stay.
+// A snapshot's settings for files laid out in `folder`; options whose value is not a path of the snapshot are
+// unchanged.
 BakeSettings settings_in(BakeSettings settings, const std::filesystem::path& folder);
 
 }  // namespace kiln

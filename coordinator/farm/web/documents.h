@@ -1,4 +1,4 @@
-// The farm as JSON, for the page and for programs.
+// The farm's state as JSON, for the page and for programs.
 #pragma once
 
 #include <string>
@@ -8,10 +8,10 @@
 namespace kiln {
 
 std::string status_json(const WebSources& sources);  // workers, active jobs, totals, store
-std::string jobs_json(const WebSources& sources);    // every job in short
-// With settings, inputs, results and events; nothing: there is no such job.
+std::string jobs_json(const WebSources& sources);    // a summary of every job
+// With settings, inputs, results and events; nullopt: no such job.
 std::optional<std::string> job_json(const WebSources& sources, JobId id);
-// Why nothing is handed out; empty: work goes on.
+// Why no units are handed out; empty: they are.
 std::string unhealthy(const WebSources& sources);
 
 }  // namespace kiln

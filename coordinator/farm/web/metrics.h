@@ -1,7 +1,6 @@
-// The farm in numbers, in Prometheus' text format 0.0.4
-// (prometheus.io/docs/instrumenting/exposition_formats). Names are kiln_*, with their unit; what only rises
-// while the coordinator runs ends in _total. There is no series per worker: a farm's workers come and go, and
-// /api/status.json has them.
+// The farm's metrics in Prometheus' text format 0.0.4 (prometheus.io/docs/instrumenting/exposition_formats).
+// Names are kiln_*, with their unit; counters end in _total. There is no series per worker, because workers
+// come and go; /api/status.json lists them.
 #pragma once
 
 #include <string>

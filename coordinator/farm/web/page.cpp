@@ -38,7 +38,7 @@ constexpr const char* kBody = R"(
 <th>Release</th></tr></thead><tbody id="workers"></tbody></table></div>
 )";
 
-// Everything that comes from outside is set as text, never as markup.
+// All external data is set as text, never as markup.
 constexpr const char* kScript = R"(
 'use strict';
 const $ = id => document.getElementById(id);

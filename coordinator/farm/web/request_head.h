@@ -1,5 +1,5 @@
-// The head of an HTTP request, read from a socket with a bound on its size and on the time it may take, and
-// checked against the little of HTTP/1.1 (RFC 9112) that a reader of these pages needs.
+// Reads the head of an HTTP request from a socket, with limits on size and time, and checks it against the
+// small part of HTTP/1.1 (RFC 9112) that these pages need.
 #pragma once
 
 #include <chrono>
@@ -19,7 +19,7 @@ struct RequestHead {
 };
 
 struct HeadRefused {
-  int status;  // of HTTP; 0: the peer is gone, nobody to tell
+  int status;  // HTTP status; 0: the peer is gone
   std::string why;
 };
 

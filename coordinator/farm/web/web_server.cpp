@@ -17,8 +17,8 @@ namespace kiln {
 namespace {
 
 constexpr const char* kJson = "application/json";
-thread_local bool too_many = false;                 // the connection in hand has no thread of its own
-thread_local const RequestHead* current = nullptr;  // of the request that this thread answers
+thread_local bool too_many = false;                 // the accepting thread handles this connection itself
+thread_local const RequestHead* current = nullptr;  // of the request handled by this thread
 
 bool is_loopback(const std::string& host) {
   return host == "localhost" || host == "::1" || host.rfind("127.", 0) == 0;
@@ -63,7 +63,8 @@ bool send_all(int socket, std::string_view bytes, std::chrono::milliseconds pati
   return true;
 }
 
-// The library reads what was checked, not the socket, and its answer is kept to be sent with one deadline.
+// The library reads the checked head, not the socket, and its response is buffered to be sent with one
+// deadline.
 class CheckedStream final : public httplib::Stream {
  public:
   explicit CheckedStream(std::string request) : request_(std::move(request)) {}
@@ -88,7 +89,7 @@ class CheckedStream final : public httplib::Stream {
   size_t at_ = 0;
 };
 
-// So many threads, so many that wait; whoever comes then is answered at once on the accepting thread.
+// A fixed number of threads and of queued connections; further ones are answered on the accepting thread.
 class BoundedPool final : public httplib::TaskQueue {
  public:
   BoundedPool(uint32_t threads, uint32_t waiting) : pool_(threads), most_(threads + waiting) {}
@@ -146,7 +147,7 @@ struct WebServer::Impl final : httplib::Server {
     response.set_header("Cache-Control", "no-store");
     response.set_header("X-Content-Type-Options", "nosniff");
     response.set_header("Referrer-Policy", "no-referrer");
-    // A page of elsewhere whose name was made to lead here must not read what needs no token.
+    // DNS rebinding: a page from elsewhere must not read data that needs no token.
     if (settings.token.empty() && !is_loopback(host_name(head.host)))
       return say(response, 421, "this server speaks for localhost only");
     const bool trusted = may_read(head);
@@ -188,7 +189,7 @@ struct WebServer::Impl final : httplib::Server {
         "here are /, /metrics, /healthz, /api/status.json, /api/jobs.json and /api/jobs/ID.json");
   }
 
-  // In place of the library's, which would wait for a slow peer's every byte anew.
+  // Replaces the library's, whose timeout restarts with every byte of a slow peer.
   bool process_and_close_socket(socket_t fd) override {
     ::fcntl(fd, F_SETFD, FD_CLOEXEC);
     if (too_many) {
@@ -202,7 +203,7 @@ struct WebServer::Impl final : httplib::Server {
       ::close(fd);
       return false;
     }
-    // The library sees nothing of the peer's: no Range, no encoding, no escapes.
+    // The library sees none of the peer's headers: no Range, no encoding, no escapes.
     CheckedStream stream("GET / HTTP/1.1\r\nHost: kiln\r\n\r\n");
     current = &*head;
     bool closed = false;
@@ -213,7 +214,7 @@ struct WebServer::Impl final : httplib::Server {
     return sent;
   }
 
-  // What the peer still sends is read away for a moment: else its reset could overtake the answer.
+  // Drain the peer's remaining bytes briefly: otherwise a reset could overtake the response.
   void refuse(socket_t fd, const HeadRefused& refused, std::chrono::milliseconds drain) {
     if (refused.status == 0) return;
     send_all(fd,

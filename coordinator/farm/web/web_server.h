@@ -1,5 +1,5 @@
 // The farm over HTTP, read-only: /metrics, /healthz, /api/status.json, /api/jobs.json, /api/jobs/ID.json and
-// a page that shows them. Serves no files, takes no content, answers one request per connection.
+// a page that shows them. Serves no files, accepts no content, answers one request per connection.
 #pragma once
 
 #include <chrono>
@@ -14,14 +14,14 @@ namespace kiln {
 struct WebSettings {
   std::string host = "127.0.0.1";
   uint16_t port = 0;  // 0: any free port
-  // `Authorization: Bearer TOKEN` that numbers and documents ask for; the page asks its reader for it. Empty:
-  // none, on loopback alone.
+  // Required as `Authorization: Bearer TOKEN` for metrics and documents; the page prompts for it. Empty:
+  // none, loopback only.
   std::string token;
   bool beyond_loopback =
-      false;  // said in words by the user: the token and all names then travel in the clear
-  std::chrono::milliseconds patience{5000};  // for a request's head, and for a peer to take its answer
+      false;  // explicitly set by the user: the token and all names are then sent in the clear
+  std::chrono::milliseconds patience{5000};  // to receive a request's head, and to send a response
   uint32_t threads = 4;
-  uint32_t waiting = 64;  // connections; further ones are told 503
+  uint32_t waiting = 64;  // queued connections; further ones get 503
 };
 
 class WebServer {

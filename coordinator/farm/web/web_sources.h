@@ -1,4 +1,4 @@
-// What the pages and numbers are made of: read-only, called from the web server's threads.
+// Data sources of the pages and metrics: read-only, called from the web server's threads.
 #pragma once
 
 #include <functional>
@@ -13,7 +13,7 @@ namespace kiln {
 
 struct StoreHealth {
   uint64_t wal_bytes = 0;
-  std::string held_for;  // why it cannot write; empty: it can
+  std::string held_for;  // why the store cannot write; empty: it can
 };
 
 struct WebSources {

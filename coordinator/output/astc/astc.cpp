@@ -46,8 +46,8 @@ Expected<Context> make_context(TextureFormat format, float quality, unsigned fla
   return Context(context);
 }
 
-// Calls work(thread) once a thread; the library shares out the blocks. Returns the first thread's error, if
-// any.
+// Calls work(thread) once per thread; the library distributes the blocks. Returns the first thread's error,
+// if any.
 template <class Work>
 Status on_threads(unsigned threads, const Work& work) {
   std::vector<astcenc_error> errors(threads, ASTCENC_SUCCESS);
@@ -60,7 +60,7 @@ Status on_threads(unsigned threads, const Work& work) {
   return {};
 }
 
-// Clamped texels; those without weight as fill_block has them, with blocks of this format.
+// Clamps texels and fills those without weight as fill_block does, in blocks of this format.
 std::vector<float> prepared(const TextureFormatInfo& info, const BlockImage& image, bool hdr, bool fill) {
   std::vector<float> texels(image.rgba.begin(), image.rgba.end());
   for (size_t i = 0; i < texels.size(); ++i) {

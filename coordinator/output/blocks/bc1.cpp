@@ -25,7 +25,7 @@ struct Bc1Block {
   alignas(64) int place[16];  // 0 to 3 thirds of the way from the first end to the second
 };
 
-// For each byte the ends between which a third of the way is nearest to it, and of such the nearest pair.
+// For each byte, the end points whose value at one third is nearest to it; ties go to the closest pair.
 struct SolidEnds {
   uint8_t first[2][256], second[2][256];  // of 5 and 6 bits
   SolidEnds() {
@@ -84,7 +84,7 @@ KILN_INLINE void refine(const BlockLanes& lanes, int rounds, Bc1Block& best) {
   }
 }
 
-// Steps of an end in one channel; `pairs`: of both ends together too.
+// Single steps of an end in one channel; `pairs`: also of both ends together.
 KILN_INLINE bool move_one(const BlockLanes& lanes, bool pairs, Bc1Block& best) {
   bool better = false;
   for (int c = 0; c < 3; ++c)
@@ -155,7 +155,7 @@ Bc1Block search(const BlockLanes& lanes, BlockEffort effort) {
   improve(lanes, best);
   if (effort == BlockEffort::kNormal) return best;
   exhaust(lanes, best);
-  // Another start, since moves end in the nearest valley.
+  // Another start, since steps end in the nearest local minimum.
   float ends[2][4] = {};
   for (int e = 0; e < 2; ++e)
     for (int c = 0; c < 3; ++c) ends[e][c] = static_cast<float>(expanded(first.q[e][c], c));
@@ -186,7 +186,8 @@ Bc1Block solid(const BlockLanes& lanes, int texel) {
   return block;
 }
 
-// Four colours when the first end is the larger number. Places in thirds to codes: the ends are 0 and 1.
+// Four colours if the first end is the larger number. Maps positions in thirds to codes: the ends are 0 and
+// 1.
 void pack(Bc1Block b, uint8_t* block) {
   const auto number = [&](int e) {
     return static_cast<unsigned>(b.q[e][0] << 11 | b.q[e][1] << 5 | b.q[e][2]);
@@ -198,7 +199,7 @@ void pack(Bc1Block b, uint8_t* block) {
   }
   uint32_t codes = 0;
   constexpr uint32_t kCode[4] = {0, 2, 3, 1};
-  if (first != second)  // equal ends make a block of three colours, of which 0 is the end
+  if (first != second)  // equal ends give a block of three colours, whose code 0 is the end
     for (int i = 0; i < 16; ++i) codes |= kCode[b.place[i]] << (2 * i);
   const uint32_t words[2] = {first | second << 16, codes};
   for (int i = 0; i < 8; ++i) block[i] = static_cast<uint8_t>(words[i / 4] >> (8 * (i % 4)));

@@ -5,7 +5,7 @@
 namespace kiln {
 namespace {
 
-// Sums over the first n texels of the order: weight, and weight times the three colours from their mean.
+// Prefix sums over the first n texels in order: weight, and weight times the three colours minus their mean.
 struct Prefix {
   alignas(64) float of[4][17];
 };
@@ -14,7 +14,7 @@ KILN_WIDE void search(const Prefix& prefix, const float* channel, float (*ends)[
   float most = -1;
   for (int i = 1; i < 16; ++i)
     for (int j = i; j < 16; ++j) {
-      // For all ends k of the third run at once; those before j are no division.
+      // For all ends k of the third run at once; those before j are not divisions.
       alignas(64) float aa[16], ab[16], bb[16], gain[16], x[3][16], y[3][16];
       for (int k = 0; k < 16; ++k) {
         const float* w = prefix.of[0];

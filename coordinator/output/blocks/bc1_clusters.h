@@ -5,10 +5,10 @@
 
 namespace kiln {
 
-// Ends of the best division of the texels, in their order along the principal axis, into four runs that lie
-// 0, 1, 2 and 3 thirds of the way: for each division the ends are the solution of least squares, and its
-// error is known without visiting a texel (Brown 2006, "DXT Compression Techniques"). `ends` gives the axis
-// and takes the result.
+// Finds the best division of the texels, ordered along the principal axis, into four runs at 0, 1, 2 and 3
+// thirds of the way: for each division least squares gives the end points, and prefix sums give the error
+// without visiting a texel (Brown 2006, "DXT Compression Techniques"). `ends` holds the axis on entry and the
+// result on return.
 void cluster_ends(const BlockLanes& lanes, float (*ends)[4]);
 
 }  // namespace kiln

@@ -5,7 +5,7 @@
 
 namespace kiln {
 
-// Red; the other channels are not looked at. All metrics are the plain sum of squares, weighted by texel.
+// Encodes red and ignores the other channels. All metrics are the plain sum of squares, weighted by texel.
 // Efforts: bc4_channel.h.
 void encode_bc4(const BlockTexels& texels, const BlockChoice& choice, uint8_t* block);
 void encode_bc4_snorm(const BlockTexels& texels, const BlockChoice& choice, uint8_t* block);

@@ -8,14 +8,14 @@
 namespace kiln {
 namespace {
 
-// Which eight values the ends stand for.
+// The palette that the ends select.
 enum class Values : uint8_t {
   kEight,  // from end to end
   kSix,    // from end to end, then bottom and top of the range
 };
 
-// Values and ends are counted in steps of the ends from the bottom of the range, which is 0: without sign in
-// 255ths, with it in 127ths.
+// Values and ends are in steps of the ends from the bottom of the range, which is 0: 255ths unsigned, 127ths
+// signed.
 struct Channel {
   alignas(64) float v[1][16];
   alignas(64) float weight[16];  // at most 1; not all are 0
@@ -27,7 +27,7 @@ struct Bc4Block {
   float error;  // weighted squares, in steps
   int low, high;
   Values values;
-  alignas(64) int place[16];  // sevenths from low to high; of six values fifths, then 6: bottom, 7: top
+  alignas(64) int place[16];  // sevenths from low to high; with six values fifths, then 6: bottom, 7: top
 };
 
 Channel channel_of(const BlockTexels& texels, int channel, bool is_signed) {
@@ -44,8 +44,8 @@ Channel channel_of(const BlockTexels& texels, int channel, bool is_signed) {
   return c;
 }
 
-// The nearest value of each texel; returns the error. Ends may lie between steps, since boxes of ends are
-// judged by their middles.
+// Finds the nearest value of each texel; returns the error. Ends may lie between steps, because boxes of ends
+// are evaluated at their centres.
 KILN_INLINE float measure(const Channel& c, float low, float high, Values values, int* place) {
   const bool six = values == Values::kSix;
   const float parts = six ? 5.0f : 7.0f, scale = high > low ? parts / (high - low) : 0.0f;
@@ -72,7 +72,7 @@ KILN_INLINE float measure(const Channel& c, float low, float high, Values values
   return lane_sum(error);
 }
 
-// Eight values need two ends: equal ones are written as six values, which hold theirs too.
+// Eight values need two different ends: equal ends are written as six values, which include theirs.
 KILN_INLINE bool try_ends(const Channel& c, int low, int high, Bc4Block& best) {
   if (low < 0 || high > c.top || low > high) return false;
   if (low == high && best.values == Values::kEight) return false;
@@ -104,7 +104,8 @@ KILN_INLINE void refine(const Channel& c, int rounds, Bc4Block& best) {
   }
 }
 
-// From the least and the largest value, of six values without those that round to the bottom or the top.
+// Starts from the smallest and the largest value; for six values, without those that round to the bottom or
+// the top.
 KILN_WIDE Bc4Block start(const Channel& c, Values values) {
   const auto top = static_cast<float>(c.top);
   const float margin = values == Values::kSix ? 0.5f : 0.0f;
@@ -114,7 +115,7 @@ KILN_WIDE Bc4Block start(const Channel& c, Values values) {
     if (!(c.weight[i] > 0) || v < margin || v > top - margin) continue;
     low = std::min(low, v), high = std::max(high, v);
   }
-  if (low > high) low = 0, high = top;  // bottom and top are all there is
+  if (low > high) low = 0, high = top;  // only bottom and top occur
   Bc4Block best{1e30f, 0, c.top, values, {}};
   int first = nearest_step(low), last = nearest_step(high);
   if (first == last && values == Values::kEight) first > 0 ? --first : ++last;
@@ -123,8 +124,8 @@ KILN_WIDE Bc4Block start(const Channel& c, Values values) {
   return best;
 }
 
-// Least squares end in the nearest valley, of which there are many: other starts draw both ends in or out by
-// quarters of a place.
+// Least squares ends in the nearest local minimum, and there are many: other starts move both ends in or out
+// by quarters of a level.
 KILN_WIDE void improve(const Channel& c, Bc4Block& best) {
   const auto low = static_cast<float>(best.low), high = static_cast<float>(best.high);
   const float quarter = (high - low) / (best.values == Values::kSix ? 20.0f : 28.0f);
@@ -141,16 +142,16 @@ KILN_WIDE void improve(const Channel& c, Bc4Block& best) {
   }
 }
 
-// What single precision does to a root mean square as measure() has it, in steps, twice: values, differences
-// and texels are rounded by 2^-17 each; at a tie a place is misjudged by 7 * 3 * 2^-24 + 2^-22, which costs
-// twice as much of 255 / 7 steps; six roundings of the sum are halved by the root, of 128 at most. Together
-// below 2e-4, of what is found and of what it is held against.
+// Twice the single-precision error of a root mean square from measure(), in steps: values, differences and
+// texels are rounded by 2^-17 each; at a tie a level is misjudged by 7 * 3 * 2^-24 + 2^-22, which costs twice
+// as much of 255 / 7 steps; six roundings of the sum are halved by the root, of 128 at most. Together below
+// 2e-4, for the result and for the value it is compared with.
 constexpr float kSlack = 4e-4f;
 
-// All ends that can be better than `best`. Moving the ends by up to r steps moves no value by more, so no
-// texel's distance to its nearest one changes by more, nor does their weighted root mean square (the triangle
-// inequality). A box of ends whose middle errs more than the best by its radius therefore holds none better;
-// others are quartered.
+// Branch and bound over all ends that can beat `best`. Moving the ends by up to r steps moves no value by
+// more, so neither a texel's distance to its nearest value nor the weighted root mean square changes by more
+// (triangle inequality). A box of ends whose centre exceeds the best error by its radius therefore contains
+// no better ends; other boxes are quartered.
 KILN_WIDE void exhaust(const Channel& c, Bc4Block& best) {
   struct Box {
     int low, high, side;
@@ -180,7 +181,7 @@ Bc4Block search(const Channel& c, BlockEffort effort) {
   Bc4Block eight = start(c, Values::kEight), six = start(c, Values::kSix);
   if (effort != BlockEffort::kFast) improve(c, eight), improve(c, six);
   if (effort == BlockEffort::kBest) {
-    // What one set of values has reached is a bound for the other.
+    // The error of one palette bounds the other.
     Bc4Block& other = eight.error < six.error ? six : eight;
     Bc4Block& better = eight.error < six.error ? eight : six;
     exhaust(c, better);
@@ -201,7 +202,7 @@ bool is_solid(const Channel& c, float& value) {
   return true;
 }
 
-// Ends a step apart have every seventh (of six values: fifth) of a step between them, and no ends have
+// Ends one step apart give every seventh (with six values: fifth) of a step between them, and no ends give
 // others.
 Bc4Block solid(const Channel& c, float value) {
   Bc4Block best{1e30f, 0, 0, Values::kEight, {}};
@@ -217,8 +218,8 @@ Bc4Block solid(const Channel& c, float value) {
   return best;
 }
 
-// Eight values are told by the first end being the larger. Codes 0 and 1 are the ends, those after them the
-// values from the first end to the second.
+// Eight values if the first end is larger. Codes 0 and 1 are the ends, later codes the values from the first
+// end to the second.
 void pack(const Bc4Block& b, bool is_signed, uint8_t* block) {
   const bool eight = b.values == Values::kEight;
   const int bottom = is_signed ? -127 : 0;

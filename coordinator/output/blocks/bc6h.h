@@ -9,7 +9,7 @@ namespace kiln {
 
 constexpr float kLargestHalf = 65504;
 
-// As BlockFormat::encode and decode say. Alpha is not coded and decodes as 1; reserved modes decode as 0.
+// See BlockFormat::encode and decode. Alpha is not stored and decodes as 1; reserved modes decode as 0.
 void encode_bc6h_ufloat(const BlockTexels& texels, const BlockChoice& choice, uint8_t* block);
 void encode_bc6h_sfloat(const BlockTexels& texels, const BlockChoice& choice, uint8_t* block);
 void decode_bc6h_ufloat(const uint8_t* block, BlockTexels& texels);

@@ -45,7 +45,7 @@ constexpr int sign_extended(int value, int bits) {
   return (low_bits(value, bits) ^ sign) - sign;
 }
 
-// The end point that a decoder makes of the lowest `delta` bits of the difference.
+// The end point that a decoder reconstructs from the lowest `delta` bits of the difference.
 int rebuilt(const Mode& mode, int base, int value, int delta, bool is_signed) {
   const int sum = base + sign_extended(value - base, delta);
   return is_signed ? sign_extended(sum, mode.bits) : low_bits(sum, mode.bits);

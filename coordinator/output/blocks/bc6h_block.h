@@ -1,4 +1,4 @@
-// A BC6H block taken apart, and its 128 bits.
+// The fields of a BC6H block, and its 128 bits.
 #pragma once
 
 #include <cstdint>
@@ -14,16 +14,16 @@ struct Block {
   uint8_t index[16] = {};
 };
 
-// Whether the differences of end points to one of them (0 or 1) have room in the block's mode.
+// Whether the differences of the end points to one of them (0 or 1) fit the block's mode.
 bool fits(const Block& block, int base, bool is_signed);
 
-// The end point of region 0 that settle_anchors() makes the first.
+// The end point of region 0 that settle_anchors() puts first.
 int settled_base(const Block& block);
 
-// Exchanges end points so that the anchors' indices lose their upper bits.
+// Swaps end points so that the anchors' indices have upper bit 0.
 void settle_anchors(Block& block);
 
-// Writes 16 bytes. The block fits and its anchors are settled.
+// Writes 16 bytes. The block must fit and its anchors be settled.
 void pack(const Block& block, uint8_t* bytes);
 
 Block unpack(const uint8_t* bytes, bool is_signed);

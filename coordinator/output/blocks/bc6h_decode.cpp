@@ -10,8 +10,8 @@ using namespace bc6h;
 
 float value_of(int step) {
   const uint32_t size = static_cast<uint32_t>(step < 0 ? -step : step);
-  // A half's exponent is 112 below a float's; the product is exact, of denormals too. Infinity is what signed
-  // blocks of 16 bits make of -32768, and nothing else.
+  // A half's exponent is 112 below a float's; the product is exact, of denormals too. Infinity occurs only in
+  // signed blocks of 16 bits, from -32768.
   const float value =
       size < 0x7C00 ? std::bit_cast<float>(size << 13) * 0x1p112f : std::numeric_limits<float>::infinity();
   return step < 0 ? -value : value;

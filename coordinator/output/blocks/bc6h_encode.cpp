@@ -8,7 +8,7 @@ namespace kiln {
 namespace {
 using namespace bc6h;
 
-// The candidates to go on with, the best first; of equals the one that came first.
+// The shortlist of candidates, best first; ties keep their order.
 template <size_t kSize>
 class Shortlist {
  public:
@@ -27,7 +27,7 @@ class Shortlist {
   size_t count_ = 0;
 };
 
-// What is better by the score but not worse by the error alone: more effort never costs error.
+// Better by score and not worse by error, so that more effort never increases the error.
 void improve(Candidate& candidate, const Candidate& other) {
   if (other.score < candidate.score && other.cost.error <= candidate.cost.error) candidate = other;
 }
@@ -41,9 +41,9 @@ Candidate fast(const Target& target) {
   return best;
 }
 
-// What an effort tries, beyond one region by its axis.
+// The search of each effort, beyond one region by its axis.
 struct Effort {
-  int partitions;  // the most promising, with two regions
+  int partitions;  // best-ranked partitions tried, with two regions
   int solves;      // rounds of least squares, of each candidate
   bool fold;       // those on the shortlist
   int reach;       // of stretch(), of the same

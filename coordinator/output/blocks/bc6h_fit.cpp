@@ -28,8 +28,8 @@ struct PartitionCosts {
   alignas(32) float of[kPartitions];
 };
 
-// The part of the scatter that `levels` on the principal axis leave: scatter is what the moments say, about
-// the mean. The largest eigenvalue is taken as the matrix's norm, which is right when there is one.
+// The residual scatter after quantising to `levels` on the principal axis, with the scatter about the mean
+// from the moments. The matrix norm approximates the largest eigenvalue, exactly if it is the only one.
 KILN_INLINE float remainder_of(float w, float x, float y, float z, float xx, float yy, float zz, float xy,
                                float xz, float yz) {
   const float by = 1 / std::max(w, 1e-20f);
@@ -59,7 +59,7 @@ struct Mean {
   float weight, at[3];
 };
 
-// 16 numbers in a fixed order, which registers of any width can take.
+// Sums 16 numbers in a fixed order that suits registers of any width.
 KILN_INLINE float sum_of(const float (&v)[16]) {
   float s[8];
   for (int i = 0; i < 8; ++i) s[i] = v[i] + v[i + 8];
@@ -95,7 +95,7 @@ KILN_WIDE void scatter_of(const Target& target, const Mask& mask, const Mean& me
   }
 }
 
-// The least and the largest coordinate on the axis, from the mean.
+// The smallest and the largest coordinate on the axis, relative to the mean.
 KILN_WIDE void extent_of(const Target& target, const Mask& mask, const Mean& mean, const float (&axis)[3],
                          float& low, float& high) {
   alignas(32) float at[16];
@@ -173,7 +173,7 @@ KILN_WIDE void least_squares(const Target& target, const Mask& mask, const uint8
   Line made = line;
   float aa = 0, ab = 0, bb = 0;
   for (int c = 0; c < 3; ++c) {
-    if (c == 0 || target.metric != BlockMetric::kLog) {  // there the channels' weights are one
+    if (c == 0 || target.metric != BlockMetric::kLog) {  // in that space all channels have weight one
       for (int i = 0; i < 16; ++i) {
         const float w = mask[i] * target.fit[c][i];
         ws[i] = w * s[i];

@@ -37,12 +37,12 @@ constexpr Masks kMasks = [] {
   return masks;
 }();
 
-// Spread end points.
+// Expanded end points.
 struct Ends {
   float a[3], b[3];
 };
 
-// Interpolation in floats is exact: all terms are whole and below 2^24.
+// Interpolation in floats is exact: all terms are integers below 2^24.
 template <int kCount, bool kSigned>
 KILN_INLINE void make_levels(const Ends& ends, float (&levels)[3][kCount]) {
   const auto& weights = kCount == 16 ? kLevels16.of : kLevels8.of;
@@ -60,7 +60,7 @@ KILN_INLINE void make_levels(const Ends& ends, float (&levels)[3][kCount]) {
   }
 }
 
-// In a fixed order, which registers of any width can take.
+// In a fixed order that suits registers of any width.
 KILN_INLINE float sum_of(float (&v)[16]) {
   for (int i = 0; i < 8; ++i) v[i] += v[i + 8];
   for (int i = 0; i < 4; ++i) v[i] += v[i + 4];

@@ -1,4 +1,4 @@
-// The levels between two end points as a decoder makes them, and for each texel the one with the least error.
+// The levels between two end points as a decoder computes them, and the level of least error for each texel.
 #pragma once
 
 #include "coordinator/output/blocks/bc6h_block.h"
@@ -15,7 +15,7 @@ struct Cost {
 using Mask = float[16];
 const Mask& mask_of(const Block& block, int region);
 
-// Gives the texels of the region their nearest levels. Returns what that costs.
+// Assigns the region's texels their nearest levels. Returns the cost.
 Cost find_indices(const Target& target, int region, Block& block);
 
 }  // namespace kiln::bc6h

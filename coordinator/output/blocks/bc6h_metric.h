@@ -1,6 +1,5 @@
-// The spaces in which squared distances are errors, as BlockMetric names them: steps of half floats (a
-// logarithm), values, or luminance and two differences of colour. Inlined into functions for each instruction
-// set.
+// The spaces in which BlockMetric measures squared distances: steps of half floats (a logarithm), values, or
+// luminance and two colour differences. Inlined into functions for each instruction set.
 #pragma once
 
 #include <algorithm>
@@ -12,12 +11,12 @@
 
 namespace kiln::bc6h {
 
-// Rec. 709. A difference of colour counts a quarter of one of luminance, squared.
+// Rec. 709. A squared colour difference counts a quarter of a squared luminance difference.
 constexpr float kLuminance[3] = {0.2126f, 0.7152f, 0.0722f};
 constexpr float kChroma = 0.5f;
 
-// The bits of a half float as a real number, between two halfs too: a logarithm of base 2^(1/1024), within
-// 6 %, down to 2^-14; linear below.
+// The bits of a half float as a real number, also between halfs: a logarithm of base 2^(1/1024), within 6 %,
+// down to 2^-14; linear below.
 KILN_INLINE float step_of(float value) {
   const float size = std::fabs(value);
   const auto bits = static_cast<int32_t>(std::bit_cast<uint32_t>(size));
@@ -26,7 +25,7 @@ KILN_INLINE float step_of(float value) {
   return value < 0 ? -step : step;
 }
 
-// The inverse; `step` is whole.
+// The inverse; `step` is an integer.
 KILN_INLINE float value_of(float step) {
   const auto size = static_cast<int32_t>(std::fabs(step));
   const float value = std::bit_cast<float>(size << 13) * 0x1p112f;

@@ -58,18 +58,18 @@ struct Mode {
 
 extern const std::array<Mode, kModes> kModeTable;
 
-// Bit i: texel i is of region 1.
+// Bit i: texel i is in region 1.
 inline constexpr std::array<uint16_t, kPartitions> kPartitionTable = {
     0xCCCC, 0x8888, 0xEEEE, 0xECC8, 0xC880, 0xFEEC, 0xFEC8, 0xEC80, 0xC800, 0xFFEC, 0xFE80,
     0xE800, 0xFFE8, 0xFF00, 0xFFF0, 0xF000, 0xF710, 0x008E, 0x7100, 0x08CE, 0x008C, 0x7310,
     0x3100, 0x8CCE, 0x088C, 0x3110, 0x6666, 0x366C, 0x17E8, 0x0FF0, 0x718E, 0x399C};
 
-// The texel of region 1 whose index has no upper bit; of region 0 it is texel 0.
+// The anchor texel of region 1, whose index omits its upper bit; in region 0 it is texel 0.
 inline constexpr std::array<uint8_t, kPartitions> kAnchorTable = {15, 15, 15, 15, 15, 15, 15, 15, 15, 15, 15,
                                                                   15, 15, 15, 15, 15, 15, 2,  8,  2,  2,  8,
                                                                   8,  15, 2,  8,  2,  2,  8,  8,  2,  2};
 
-// Of 64: how much of the second end point a level has.
+// The second end point's weight at each level, in 64ths.
 inline constexpr std::array<uint8_t, 8> kWeights8 = {0, 9, 18, 27, 37, 46, 55, 64};
 inline constexpr std::array<uint8_t, 16> kWeights16 = {0,  4,  9,  13, 17, 21, 26, 30,
                                                        34, 38, 43, 47, 51, 55, 60, 64};
@@ -78,7 +78,7 @@ constexpr bool two_regions(int mode) {
   return mode < kFirstOneRegion;
 }
 
-// A channel of an end point, spread over 16 bits (signed: 15 and sign), where levels are interpolated.
+// Expands an end point's channel to 16 bits (signed: 15 and sign), in which levels are interpolated.
 constexpr int spread(int value, int bits, bool is_signed) {
   if (!is_signed) {
     if (bits >= 15 || value == 0) return value;
@@ -90,7 +90,8 @@ constexpr int spread(int value, int bits, bool is_signed) {
   return value < 0 ? -wide : wide;
 }
 
-// Of an interpolated channel, the half float's bits; negative values as the negated bits of their size.
+// Converts an interpolated channel to the half float's bits; negative values as the negated bits of the
+// magnitude.
 constexpr int half_step(int interpolated, bool is_signed) {
   if (!is_signed) return (interpolated * 31) >> 6;
   return interpolated < 0 ? -((-interpolated * 31) >> 5) : (interpolated * 31) >> 5;

@@ -7,17 +7,17 @@
 namespace kiln::bc6h {
 namespace {
 
-// From the finest end points to the coarsest. The last of each has room for any.
+// From the finest end points to the coarsest. The last mode of each fits any.
 constexpr int kOneRegion[] = {13, 12, 11, 10};
 constexpr int kTwoRegions[] = {2, 3, 4, 0, 5, 6, 7, 8, 1, 9};
 
-// The worst texel counts as so many texels with its error more.
+// The worst texel counts as this many additional texels with its error.
 constexpr float kWorst = 4.0f;
 
-// Solving does not make up for a start so many times worse.
+// Solving does not recover from a start this many times worse.
 constexpr float kHopeless = 2.0f;
 
-// Levels over which fold() lays a block's whole range.
+// Levels that fold() uses for a block's whole range.
 constexpr int kFolded = 6;
 
 void sum_up(const Cost (&regions)[2], Candidate& candidate) {
@@ -29,13 +29,13 @@ bool fits_settled(const Block& block, bool is_signed) {
   return fits(block, settled_base(block), is_signed);
 }
 
-// `value`, of a channel's end point, to the nearest that `bits` can say.
+// Rounds `value`, an end point's channel, to the nearest representable in `bits`.
 int quantised(float value, int bits, bool is_signed) {
   const float size = is_signed ? std::fabs(value) : std::max(value, 0.0f);
   const int top = (1 << (is_signed ? bits - 1 : bits)) - 1;
   const float cell = size * std::bit_cast<float>((127 + bits - 16) << 23);
   int q;
-  // A number stands for the middle of its cell, but the first for 0 and the last for the end.
+  // A code decodes to the middle of its cell, except that the first is 0 and the last the maximum.
   if (bits == 16)
     q = static_cast<int>(std::min(cell + 0.5f, static_cast<float>(top)));
   else if (cell < 0.75f)
@@ -47,14 +47,14 @@ int quantised(float value, int bits, bool is_signed) {
   return is_signed && value < 0 ? -q : q;
 }
 
-// How far a channel's end points are from the first.
+// Differences of a channel's end points to the first.
 float span_of(const Line (&lines)[2], int c, bool two) {
   const float base = lines[0].a[c];
   const float first = std::fabs(lines[0].b[c] - base);
   return two ? std::max({first, std::fabs(lines[1].a[c] - base), std::fabs(lines[1].b[c] - base)}) : first;
 }
 
-// Before anything is quantised, which may take a cell off a span. (That differences wrap is left to fits().)
+// Before quantisation, which may shorten a span by a cell. (fits() handles differences that wrap.)
 bool may_fit(const Mode& mode, const float (&span)[3]) {
   if (!mode.transformed) return true;
   const auto cell = static_cast<float>(1 << (16 - mode.bits));

@@ -1,5 +1,4 @@
-// Search for the block with the least decoded error. Every candidate is judged by what a decoder makes of its
-// quantised end points.
+// Searches for the block of least decoded error. Every candidate is decoded from its quantised end points.
 #pragma once
 
 #include "coordinator/output/blocks/bc6h_fit.h"
@@ -7,33 +6,33 @@
 
 namespace kiln::bc6h {
 
-// The block as the search has it: indices as they fell, anchors not settled.
+// The block during the search: indices as assigned, anchors not settled.
 struct Candidate {
   Block block;
   Cost cost;            // of both regions
-  float score = 3e38f;  // error and worst texel together; less is better
+  float score = 3e38f;  // error and worst texel combined; lower is better
 };
 
-// Finds indices and cost. False: the differences between end points find no room with these anchors.
+// Finds indices and cost. False: the differences between end points do not fit with these anchors.
 bool judge(const Target& target, Candidate& candidate);
 
-// Texels on lines, one a region, in the finest mode that has room. Indices and cost found.
+// Quantises lines, one per region, in the finest mode that fits, and finds indices and cost.
 Candidate one_region(const Target& target, const Line& line);
 Candidate two_region(const Target& target, int partition, const Line (&lines)[2]);
 
-// Solves for the end points while that gains, `rounds` times at most.
+// Solves for the end points while the score improves, `rounds` times at most.
 void solve(const Target& target, int rounds, Candidate& candidate);
 
 // Solves again from end points shifted along their line, each by up to `reach` half levels out- and inwards:
-// texels then fall to other levels, which no solving by itself leads to.
+// texels then move to other levels, which solving alone cannot reach.
 void stretch(const Target& target, int reach, int solves, Candidate& candidate);
 
-// Tries lines so long that a few neighbouring levels cover the block's range: end points are then many, and
-// some are right to a fraction of a cell. For blocks of little range; one region.
+// Tries lines so long that a few neighbouring levels cover the block's range: many such end points exist, and
+// some match to a fraction of a quantisation cell. For blocks of small range; one region.
 void fold(const Target& target, Candidate& candidate);
 
-// Moves end points by single steps, channel by channel and both ends of a channel together, while that gains,
-// `rounds` times at most.
+// Moves end points by single steps, per channel and both ends of a channel together, while the score
+// improves, `rounds` times at most.
 void descend(const Target& target, int rounds, Candidate& candidate);
 
 }  // namespace kiln::bc6h

@@ -10,7 +10,7 @@
 namespace kiln::bc6h {
 namespace {
 
-// Luminances below this part of the block's largest are as visible as this part.
+// Luminances below this share of the block's largest are weighted as that share.
 constexpr float kDarkest = 1e-3f;
 
 // Value per step at a value: 2^-10 of its power of two.
@@ -19,7 +19,7 @@ KILN_INLINE float slope_at(float value) {
   return std::bit_cast<float>(power) * 0x1p-10f;
 }
 
-// End points whose levels at that place decode as `step`: half_step() rounds down, thus the half step more.
+// End point values that decode to `step`: half_step() rounds down, hence the extra half step.
 KILN_WIDE void find_ends(Target& target, const float (&steps)[3][16], bool is_signed) {
   const float factor = is_signed ? 32.0f / 31 : 64.0f / 31;
   for (int c = 0; c < 3; ++c)

@@ -13,7 +13,7 @@ struct Bc7Candidate {
   uint8_t index[16] = {}, index2[16] = {};  // of colours, of alpha; index2 of modes 4 and 5 alone
 };
 
-// Turns end points round where an anchor's index has its highest bit set.
+// Swaps end points where an anchor's index has its highest bit set.
 void pack_bc7(Bc7Candidate candidate, uint8_t* block);
 
 }  // namespace kiln

@@ -73,7 +73,7 @@ void decode_bc7(const uint8_t* block, BlockTexels& texels) {
   }
   if (mode.index2_bits)
     for (int i = 0; i < 16; ++i) index[1][i] = in.get(mode.index2_bits - (i == 0));
-  // Modes 4 and 5: colours take the first indices and alpha the second, or the other way round.
+  // Modes 4 and 5: colours use the first indices and alpha the second, or vice versa.
   const int colour_set = selector, alpha_set = mode.index2_bits ? 1 - selector : 0;
   const int bits[2] = {mode.index_bits, mode.index2_bits};
   for (int i = 0; i < 16; ++i) {

@@ -15,7 +15,7 @@ struct Search {
   float floor;  // the error of the texels rounded to bytes
   Bc7Candidate best;
 
-  // An error near that of rounding leaves nothing to gain.
+  // Stop when the error is close to that of rounding.
   bool done(float slack) const { return best.error <= slack * floor; }
 };
 
@@ -43,7 +43,7 @@ float rounding_floor(const BlockLanes& lanes, int channels) {
   return lane_sum(error);
 }
 
-// Texels whose alpha rounds to 255 are opaque: modes 0 to 3 then serve too.
+// Texels whose alpha rounds to 255 are opaque, which also allows modes 0 to 3.
 bool has_alpha(const BlockLanes& lanes) {
   for (int i = 0; i < 16; ++i)
     if (lanes.weight[i] > 0 && lanes.v[3][i] < 254.5f) return true;
@@ -60,8 +60,8 @@ bool is_solid(const BlockLanes& lanes, int channels, int& texel) {
   return true;
 }
 
-// Mode 5 holds every colour of 8 bits: all texels take the second of four places between two ends of 7 bits,
-// of which the nearest pair is kept.
+// Mode 5 represents every 8-bit colour: all texels use the second of four levels between two 7-bit ends; the
+// closest pair is used.
 struct SolidEnds {
   uint8_t low[256] = {}, high[256] = {};
   SolidEnds() {
@@ -104,7 +104,8 @@ Bc7Candidate mode6(const Search& s, int rounds, int moves) {
   return k;
 }
 
-// Modes of several subsets: 0 to 3 and 7. Gives up when the subsets so far err more than the best block.
+// Modes of several subsets: 0 to 3 and 7. Stops when the error of the subsets so far exceeds the best
+// block's.
 Bc7Candidate partitioned(const Search& s, int mode, int partition, int rounds, int moves, float limit) {
   const Bc7Mode& m = kBc7Modes[mode];
   const Bc7P p = m.unique_p ? Bc7P::kUnique : m.shared_p ? Bc7P::kShared : Bc7P::kNone;
@@ -125,7 +126,7 @@ Bc7Candidate partitioned(const Search& s, int mode, int partition, int rounds, i
   return k;
 }
 
-// Modes 4 and 5: three channels on a line, the fourth by itself. Rotation exchanges alpha with a colour.
+// Modes 4 and 5: three channels on a line, the fourth separate. Rotation swaps alpha with a colour.
 Bc7Candidate separate(const Search& s, int mode, int rotation, int selector, int rounds, int moves,
                       float limit) {
   const Bc7Mode& m = kBc7Modes[mode];
@@ -153,7 +154,7 @@ Bc7Candidate separate(const Search& s, int mode, int rotation, int selector, int
   return k;
 }
 
-// Moves of end points are tried where the error before them is at most this much above the best.
+// Single steps of end points are tried only if the error before is at most this factor above the best.
 constexpr float kWorthMoving = 1.12f;
 
 void try_separate(Search& s, int mode, int rotation, int selector, int rounds, int moves) {
@@ -186,7 +187,7 @@ void search_normal(Search& s) {
   try_partitions(s, 3, two, 2, 2, 0);
 }
 
-// The best block's own mode again, with moves for as long as they help.
+// Repeats the best block's mode, with single steps while they help.
 void polish(Search& s, int rounds) {
   constexpr int kMoves = 16;
   const Bc7Candidate k = s.best;
@@ -197,7 +198,7 @@ void polish(Search& s, int rounds) {
 }
 
 void search_best(Search& s) {
-  constexpr int kMoves = 1;  // while candidates are compared
+  constexpr int kMoves = 1;  // during the comparison of candidates
   constexpr float kSlack = 1.0001f;
   keep(s.best, mode6(s, 6, kMoves));
   for (int rotation = 0; rotation < 4 && !s.done(kSlack); ++rotation) {

@@ -25,7 +25,7 @@ KILN_INLINE int quantised(const Bc7Line& line, float v, int p, int c) {
   return std::clamp(static_cast<int>(x + 0.5f), 0, top);  // x > -0.5
 }
 
-// The error that rounding an end alone makes.
+// The error from rounding an end alone.
 template <int C>
 KILN_INLINE float rounding(const Bc7Line& line, const float* channel, const float* end, int p) {
   float error = 0;
@@ -91,7 +91,7 @@ KILN_INLINE bool try_ends(const BlockLanes& lanes, const float* weight, const Bc
   return true;
 }
 
-// Steps of one end, of the other, of both together; then the other p.
+// Steps one end, the other, both together; then flips p.
 template <int C, int K>
 KILN_INLINE bool move_ends(const BlockLanes& lanes, const float* weight, const Bc7Line& line, Best& best) {
   bool better = false;
@@ -156,7 +156,7 @@ KILN_INLINE Bc7Fit fit(const BlockLanes& lanes, const float* weight, const Bc7Li
   return result;
 }
 
-// One function for each shape that occurs, so that loops have fixed bounds.
+// One instantiation per shape in use, so that loops have fixed bounds.
 #define KILN_BC7_FIT(C, K)                                                                          \
   KILN_WIDE Bc7Fit fit_##C##_##K(const BlockLanes& lanes, const float* weight, const Bc7Line& line, \
                                  int rounds, int moves) {                                           \

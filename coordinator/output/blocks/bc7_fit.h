@@ -20,8 +20,8 @@ struct Bc7Fit {
   uint8_t index[16] = {};
 };
 
-// `weight`: of the subset's texels, 0 of others. Rounds of least squares; then `moves` rounds that try every
-// end point one step off and every other p, for as long as the error falls.
+// `weight`: 0 outside the subset. Runs rounds of least squares, then up to `moves` rounds that try every end
+// point one step away and every other p while the error falls.
 Bc7Fit fit_bc7(const BlockLanes& lanes, const float* weight, const Bc7Line& line, int rounds, int moves);
 
 }  // namespace kiln

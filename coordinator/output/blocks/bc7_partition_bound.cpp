@@ -7,7 +7,7 @@ namespace {
 
 constexpr int kPartitions = 64;
 
-// 1 where the texel belongs to the subset: by subset less 1, texel, partition.
+// 1 where the texel belongs to the subset: by subset - 1, texel, partition.
 struct Membership {
   alignas(64) float of[2][16][kPartitions];
 };
@@ -22,7 +22,7 @@ Membership membership(int subsets) {
   return m;
 }
 
-// 1, the channels, and their products: sums of these over a subset give its covariance.
+// 1, the channels, and their products, whose sums over a subset give its covariance.
 template <int C>
 constexpr int kMoments = 1 + C + C*(C + 1) / 2;
 
@@ -53,8 +53,8 @@ constexpr int place(int a, int b) {  // of a product in the upper triangle
   return low * C - low * (low - 1) / 2 + high - low;
 }
 
-// Adds one subset of all partitions to the promise. The largest eigenvalue is taken as tr(M^5) / tr(M^4):
-// exact for one direction, and for equal ones; else too small by less than a tenth of what the others have.
+// Adds one subset of all partitions to the bound. tr(M^5) / tr(M^4) approximates the largest eigenvalue:
+// exact for one direction, and for equal ones; else too small by less than a tenth of the other eigenvalues.
 template <int C>
 KILN_INLINE void add_subset(const float (*sums)[kPartitions], float along, Bc7PartitionBound& promise) {
   constexpr int kPairs = C * (C + 1) / 2;
@@ -106,7 +106,7 @@ KILN_INLINE Bc7PartitionBound promise_of(const BlockLanes& lanes, const Membersh
       sums[0][k][p] = subsets == 3 ? all - sums[1][k][p] - sums[2][k][p] : all - sums[1][k][p];
   }
   Bc7PartitionBound promise{};
-  // Values spread evenly over a line have their extent squared / 12 as variance, and as error that of a step.
+  // Values uniform over a line have variance extent^2 / 12, and the quantisation error is that of one step.
   const auto steps = static_cast<float>((1 << index_bits) - 1);
   for (int s = 0; s < subsets; ++s) add_subset<C>(sums[s], 1.0f / (steps * steps), promise);
   return promise;

@@ -1,5 +1,5 @@
-// What the BC7 format fixes: its modes, partitions and weights of interpolation. Khronos Data Format
-// Specification 1.4, chapter 21 "BPTC"; "BC7 Format" of Direct3D's documentation.
+// Constants of the BC7 format: modes, partitions and interpolation weights. Khronos Data Format Specification
+// 1.4, chapter 21 "BPTC"; "BC7 Format" of Direct3D's documentation.
 #pragma once
 
 #include <array>
@@ -8,7 +8,7 @@
 namespace kiln {
 
 struct Bc7Mode {
-  int subsets, partition_bits, rotation_bits, selector_bits;  // selector: which indices the colours take
+  int subsets, partition_bits, rotation_bits, selector_bits;  // selector: which indices the colours use
   int colour_bits, alpha_bits;                                // of an end point, without its lowest bit "p"
   int unique_p, shared_p;                                     // one p an end point, or one a subset
   int index_bits, index2_bits;                                // index2: of alpha, of modes 4 and 5
@@ -22,7 +22,7 @@ constexpr Bc7Mode kBc7Modes[8] = {
 
 struct Bc7Partition {
   std::array<uint8_t, 16> subset;  // by texel
-  std::array<uint8_t, 3> anchor;   // by subset: the texel whose index has its highest bit 0 and left out
+  std::array<uint8_t, 3> anchor;   // by subset: the texel whose index omits its highest bit, which is 0
 };
 const std::array<Bc7Partition, 64>& bc7_partitions(int subsets);  // 1 to 3
 

@@ -15,7 +15,7 @@
 namespace kiln {
 namespace {
 
-// Texels of block (bx, by); beyond the image there is no weight.
+// Texels of block (bx, by), with weight 0 outside the image.
 void load(const BlockImage& image, uint32_t bx, uint32_t by, BlockTexels& t) {
   for (uint32_t i = 0; i < 16; ++i) {
     const uint32_t x = 4 * bx + i % 4, y = 4 * by + i / 4;

@@ -1,6 +1,6 @@
-// A block of texels channel by channel, for arithmetic on 16 texels at once, and the sums that encoders fit
-// lines with. Sums are taken in a fixed tree, so that no instruction set changes them. Functions are inlined
-// into those that are compiled for wide registers (common/base/wide.h).
+// A block of texels by channel, for arithmetic on 16 texels at once, and the sums used to fit lines. Sums use
+// a fixed tree, so that they do not depend on the instruction set. Functions are inlined into those that are
+// compiled for wide registers (common/base/wide.h).
 #pragma once
 
 #include <algorithm>
@@ -20,7 +20,7 @@ struct BlockLanes {
 // 1 for each colour, or shares of the luminance that sum to 3 (Rec. 709); alpha 1.
 BlockLanes block_lanes(const BlockTexels& texels, BlockMetric metric);
 
-// Written with vectors of four, which any x86-64 has: left to itself the compiler shuffles.
+// Written with vectors of four, available on any x86-64: otherwise the compiler adds shuffles.
 using Four = float __attribute__((vector_size(16)));
 
 KILN_INLINE Four four_at(const float* x) {
@@ -44,8 +44,9 @@ KILN_INLINE float in_byte(float v) {
   return v < 0.0f ? 0.0f : v > 255.0f ? 255.0f : v;
 }
 
-// The ends, in 0 to 255, of the weighted texels' extent along their principal axis, for channels 0 to C - 1
-// of v. The axis is the dominant eigenvector of the covariance, by power iteration from its largest column.
+// The end points, in 0 to 255, of the weighted texels' extent along their principal axis, for channels 0 to C
+// - 1 of v. The axis is the dominant eigenvector of the covariance, by power iteration from its largest
+// column.
 template <int C>
 KILN_INLINE void principal_ends(const float (*v)[16], const float* channel, const float* weight, float total,
                                 float (*ends)[4]) {
@@ -83,7 +84,7 @@ KILN_INLINE void principal_ends(const float (*v)[16], const float* channel, cons
   for (int i = 0; i < 16; ++i) {
     float t = 0;
     for (int c = 0; c < C; ++c) t += d[c][i] * axis[c];
-    t = weight[i] > 0 ? t * inverse : 0.0f;  // the mean lies within the extent
+    t = weight[i] > 0 ? t * inverse : 0.0f;  // the mean is inside the extent
     low[i] = high[i] = t;
   }
   for (int step = 8; step > 0; step /= 2)
@@ -119,8 +120,8 @@ KILN_INLINE float nearest_of(const float (*v)[16], const float* channel, const f
   return lane_sum(error);
 }
 
-// Least squares: the ends whose mixtures (1 - t) a + t b are nearest to the texels. Leaves the ends when all
-// texels lie at one t.
+// Least squares: the end points a, b whose mixtures (1 - t) a + t b are nearest to the texels. Leaves the end
+// points unchanged if all texels have the same t.
 template <int C>
 KILN_INLINE void least_squares_ends(const float (*v)[16], const float* weight, const float* t,
                                     float (*ends)[4]) {

@@ -36,7 +36,7 @@ uint64_t texture_bytes(TextureFormat format, uint32_t width, uint32_t height, ui
 }
 
 Status check_images(const TextureImages& t) {
-  // Counts of a vector fit 32 bits by far, and are compared before they are cut.
+  // Compares vector sizes before narrowing them to 32 bits.
   if (t.levels.size() > 32 || (!t.levels.empty() && t.levels.front().size() > kMaxTextureLayers))
     return bad_texture(text("the texture has {} levels of {} layers, there can be 15 of {}", t.levels.size(),
                             t.levels.front().size(), kMaxTextureLayers));

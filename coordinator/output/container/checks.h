@@ -1,4 +1,4 @@
-// What both containers hold their textures to, whether they are written or read.
+// Checks that both containers apply to textures, on writing and on reading.
 #pragma once
 
 #include "coordinator/output/container/container.h"
@@ -15,12 +15,12 @@ uint32_t most_levels(uint32_t width, uint32_t height);  // down to 1x1
 
 tl::unexpected<Error> bad_texture(std::string what);  // kInvalidInput
 
-// Of sizes that a file states: 1 to the limits, and no more levels than there are.
+// Checks the sizes in a file: 1 to the limits, and no more levels than the size has.
 Status check_sizes(uint32_t width, uint32_t height, uint32_t layers, uint32_t levels);
-// Bytes of all images; sizes are checked.
+// Bytes of all images; sizes must have been checked.
 uint64_t texture_bytes(TextureFormat format, uint32_t width, uint32_t height, uint32_t layers,
                        uint32_t levels);
-// Of textures to be written: the above, and every image has its size.
+// Checks a texture before writing: the above, and the size of every image.
 Status check_images(const TextureImages& texture);
 
 }  // namespace kiln

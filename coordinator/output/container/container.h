@@ -17,21 +17,21 @@ struct TextureImages {
   uint32_t layers() const { return levels.empty() ? 0 : static_cast<uint32_t>(levels.front().size()); }
 };
 
-// Key and value of a KTX2 file; `KTXwriter` and `KTXorientation` are written unasked.
+// Key and value of a KTX2 file; `KTXwriter` and `KTXorientation` are always written.
 struct KtxNote {
   std::string key, value;
 };
 
-// With the DX10 header, but for single layers of BC1 and RGBA8, which more readers know by their older names.
+// Uses the DX10 header, except for single layers of BC1 and RGBA8, whose older names more readers know.
 // Errors (kInvalidInput): no image, images of a wrong size, sides above 16384, more than 2048 layers, a
-// format that DDS does not know (ASTC).
+// format that DDS does not have (ASTC).
 Expected<Bytes> write_dds(const TextureImages& texture);
 // `zstd`: supercompression level 1 to 19, 0: none (KTX 2.0 specification, 3.13; scheme 2).
 Expected<Bytes> write_ktx2(const TextureImages& texture, int zstd, const std::vector<KtxNote>& notes = {});
 
-// What the two functions above write and what other tools write of the same formats: flat textures, linear,
-// row 0 on top. Every size is checked
-// before it is used; at most `max_bytes` of texels. Errors (kInvalidInput) name the field.
+// Reads files of the two functions above and of other tools in the same formats: 2D textures, linear, row 0
+// on top. Every size is checked before use; at most `max_bytes` of texels. Errors (kInvalidInput) name the
+// field.
 Expected<TextureImages> read_dds(std::span<const std::byte> file, uint64_t max_bytes = uint64_t{1} << 32);
 Expected<TextureImages> read_ktx2(std::span<const std::byte> file, uint64_t max_bytes = uint64_t{1} << 32);
 

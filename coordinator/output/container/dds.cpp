@@ -1,5 +1,5 @@
-// DDS: "Programming Guide for DDS" and "DDS_HEADER_DXT10" of Direct3D's documentation. Images follow layer by
-// layer, in each from the largest level to the smallest.
+// DDS: "Programming Guide for DDS" and "DDS_HEADER_DXT10" of Direct3D's documentation. Images are stored by
+// layer, each from the largest level to the smallest.
 #include <algorithm>
 #include <array>
 #include <optional>
@@ -116,7 +116,7 @@ Expected<Head> read_head(ByteReader& in) {
   return head;
 }
 
-// Many readers know BC1 and RGBA8 by their older names alone, which have no layers.
+// Many readers know BC1 and RGBA8 only by their older names, which allow no layers.
 PixelFormat pixel_format(const TextureImages& texture) {
   if (texture.layers() == 1 && texture.format == TextureFormat::kBc1Unorm)
     return {kFormatFourCc, kDxt1, 0, {}};

@@ -46,7 +46,7 @@ double component(const std::byte* at, int type) {
 
 void put_component(std::byte* at, int type, double value) {
   const auto write = [at](auto v) { std::memcpy(at, &v, sizeof v); };
-  const auto whole = std::llround(value);  // a mean of representable numbers is representable
+  const auto whole = std::llround(value);  // a blend of representable values stays in range
   switch (type) {
     case 5120:
       return write(static_cast<int8_t>(whole));
@@ -70,7 +70,7 @@ VertexBlend nearest_of(const VertexBlend& b) {
   return {{b.vertex[most], 0, 0}, {1, 0, 0}};
 }
 
-// One element of `size` bytes; `unit`: of floats, its first three components become a unit vector.
+// Writes one element of `size` bytes; `unit`: normalises the first three float components.
 void blend(const VertexBlend& b, const std::byte* elements, size_t size, int type, bool unit,
            std::byte* out) {
   if (b.weight[1] == 0 && b.weight[2] == 0) {
@@ -90,7 +90,7 @@ void blend(const VertexBlend& b, const std::byte* elements, size_t size, int typ
   for (size_t c = 0; c < std::min<size_t>(count, 4); ++c) put_component(out + c * width, type, value[c]);
 }
 
-// glTF 2.0, 3.7.2.1: POSITION states the bounds of the values as they are stored.
+// glTF 2.0, 3.7.2.1: POSITION needs bounds of the stored values.
 Json bounds(std::span<const std::byte> elements, size_t stride, size_t count, int type, size_t components,
             bool upper) {
   Json out = Json::array();
@@ -146,7 +146,7 @@ Status GltfBuffer::embed_images(Json& doc, const std::filesystem::path& folder) 
     if (!image.contains("uri") || !image["uri"].is_string()) continue;
     const std::string uri = image["uri"];
     if (uri.rfind("data:", 0) == 0) continue;
-    const auto bytes = read_uri(folder, uri);  // refuses what would leave the scene's folder
+    const auto bytes = read_uri(folder, uri);  // refuses paths that leave the scene's folder
     if (!bytes) continue;                      // import has already warned of it
     image.erase("uri");
     image["bufferView"] = add_view(doc, *bytes, 0);
@@ -317,7 +317,7 @@ void GltfBuffer::keep_views(Json& doc, const std::vector<bool>& used) {
     if (!used[v]) continue;
     Json view = doc["bufferViews"][v];
     const size_t begin = view.value("byteOffset", size_t{0}), length = view.value("byteLength", size_t{0});
-    kept.resize((kept.size() + 15) & ~size_t{15});  // components are aligned within what was a whole buffer
+    kept.resize((kept.size() + 15) & ~size_t{15});  // components are aligned relative to the original buffer
     view["byteOffset"] = kept.size();
     if (begin <= bytes_.size() && length <= bytes_.size() - begin)
       kept.insert(kept.end(), bytes_.begin() + static_cast<ptrdiff_t>(begin),

@@ -1,5 +1,4 @@
-// Lightmaps for viewers that do not know KILN_lightmap: pages as 8-bit images within the file, by two vendor
-// extensions.
+// Lightmaps for viewers without KILN_lightmap: pages as embedded 8-bit images, in two vendor extensions.
 //
 // MOZ_lightmap (Hubs; https://github.com/takahirox/MOZ_lightmap): {index, texCoord, intensity} on a material.
 // Renderers add texel x intensity to the irradiance, texels linear: E = texel x intensity.
@@ -31,8 +30,8 @@ Vec3 irradiance_of(const Lightmap& map, size_t texel) {
   return e;
 }
 
-// E that the brightest texel stands for. Not the maximum: eight bits would be spent on a few texels beside a
-// lamp. One texel in a thousand is cut off.
+// The E of code 255. Not the maximum, which would waste eight bits on a few texels beside a lamp: one texel
+// in a thousand is clipped.
 float brightest(const OutputContext& c) {
   std::vector<float> largest;
   for (size_t t = 0; t < c.lightmap.validity.size(); ++t)
@@ -113,7 +112,7 @@ Expected<Bytes> moz_page(const OutputContext& c, uint32_t page, float intensity)
   return encode_png(c.atlas.width, c.atlas.height, rgb);
 }
 
-// Ambient occlusion, if the map has it.
+// Ambient occlusion, if baked.
 const std::vector<float>* occlusion_plane(const OutputContext& c) {
   const std::vector<uint32_t>& responses = c.settings.quantities.responses;
   if (std::find(responses.begin(), responses.end(), Responses::index_of<AmbientOcclusion>()) ==
@@ -123,7 +122,7 @@ const std::vector<float>* occlusion_plane(const OutputContext& c) {
   return &c.lightmap.responses.plane(std::string(AmbientOcclusion::name));
 }
 
-// glTF reads the red channel; grey, so that the picture can be looked at.
+// glTF reads the red channel; stored as grey so that the image is viewable.
 Expected<Bytes> occlusion_page(const OutputContext& c, uint32_t page, const std::vector<float>& plane) {
   const size_t count = size_t{c.atlas.width} * c.atlas.height;
   std::vector<uint8_t> rgb(3 * count, 255);
@@ -158,7 +157,7 @@ Expected<Bytes> epic_page(const OutputContext& c, uint32_t page, const LogRange&
     const double light = epic_light(e);
     for (size_t k = 0; k < 3; ++k)
       rgba[4 * t + k] = light > 0 ? byte_of(std::sqrt(double{e[static_cast<int>(k)]} / max_component(e))) : 0;
-    // 255 v + 1/2 = high + low/255, bytes as they are stored.
+    // 255 v + 1/2 = high + low/255, in stored bytes.
     const double code = 255 * (logarithm2(light + kEpicBlack) - range.low) / range.span + 0.5;
     const double high = std::clamp(std::floor(code), 0.0, 255.0);
     rgba[4 * t + 3] = static_cast<uint8_t>(high);
@@ -174,7 +173,7 @@ Status GltfOutput::attach_material_maps() {
   const std::vector<float>* occlusion = occlusion_plane(*c_);
   if (!moz && !occlusion) return {};
   PageMaterials materials(doc);
-  // What has no lightmap keeps the material as it is.
+  // Primitives without a lightmap keep the material unchanged.
   for (const bool lit : {false, true})
     for (Json& mesh : doc["meshes"])
       for (Json& primitive : mesh["primitives"]) {
@@ -197,7 +196,7 @@ Status GltfOutput::attach_material_maps() {
       doc["materials"][place]["extensions"][kMoz] = {
           {"index", light[page]}, {"texCoord", 1}, {"intensity", intensity}};
     }
-    // A material's own occlusion map stays: it has detail that texels of the atlas do not.
+    // A material's own occlusion map stays: it has finer detail than the atlas.
     if (occlusion && !doc["materials"][place].contains("occlusionTexture")) {
       if (!shade.count(page)) {
         KILN_TRY(const Bytes png, occlusion_page(*c_, static_cast<uint32_t>(page), *occlusion));
@@ -233,7 +232,7 @@ Status GltfOutput::attach_epic_lightmap() {
     bool first = true;
     for (auto& [page, primitives] : by_page) {
       size_t target = n;
-      if (!first) {  // a child in the same place, with the primitives of this page
+      if (!first) {  // a child at the same position, with the primitives of this page
         target = doc["nodes"].size();
         Json part = doc["meshes"][mesh];
         part["primitives"] = primitives;

@@ -1,7 +1,7 @@
-// scene_instanced.glb: the input file with every mesh once. Its TEXCOORD_1 is in the chart's box, _CHART is
-// the chart's number in the mesh, and a node says where its charts begin in the table of charts.bin:
-// extras.kiln .first_chart, or by instance _FIRST_CHART of EXT_mesh_gpu_instancing. Instances that were cut
-// at contacts have charts and so a mesh of their own.
+// scene_instanced.glb: the input file with each mesh stored once. Its TEXCOORD_1 is in the chart's box,
+// _CHART is the chart's number in the mesh, and a node gives its first entry in the table of charts.bin:
+// extras.kiln.first_chart, or by instance _FIRST_CHART of EXT_mesh_gpu_instancing. Instances cut at contacts
+// have their own charts and so their own mesh.
 #include <algorithm>
 
 #include "common/base/format.h"
@@ -14,7 +14,7 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr const char* kInstancing = "EXT_mesh_gpu_instancing";
-// glTF 2.0, 3.7.2.1: attributes of an application's own are no 32-bit integers. A float is exact up to here.
+// glTF 2.0, 3.7.2.1: application-specific attributes cannot be 32-bit integers. A float is exact up to here.
 constexpr uint32_t kMaxChart = 1u << 24;
 
 class InstancedWriter {
@@ -45,7 +45,7 @@ class InstancedWriter {
     return {};
   }
 
-  // Copies of one mesh stay one node; those with charts of their own become children beside it.
+  // Copies of one mesh stay one node; those with their own charts become children next to it.
   Status place_repeated(uint32_t node, const std::vector<MeshCopy>& copies) {
     std::vector<size_t> mesh_of_copy, meshes;
     for (const MeshCopy& copy : copies) {
@@ -55,7 +55,8 @@ class InstancedWriter {
     }
     const Json extension = scene_.doc["nodes"][node]["extensions"][kInstancing];
     const Json attributes = extension["attributes"];
-    if (count_of(attributes) != copies.size()) {  // a copy without extent was left out: which is not known
+    if (count_of(attributes) !=
+        copies.size()) {  // a copy without extent was dropped, and which one is unknown
       for (size_t k = 0; k < copies.size(); ++k) {
         const size_t root = scene_.add_root_node(copies[k], mesh_of_copy[k]);
         GltfOutput::note(scene_.doc["nodes"][root])["first_chart"] = first_chart(copies[k]);
@@ -95,7 +96,7 @@ class InstancedWriter {
     return 0;
   }
 
-  // The mesh of a copy, made when its sets of charts are met for the first time.
+  // The mesh of a copy, created when its sets of charts first occur.
   Expected<size_t> mesh_of(const MeshCopy& copy) {
     std::vector<uint32_t> key{c_.scene.instances[copy.front()].file_mesh};
     for (const uint32_t i : copy) {
@@ -106,7 +107,7 @@ class InstancedWriter {
     if (const auto it = meshes_.find(key); it != meshes_.end()) return it->second;
     Json primitives = Json::array();
     for (const uint32_t i : copy) {
-      // Charts of a copy's primitives follow one another in the table, so one number finds them all.
+      // Charts of a copy's primitives are consecutive in the table, so one number locates them all.
       const uint32_t base = c_.atlas.instance_first_chart[i] - first_chart(copy);
       KILN_TRY(Json primitive, primitive_of(i, base));
       primitives.push_back(std::move(primitive));

@@ -1,4 +1,4 @@
-// KILN_lightmap: what the maps are and which nodes have them (docs/gltf.md, docs/schema).
+// KILN_lightmap: describes the maps and the nodes that use them (docs/gltf.md, docs/schema).
 #include "common/base/format.h"
 #include "common/math/vec.h"
 #include "common/responses/basis.h"
@@ -31,7 +31,7 @@ Json texture_json(const PublishedTexture& t) {
   return out;
 }
 
-// One master file of a page; its channels are found by name.
+// One master file of a page; readers find its channels by name.
 Json master_json(const OutputContext& c, const std::string& stem, uint32_t page,
                  const std::vector<std::pair<std::string, std::string>>& channels) {
   Json out = {{"uri", page_name(stem, "exr", page, c.atlas.pages)},
@@ -92,7 +92,7 @@ Json basis_json(const BasisInfo& basis) {
   return out;
 }
 
-// What every response is, for who looks for a plane of its name in the textures.
+// Describes every response, for readers that look up planes by name.
 Json responses_json(const BakeSettings& settings) {
   Json out = Json::array();
   for (const uint32_t index : settings.quantities.responses) {

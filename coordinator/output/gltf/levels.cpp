@@ -27,7 +27,8 @@ Status GltfOutput::give_levels_their_meshes() {
       for (Json& part : by_page(primitive, s, placements)) primitives.push_back(std::move(part));
     }
     mesh["primitives"] = std::move(primitives);
-    note(mesh)["texcoord_space"] = "lightmap";  // in scene_instanced.glb that of other meshes is the chart
+    note(mesh)["texcoord_space"] =
+        "lightmap";  // in scene_instanced.glb other meshes are relative to the chart
     doc["nodes"][node]["mesh"] = doc["meshes"].size();
     doc["meshes"].push_back(std::move(mesh));
   }

@@ -10,7 +10,7 @@ using Json = nlohmann::json;
 
 constexpr const char* kInstancing = "EXT_mesh_gpu_instancing";
 
-// Corner `k` of a face in terms of the file's vertices at the corners of its triangle.
+// Corner `k` of a face as a blend of the file's vertices at its triangle's corners.
 VertexBlend blend_of(const MeshCharts& charts, size_t face, int k, const uint32_t* corner) {
   if (charts.parts.empty()) return {{corner[k], 0, 0}, {1, 0, 0}};
   const Vec2& b = charts.parts[face].corner[k];
@@ -33,7 +33,7 @@ Expected<GltfOutput> GltfOutput::open(const OutputContext& c) {
   if (s.doc.is_discarded() || !s.doc.is_object())
     return fail(ErrorKind::kInvalidInput, text("{}: its JSON does not parse", c.document.path.string()));
   for (const char* earlier : {kKilnLightmap, "MOZ_lightmap", "EPIC_lightmap_textures"})
-    drop_extension(s.doc, earlier);  // of a bake before
+    drop_extension(s.doc, earlier);  // from an earlier bake
   if (c.atlas.packed) s.free_texcoord_1();
   KILN_TRY(s.buffer, GltfBuffer::merge(s.doc, c.document));
   KILN_TRY_STATUS(s.buffer.embed_images(s.doc, c.document.path.parent_path()));
@@ -58,7 +58,7 @@ std::map<uint32_t, std::vector<MeshCopy>> GltfOutput::copies_by_node(const Outpu
         if (scene.instances[other].file_primitive == scene.instances[i].file_primitive) return true;
       return false;
     };
-    // The importer lists the primitives of a copy together: a repeated primitive begins the next copy.
+    // The importer lists a copy's primitives together: a repeated primitive starts the next copy.
     if (copies.empty() || has(copies.back())) copies.emplace_back();
     copies.back().push_back(i);
   }
@@ -121,7 +121,7 @@ Json GltfOutput::primitive_with(const Instance& in, const SplitMesh& s) const {
   primitive["attributes"] = s.attributes;
   primitive["indices"] = s.index_accessor;
   primitive["mode"] = 4;
-  // Morph targets index the file's vertices; a bake has frozen the base pose.
+  // Morph targets index the file's vertices; a bake freezes the base pose.
   primitive.erase("targets");
   return primitive;
 }

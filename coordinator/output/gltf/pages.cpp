@@ -1,5 +1,5 @@
-// A primitive whose charts are on several pages becomes one a page. They share their vertices: a vertex
-// belongs to one chart, so only the lists of indices differ.
+// Splits a primitive whose charts are on several pages, one primitive per page. They share vertices: a vertex
+// belongs to one chart, so only the indices differ.
 #include "coordinator/output/gltf/output_file.h"
 
 namespace kiln {

@@ -1,5 +1,5 @@
-// What the file had and no part of the scene refers to any more is left out: accessors that new ones stand
-// for, and the bytes behind them. What only an extension unknown to us may name stays.
+// Removes data that the scene no longer references: replaced accessors and their bytes. Keeps data that an
+// unknown extension may reference.
 #include "coordinator/output/gltf/output_file.h"
 
 namespace kiln {
@@ -66,7 +66,7 @@ Marks named_views(const Json& doc) {
   return marks;
 }
 
-// Profiles of EXT_lights_ies; other extensions at the root may name views in ways of their own.
+// Profiles of EXT_lights_ies; other root extensions may reference views in their own ways.
 void mark_lights(const Json& doc, Marks& views) {
   if (const Json* extensions = at(doc, "extensions"))
     if (const Json* ies = at(*extensions, "EXT_lights_ies"))
@@ -125,8 +125,8 @@ void renumber_views(Json& doc, const std::vector<size_t>& number) {
     for (Json& light : doc["extensions"]["EXT_lights_ies"]["lights"]) renumber(light, "bufferView", number);
 }
 
-// Extensions whose objects name no accessor and no buffer view, or only where we look. With any other in use
-// numbers stay as they are.
+// Extensions that reference no accessor or buffer view, or only where we look. If any other is in use,
+// nothing is renumbered.
 bool is_known(const std::string& extension) {
   static const char* const kKnown[] = {
       "EXT_mesh_gpu_instancing", "EXT_lights_ies",     "EXT_lights_image_based",

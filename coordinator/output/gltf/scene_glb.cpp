@@ -1,7 +1,7 @@
 // scene.glb: the input file with TEXCOORD_1 that addresses the lightmap, as one self-contained file.
-// In layout atlas the file's own TEXCOORD_1 is that already. In layout pack every instance gets a mesh of its
-// own whose TEXCOORD_1 is new and whose other data is shared with the other instances. Levels and display
-// meshes that were not baked get meshes with projected coordinates, in either layout.
+// In layout atlas the file's own TEXCOORD_1 is that already. In layout pack every instance gets its own mesh
+// with a new TEXCOORD_1; the other data is shared between instances. Levels and display meshes that were not
+// baked get meshes with projected coordinates, in either layout.
 #include "coordinator/output/gltf/output_file.h"
 
 namespace kiln {
@@ -9,7 +9,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-// The primitive of an instance, once for each page.
+// The primitive of an instance, once per page.
 Expected<Json> primitives_of(const OutputContext& c, GltfOutput& scene, uint32_t instance) {
   if (!c.atlas.receives(instance)) return Json::array({scene.file_primitive(instance)});
   KILN_TRY(Json primitive, scene.split_primitive(instance));
@@ -47,8 +47,8 @@ Status give_instances_their_meshes(const OutputContext& c, GltfOutput& scene) {
   return {};
 }
 
-// Layout atlas: meshes stay as they are. Copies that get no texels of a mesh of which others do have one of
-// their own, without the lightmap.
+// Layout atlas: meshes stay unchanged. If only some copies of a mesh receive light, the others get their own
+// mesh without the lightmap.
 void mark_instances(const OutputContext& c, GltfOutput& scene) {
   const auto& instances = c.scene.instances;
   for (uint32_t i = 0; i < instances.size(); ++i)

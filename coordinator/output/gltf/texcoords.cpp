@@ -1,4 +1,5 @@
-// TEXCOORD_1 is the lightmap's. glTF 2.0, 3.7.2.1: sets of one primitive are numbered without gaps.
+// TEXCOORD_1 is reserved for the lightmap. glTF 2.0, 3.7.2.1: sets of one primitive are numbered without
+// gaps.
 #include <algorithm>
 #include <functional>
 
@@ -25,7 +26,7 @@ size_t sets_of(const Json& primitive) {
   return sets;
 }
 
-// Every texCoord of textures of materials, those of extensions too.
+// Visits every texCoord of materials' textures, including those in extensions.
 void for_each_texcoord(Json& value, const std::function<void(Json&)>& visit) {
   if (value.is_object() && value.contains("texCoord") && value["texCoord"].is_number_integer())
     visit(value["texCoord"]);

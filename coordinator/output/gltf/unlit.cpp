@@ -1,6 +1,6 @@
-// scene_unlit.glb: what the lightmap makes of the scene, for viewers that know no lightmaps. Base colour x E
-// / pi and emission, exposed and through the filmic curve, are base-colour textures of unlit materials; the
-// only coordinates are those of the lightmap.
+// scene_unlit.glb: the lit scene for viewers without lightmaps. Base colour x E / pi plus emission, exposed
+// and tone-mapped with the filmic curve, become base-colour textures of unlit materials; the only coordinates
+// are the lightmap's.
 #include <cmath>
 
 #include "common/raster/triangle2.h"
@@ -14,7 +14,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-// Import keeps four texels of a texture along each edge of a lightmap texel; finer pictures would show no
+// Import keeps four texels of a texture along each edge of a lightmap texel, so finer images would show no
 // more.
 constexpr uint32_t kFinest = 4, kLargestSide = 4096;
 
@@ -84,7 +84,7 @@ class PagePicture {
     set_[texel] = true;
   }
 
-  // Texels beside the charts take the mean of their neighbours, for bilinear lookups.
+  // Texels beside the charts get the mean of their neighbours, for bilinear lookups.
   void dilate() {
     std::vector<size_t> added;
     for (uint32_t y = 0; y < height_; ++y)

@@ -1,4 +1,4 @@
-// Words of settings as encoders take them.
+// Maps settings' words to encoder options.
 #pragma once
 
 #include <algorithm>

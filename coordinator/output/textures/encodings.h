@@ -1,5 +1,5 @@
-// ROOM: add an encoding. What --encode names: how planes are laid out in textures and which formats hold
-// them. One line in the roster here and its name in common/job.
+// ROOM: add an encoding. The encodings of --encode: how planes are laid out in textures and which formats
+// store them. One line in the roster here and its name in common/job.
 #pragma once
 
 #include <array>
@@ -16,7 +16,7 @@ namespace kiln {
 
 enum class FileKind : uint8_t {
   kTexture,  // DDS and KTX2: pages are layers, mips are levels
-  kPng,      // one file a texture and page
+  kPng,      // one file per texture and page
   kHdr,      // one file a page
   kExr,      // one file a page with all planes
 };
@@ -30,21 +30,21 @@ struct Encoding {
   TextureFormat direction;  // of L1
   bool ratio;               // L1/L0 in [0, 1] (O'Donnell 2018, "Encoding"); else L1 as it is
   bool dds;                 // the format has a DXGI number
-  bool directional;         // else E alone can be held
+  bool directional;         // else stores E only
   struct ResponseFormats {
     TextureFormat scalar, vector;
   };
-  std::optional<ResponseFormats> responses;  // of ao, sky, bent; empty: left to the masters
+  std::optional<ResponseFormats> responses;  // for ao, sky, bent; empty: masters only
 };
 
 std::span<const Encoding> encoding_roster();
 const Encoding& encoding(std::string_view name);  // one of encoding_names()
 
-// One texture before it has texels.
+// The layout of one texture.
 struct TextureLayout {
   std::string name;                  // "L0", "L1x", "E"
   std::array<std::string, 3> plane;  // of R, G, B
-  std::array<std::string, 3> times;  // planes that ratios are of; empty: values as they are
+  std::array<std::string, 3> times;  // denominators of ratios; empty: plain values
   TextureFormat format;
   Unpack unpack = Unpack::kNone;
   bool is_signed = false;              // values may be negative
@@ -52,7 +52,7 @@ struct TextureLayout {
   bool is_ratio() const { return !times[0].empty(); }
 };
 
-// What is stored: the basis' planes, or E at the surface normal.
+// The stored quantity: the basis' planes, or E at the surface normal.
 enum class Quantity : uint8_t { kBasis, kIrradiance };
 std::vector<TextureLayout> layouts_of(const Encoding& encoding, const BasisInfo& basis, Quantity quantity);
 

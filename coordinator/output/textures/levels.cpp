@@ -12,7 +12,7 @@ bool is_stored(const std::string& plane) {
 
 struct Level {
   MapLevel map;
-  std::vector<float> coverage;  // share of a texel that is of its chart
+  std::vector<float> coverage;  // share of a texel covered by its chart
 };
 
 Level first_level(const Lightmap& lightmap, const Atlas& atlas) {
@@ -37,7 +37,7 @@ Level first_level(const Lightmap& lightmap, const Atlas& atlas) {
   return level;
 }
 
-// The texels of the level above that make one below, and what each counts.
+// The texels of the larger level that form one of the smaller, with weights.
 struct Mix {
   std::array<size_t, 4> texel{};
   std::array<float, 4> weight{};
@@ -78,7 +78,7 @@ Mix mix_of(const Level& above, size_t page, uint32_t x, uint32_t y) {
   return mix;
 }
 
-// Texels beside a chart that have no own value of it: the mean of their 3x3 neighbours in charts.
+// Fills texels beside a chart with the mean of their 3x3 neighbours in charts.
 void fill_ring(MapLevel& m) {
   const std::vector<uint32_t> owner = m.owner;
   for (size_t t = 0; t < owner.size(); ++t) {
@@ -142,7 +142,7 @@ std::vector<MapLevel> map_levels(const Lightmap& map, const Atlas& atlas, uint32
   while (levels.size() <= below && (level.map.planes.width > 1 || level.map.page_height > 1)) {
     level = smaller(level);
     levels.push_back(level.map);
-    fill_ring(levels.back());  // for lookups: the next level is made without it
+    fill_ring(levels.back());  // for lookups: the next level does not use it
   }
   return levels;
 }

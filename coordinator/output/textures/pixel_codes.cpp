@@ -41,7 +41,7 @@ void pack_rgbm(const float rgb[3], uint8_t rgba[4]) {
 }
 
 void pack_rgbd(const float rgb[3], uint8_t rgba[4]) {
-  // 1/a: a power of it brings the largest channel to at most 1.
+  // 1/a: chosen so that the largest channel is at most 1.
   const double most = std::max(double{largest(rgb)}, 1e-12);
   const double a = std::clamp(std::floor(255 / most), 1.0, 255.0);
   rgba[3] = static_cast<uint8_t>(a);
@@ -77,7 +77,7 @@ float from_half(uint16_t bits) {
 uint32_t to_rgb9e5(const float rgb[3]) {
   constexpr float kMax = 65408.0f;  // 511 / 512 x 2^16
   float c[3];
-  for (int k = 0; k < 3; ++k) c[k] = rgb[k] > 0 ? std::min(rgb[k], kMax) : 0;  // NaN is 0
+  for (int k = 0; k < 3; ++k) c[k] = rgb[k] > 0 ? std::min(rgb[k], kMax) : 0;  // NaN becomes 0
   const float most = largest(c);
   int exponent = -15;
   if (most > 0) exponent = std::max(-15, std::ilogb(most) + 1);

@@ -6,7 +6,7 @@
 
 namespace kiln {
 
-// IEEE 754 binary16, rounded to nearest even; beyond 65504 it stays 65504 (of that sign).
+// IEEE 754 binary16, rounded to nearest even; clamped to +-65504.
 uint16_t to_half(float value);
 float from_half(uint16_t bits);
 
@@ -24,9 +24,9 @@ enum class Unpack : uint8_t { kNone, kSrgb, kRgbe, kRgbm, kRgbd };
 std::string_view unpack_name(Unpack unpack);
 float unpack_most(Unpack unpack);  // largest value
 
-// rgb in [0, unpack_most]; the nearest code in the sense of each one's usual encoder.
+// rgb in [0, unpack_most]; rounds as each code's usual encoder does.
 void pack_texel(Unpack unpack, const float rgb[3], uint8_t rgba[4]);
-// c in [0, 1], as a texture lookup gives it.
+// c in [0, 1], as returned by a texture lookup.
 void unpack_texel(Unpack unpack, const float c[4], float rgb[3]);
 
 }  // namespace kiln

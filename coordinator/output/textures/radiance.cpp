@@ -40,7 +40,7 @@ Bytes write_radiance(uint32_t width, uint32_t height, std::span<const std::byte>
       text("#?RADIANCE\nSOFTWARE=Kiln\nFORMAT=32-bit_rle_rgbe\n\n-Y {} +X {}\n", height, width);
   Bytes out;
   for (const char c : head) out.push_back(static_cast<std::byte>(c));
-  if (width < 8 || width > 0x7FFF) {  // these widths have no run-length form
+  if (width < 8 || width > 0x7FFF) {  // run-length coding excludes these widths
     out.insert(out.end(), rgbe.begin(), rgbe.end());
     return out;
   }

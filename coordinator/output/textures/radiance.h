@@ -7,8 +7,8 @@
 
 namespace kiln {
 
-// `rgbe`: 4 bytes a texel, row 0 on top. Our own writer, because the texels that were measured must be those
-// in the file: libraries pack floats by their own rounding.
+// `rgbe`: 4 bytes a texel, row 0 on top. Our own writer, because the file must hold exactly the measured
+// texels: libraries pack floats with their own rounding.
 Bytes write_radiance(uint32_t width, uint32_t height, std::span<const std::byte> rgbe);
 
 }  // namespace kiln

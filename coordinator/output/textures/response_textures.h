@@ -5,10 +5,10 @@
 
 namespace kiln {
 
-// Adds to `result` one texture a response and encoding, in the encoding's formats for one value and for a
-// vector: [0, 1] as it is, signed values as (1 + v) / 2 where the format has no sign. Errors of their figures
-// are absolute, of level 0 at the texels; encodings that hold floats in files of their own (exr, hdr) add
-// nothing to the masters.
+// Adds to `result` one texture per response and encoding, in the encoding's scalar and vector formats: [0, 1]
+// is stored directly, signed values as (1 + v) / 2 where the format is unsigned. Errors in their figures are
+// absolute, at level 0 and texel centres. Encodings to float files of their own (exr, hdr) add nothing to the
+// masters and are skipped.
 Status make_response_textures(const EncodeTextures& request, TextureResult& result);
 
 }  // namespace kiln

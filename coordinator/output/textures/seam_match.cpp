@@ -9,18 +9,18 @@
 namespace kiln {
 namespace {
 
-// A step along one texel's length of seam counts as much as this many texels that are off by it.
+// A step along one texel of seam counts as much as this many texels with that error.
 constexpr double kSeamShare = 4;
 constexpr float kSeamWeight = 4;      // of seam texels while a block is encoded anew
 constexpr int kRounds[] = {1, 2, 3};  // by effort
-// Steps below this share of the light (or of a ratio's range) are nobody's to see: their blocks stay.
+// Steps below this share of the light (or of a ratio's range) are invisible: their blocks are kept.
 constexpr double kEnough = 0.005;
 
 struct Block {
   size_t first_texel = 0;  // its upper left one, pages stacked
   uint32_t page = 0, index = 0;
-  uint32_t columns = 4, rows = 4;   // inside of the page
-  std::vector<uint32_t> equations;  // that read it
+  uint32_t columns = 4, rows = 4;   // within the page
+  std::vector<uint32_t> equations;  // equations that read it
 };
 
 class Matcher {
@@ -60,11 +60,11 @@ class Matcher {
         sum += (s ? -1.0 : 1.0) * double{e.side[s].weight[k]} * value(image, e.side[s].texel[k]);
     return sum;
   }
-  // What compression adds to the step; excess_ keeps it.
+  // The step added by compression, stored in excess_.
   DVec3 excess(size_t i) const { return step(equations_[i], *in_.decoded) - wanted_[i]; }
 
-  // Of the mean light that the equation reads: the mean of what each texel's differences are relative to, in
-  // square.
+  // Weight by the mean light that the equation reads: the mean over its texels of the squared reference of
+  // relative differences.
   double norm_of(const SeamEquation& e) const {
     double light = 0;
     for (const Lookup& side : e.side)
@@ -129,7 +129,7 @@ class Matcher {
     if (!equations_.empty()) rms = std::sqrt(rms / static_cast<double>(equations_.size()));
   }
 
-  // The least change of the texels of each equation that closes half of its step from either side, averaged
+  // The smallest change of each equation's texels that closes half of its step from either side, averaged
   // where equations share a texel.
   std::vector<DVec3> corrections(std::vector<float>& sums) const {
     std::vector<DVec3> out(sums.size(), DVec3(0.0));
@@ -175,7 +175,7 @@ class Matcher {
       fill_block(t);
       in_.format->encode(t, in_.choice, &candidates[i * bytes]);
     });
-    // A block that failed fails again until something beside it changes.
+    // A block that did not improve will not until a neighbour changes.
     std::fill(open_.begin(), open_.end(), 0);
     uint64_t changed = 0;
     for (size_t i = 0; i < blocks_.size(); ++i) {
@@ -217,10 +217,10 @@ class Matcher {
   std::span<const SeamEquation> equations_;
   std::vector<double> norm_;
   std::vector<DVec3> wanted_,
-      excess_;  // by equation: the step of the target, and what the decoded one has on top
+      excess_;  // by equation: the target's step, and the excess of the decoded one
   std::vector<Block> blocks_;
   std::vector<std::vector<uint32_t>> readers_;  // blocks by equation
-  std::vector<uint8_t> open_;                   // by block: something has changed since it was tried
+  std::vector<uint8_t> open_;                   // by block: a neighbour changed since it was last tried
 };
 
 }  // namespace

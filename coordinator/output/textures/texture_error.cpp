@@ -50,7 +50,7 @@ class Meter {
   }
 
   struct PlaceError {
-    double decoded = 0, exact = 0;  // mean square, relative
+    double decoded = 0, exact = 0;  // relative mean square
   };
 
   // At the mean of up to four texels; `normal` of the first.
@@ -92,7 +92,7 @@ class Meter {
   bool counts(size_t t) const {
     return level_.owner[t] != 0 && level_.weight[t] == 1 && (!directional_ || normals_[t] != Vec3(0.0f));
   }
-  // Texels t, right, below and both, if all are of one chart.
+  // Texels t, right, below and diagonal, if all are on one chart.
   bool square(size_t t, std::array<size_t, 4>& four) const {
     const size_t width = level_.planes.width, x = t % width, y = t / width % level_.page_height;
     if (x + 1 >= width || y + 1 >= level_.page_height) return false;
@@ -106,7 +106,7 @@ class Meter {
   double logarithm(const Vec3& e) const {
     return std::log2(std::max(0.0, double{luminance(e)}) + kLogFloor * mean_);
   }
-  // Mean luminance of E, or what L0 alone gives of it.
+  // Mean luminance of E, or its part from L0.
   double map_mean() const {
     double sum = 0;
     uint64_t count = 0;
@@ -203,7 +203,7 @@ TextureError measure_texture_error(const MapLevel& level, std::span<const Vec3> 
   out.rel_mse_between = share(s.between, s.between_count);
   out.rel_mse_filter = share(s.filter, s.between_count);
   const double log_rms = std::sqrt(share(s.log, s.log_count));
-  // Equal images have no finite ratio: 200 dB is beyond what floats tell apart.
+  // Equal images have an infinite ratio: 200 dB is beyond float precision.
   out.psnr_log =
       log_rms > 0 && s.high > s.low ? std::min(200.0, 20 * std::log10((s.high - s.low) / log_rms)) : 200;
   return out;

@@ -40,7 +40,7 @@ PublishedTexture describe(const FinishedTexture& t, std::string uri, std::string
   return p;
 }
 
-// What a reader of the file alone needs: glTF's extension says the same.
+// Metadata for readers of the file alone; the glTF extension has the same.
 std::vector<KtxNote> notes_of(const FinishedTexture& t) {
   std::vector<KtxNote> notes;
   std::string planes, times;
@@ -85,8 +85,7 @@ Status write_png_pages(const Encoding& e, const FinishedTexture& t, const std::f
   return {};
 }
 
-// The file's own code is undone by whoever reads it: there is nothing to unpack for the reader of the
-// texture.
+// The file reader decodes the file's own code, so the texture needs no unpacking.
 Status write_hdr_pages(const Encoding& e, const FinishedTexture& t, const std::filesystem::path& folder,
                        WrittenFiles& out) {
   for (uint32_t page = 0; page < t.pages; ++page) {

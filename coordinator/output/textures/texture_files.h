@@ -1,4 +1,4 @@
-// Finished textures as files, and what the list of published ones says of them.
+// Writes finished textures and lists the published files.
 #pragma once
 
 #include <filesystem>
@@ -20,7 +20,7 @@ struct FinishedTexture {
 };
 
 struct WrittenFiles {
-  TextureList list;  // one entry a container
+  TextureList list;  // one entry per container
   std::vector<std::string> names;
 };
 

@@ -47,7 +47,7 @@ TextureScale choose_scale(const TextureLayout& layout, const MapLevel& level, bo
   const Source source(layout, level.planes);
   const bool unorm = value_range(layout.format, layout.unpack).highest == 1 && layout.unpack == Unpack::kNone;
   if (layout.is_ratio()) {
-    // Half floats hold a ratio as it is.
+    // Half floats store a ratio directly.
     if (!unorm) return {1, 0};
     return fit ? fitted_ratio(source, level) : TextureScale{2, -1};
   }
@@ -81,7 +81,7 @@ TextureWeights texture_weights(const TextureLayout& layout, const MapLevel& leve
     if (level.owner[t]) sum += luminance_at(t), ++count;
   const double floor = count ? sum / static_cast<double>(count) / 100 : 0;
   TextureWeights w;
-  // The encoder's own relative metrics are for light; directions have no zero to be relative to.
+  // The encoder's relative metrics suit light only; directions have no natural zero.
   w.metric = layout.is_signed ? BlockMetric::kLinear : metric;
   w.encode = level.weight;
   w.norm.resize(level.weight.size(), 1.0f);
@@ -141,7 +141,7 @@ void lookup_planes(std::span<const DecodedTexture> textures, std::span<const siz
     if (!before) unpack_texel(unpack, filtered, rgb);
     for (int j = 0; j < 3; ++j) {
       planes[3 * k + j] = static_cast<float>(d.scale.scale * rgb[j] + d.scale.bias);
-      // What a ratio is of comes first among the layouts.
+      // A ratio's denominator comes first among the layouts.
       if (d.layout->is_ratio()) planes[3 * k + j] *= planes[j];
     }
   }

@@ -1,4 +1,4 @@
-// Planes as the values of one texture's texels, and back.
+// Converts planes to the values of one texture's texels, and back.
 #pragma once
 
 #include <array>
@@ -10,7 +10,7 @@
 
 namespace kiln {
 
-// plane = (scale x unpacked texel + bias) [x the plane it is a ratio to]
+// plane = (scale x unpacked texel + bias) [x the ratio's denominator]
 struct TextureScale {
   double scale = 1, bias = 0;
 };
@@ -20,25 +20,25 @@ struct TextureScale {
 //   bits of a
 //            half. Of packed 8-bit formats: at most 1/4 of the packing's largest value is not used.
 //   ratios   [-1, 1], or the range that occurs
-// `unit_factor` multiplies on top: 1, or pi where E/pi is stored.
+// `unit_factor` multiplies in addition: 1, or pi where E/pi is stored.
 TextureScale choose_scale(const TextureLayout& layout, const MapLevel& level, bool fit, double unit_factor);
 
-// What a squared difference of a texel's values counts: the errors that are stated (texture_error.h) are
-// relative to the light there, with a hundredth of the map's mean added, whatever the plane.
+// Weight of a squared difference of a texel's values: the reported errors (texture_error.h) are relative to
+// the light there plus a hundredth of the map's mean, whatever the plane.
 struct TextureWeights {
   std::vector<float> encode;  // for the encoder, with `metric`
-  std::vector<float> norm;    // of squared differences of values as they are
+  std::vector<float> norm;    // of squared differences of plain values
   BlockMetric metric = BlockMetric::kLinear;
 };
 TextureWeights texture_weights(const TextureLayout& layout, const MapLevel& level, const TextureScale& scale,
                                BlockMetric metric);
 
 // 4 values a texel (alpha 1), pages stacked. A ratio to 0 is 0. `clamped`: values of texels with weight 1
-// that were beyond what the texture holds by more than 1e-6 of its range, or negative where it holds none.
+// outside the texture's range by more than 1e-6 of it, or negative where it stores no sign.
 std::vector<float> texture_values(const TextureLayout& layout, const MapLevel& level,
                                   const TextureScale& scale, uint64_t* clamped = nullptr);
 
-// Texels of a texture as a reader gets them back: level 0, pages stacked, before unpacking.
+// Texels of a texture as a reader decodes them: level 0, pages stacked, before unpacking.
 struct DecodedTexture {
   const TextureLayout* layout = nullptr;
   TextureScale scale;
@@ -46,7 +46,7 @@ struct DecodedTexture {
 };
 
 // Planes of the layouts at a lookup: the sum of weight x texel, unpacked, scaled, multiplied. RGBE is
-// unpacked before it is filtered, as it must be; the others after, as the hardware does. One value for each
+// unpacked before filtering, as it must be; the others after, as the hardware does. One value for each
 // (layout, channel).
 void lookup_planes(std::span<const DecodedTexture> textures, std::span<const size_t> texel,
                    std::span<const float> weight, float* planes);

@@ -28,7 +28,7 @@ std::vector<Quantity> quantities(const Encoding& e, const BasisInfo& basis, cons
   return {Quantity::kBasis};
 }
 
-// What all encodings of a bake share.
+// Shared by all encodings of a bake.
 class Maker {
  public:
   explicit Maker(const EncodeTextures& request)
@@ -144,7 +144,7 @@ class Maker {
     return {};
   }
 
-  // Both sides of seams as equal as blocks allow, at level 0.
+  // Matches both sides of seams as closely as blocks allow, at level 0.
   Status join_blocks(FinishedTexture& t, BlockEffort effort, TextureFigures& figures) {
     const BlockFormat* format = block_format(t.layout.format);
     if (!format || !r_.settings.seams) return {};
@@ -174,8 +174,8 @@ class Maker {
     SeamFinder& seams = r_.seams ? *r_.seams : own;
     std::vector<SeamEquation> equations =
         seam_equations(r_.atlas, r_.lightmap, seams.find(r_.settings.seam_angle).points);
-    // Eight a texel are for a solve that must agree everywhere. Blocks cannot; between texels lookups are
-    // linear.
+    // Eight points a texel suit a solve that must agree everywhere. Blocks cannot, and lookups are linear
+    // between texels.
     std::vector<SeamEquation> some;
     for (size_t i = 0; i < equations.size(); i += kSeamStride) {
       some.push_back(equations[i]);
@@ -198,7 +198,7 @@ class Maker {
                  std::vector<float>& picture) {
     const bool directional = textures.size() > 1;
     if (directional && normals_.empty()) normals_ = texel_normals(r_.scene, r_.atlas);
-    std::vector<TextureLayout> plain;  // the same without a code of 8 bits
+    std::vector<TextureLayout> plain;  // the same without an 8-bit code
     for (const FinishedTexture& t : textures) {
       plain.push_back(t.layout);
       plain.back().unpack = Unpack::kNone;

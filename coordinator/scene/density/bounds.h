@@ -1,4 +1,4 @@
-// Where an object is.
+// World-space bounds of objects.
 #pragma once
 
 #include "coordinator/scene/density/wishes.h"

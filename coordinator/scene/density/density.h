@@ -1,4 +1,4 @@
-// How much denser or coarser the texels of each object are than the scene's texels per metre.
+// The factor on texels per metre of each object.
 #pragma once
 
 #include <string>
@@ -12,26 +12,23 @@ namespace kiln {
 
 struct DensityFactors {
   std::vector<float> by_instance;  // for AtlasSettings::density; empty where all are 1
-  std::vector<std::string> notes;  // what could not be as wished, one sentence each
+  std::vector<std::string> notes;  // requests that could not be met, one sentence each
 };
 
-// The product of four, each 1 where nothing is said, within kMin- and kMaxDensityFactor:
-//   what the file says of node, mesh and material;
-//   boxes, of the file and of the settings: one above 1 raises every object of which a triangle touches it,
-//   one
-//     below 1 lowers every object that lies wholly inside. Of several that apply the largest counts;
-//   cameras (importance_cameras): camera_distance / distance beyond that distance, which keeps the texels
-//   that
-//     a pixel sees, but 1/16 or more; the distance is that to the nearest point of the object's bounds, and
-//     of several cameras the one that asks for most counts. Outside a camera's view it asks for
-//     unseen_density of that;
-//   size (small_objects): the diagonal of the object's bounds over that length, but 1/16 or more.
-// The last two are rounded to powers of 2^(1/4) together, so that equal objects at nearly equal distances
-// share their charts' masks; what was said in numbers is taken as said. Bounds are of the triangles in the
-// world.
+// The product of four factors, each 1 by default, clamped to kMin- and kMaxDensityFactor:
+// - the file's factors of node, mesh and material;
+// - boxes of the file and of the settings: a box above 1 applies to every object with a triangle that touches
+//   it, a box below 1 to every object wholly inside; of several, the largest applies;
+// - cameras (importance_cameras): camera_distance / distance beyond that distance, at least 1/16, which keeps
+//   the number of texels per pixel. The distance is to the nearest point of the object's bounds, and the
+//   camera with the largest factor counts; outside a camera's view its factor is times unseen_density;
+// - size (small_objects): the diagonal of the object's bounds over that length, at least 1/16.
+// The last two are rounded together to powers of 2^(1/4), so that equal objects at nearly equal distances
+// share their charts' masks; factors given as numbers are not rounded. Bounds are those of the triangles in
+// world space.
 DensityFactors density_factors(const Scene& scene, const DensityWishes& wishes, const BakeSettings& settings);
 
-// No object's factor is above this: for whoever must know before there are instances to look at.
+// Upper bound on every object's factor, for use before instances exist.
 double most_density_factor(const DensityWishes& wishes, const BakeSettings& settings);
 
 }  // namespace kiln

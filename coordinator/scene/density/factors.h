@@ -6,19 +6,19 @@
 
 namespace kiln {
 
-// Which box counts for an instance whose triangles have these bounds; -1: none.
+// The box that applies to an instance whose triangles have these bounds; -1: none.
 int box_of(const Scene& scene, const Instance& instance, const Bounds& bounds,
            const std::vector<ImportanceBox>& boxes);
 
-// Of viewpoints, above 0 and at most 1. `distance`: of full density, metres; `unseen`: factor outside of a
-// view.
+// Factor from viewpoints, above 0 and at most 1. `distance`: metres of full density; `unseen`: factor outside
+// every view.
 double view_factor(const Bounds& bounds, const std::vector<Viewpoint>& cameras, double distance,
                    double unseen);
 
-// Of size, above 0 and at most 1; `small`: diagonal of full density, metres.
+// Factor from size, above 0 and at most 1; `small`: smallest diagonal with full density, metres.
 double size_factor(const Bounds& bounds, double small);
 
-// The power of 2^(-1/4) from 1 to 1/64 that is nearest in its exponent.
+// Rounds to the power of 2^(-1/4), from 1 to 1/64, with the nearest exponent.
 double to_step(double factor);
 
 }  // namespace kiln

@@ -4,9 +4,10 @@
 namespace kiln {
 namespace {
 
-constexpr double kMin = 1.0 / 16;  // of distance and of size
+constexpr double kMin = 1.0 / 16;  // minimum factor by distance and by size
 
-// May the camera see a part of the bounds? Not if all corners are behind it or beyond one side of its view.
+// Whether the camera may see part of the bounds: false if all corners are behind it or outside one side of
+// its frustum.
 bool in_view(const Bounds& bounds, const Viewpoint& camera) {
   const SinCos half = sincos_turns(camera.vertical_fov * (0.25f * kInvPi));
   const double tangent_y = double{half.sin} / half.cos, tangent_x = tangent_y * camera.aspect;

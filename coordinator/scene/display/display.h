@@ -1,5 +1,5 @@
-// Meshes that an engine draws and the bake does not trace: levels of detail other than the baked one, and
-// whatever has a proxy. Import finds them, coordinator/scene/lods gives them lightmap coordinates, encode
+// Meshes that an engine draws but the bake does not trace: levels of detail other than the baked one, and
+// objects with a proxy. Import finds them, coordinator/scene/lods gives them lightmap coordinates, encode
 // writes them.
 #pragma once
 
@@ -12,17 +12,17 @@
 
 namespace kiln {
 
-// What one node is drawn as, and the surface that is baked for it.
+// The meshes drawn for one node, and the surface baked for it.
 struct DisplaySet {
   uint32_t node = 0;              // of the file: has MSFT_lod or a proxy
   std::string name;               // of the node
   std::vector<uint32_t> sources;  // instances of the scene: the baked surface
   std::string baked;              // "level 0" or "proxy 'name'"
-  double most_distance = 0;       // metres, asked for by the node; 0: the setting's
+  double most_distance = 0;       // metres, set by the node; 0: the setting's
 };
 
 struct DisplayMesh {
-  Instance place;  // `mesh` indexes Display::meshes; `material` says nothing
+  Instance place;  // `mesh` indexes Display::meshes; `material` is unused
   uint32_t set = 0, level = 0;
 };
 
@@ -30,7 +30,8 @@ struct Display {
   std::vector<Mesh> meshes;
   std::vector<DisplayMesh> shown;
   std::vector<DisplaySet> sets;
-  std::vector<bool> undrawn;  // by instance of the scene, or shorter: a proxy, which no engine draws
+  std::vector<bool>
+      undrawn;  // by instance of the scene, may be shorter: true for a proxy, which engines do not draw
   bool is_drawn(uint32_t instance) const { return instance >= undrawn.size() || !undrawn[instance]; }
 };
 
@@ -46,11 +47,11 @@ struct DisplayFit {
   std::string name;  // of the display node
   uint32_t level = 0;
   std::string baked;        // as DisplaySet
-  double worst = 0;         // metres, from a display point to the place whose light it gets
+  double worst = 0;         // metres, from a display point to the point whose light it gets
   double mean = 0;          // metres, by area
   double worst_texels = 0;  // the worst distance in texels of the baked surface
-  double shift_texels = 0;  // largest distance between the texels looked up and those of that place
-  double limit = 0;         // metres that were allowed
+  double shift_texels = 0;  // largest distance between the texels looked up and those of that point
+  double limit = 0;         // metres allowed
   DVec3 worst_at{0};        // world position of the worst point
   uint64_t triangles = 0;   // of the mesh
   uint64_t faces = 0;       // after splitting; more than `triangles` if some were split

@@ -11,7 +11,7 @@
 namespace kiln {
 
 struct GlbParts {
-  std::string_view json;                             // views into the file that was given
+  std::string_view json;                             // views into the given file
   std::optional<std::span<const std::byte>> binary;  // the BIN chunk with its padding
 };
 

@@ -15,7 +15,7 @@ namespace {
 using nlohmann::json;
 
 constexpr uint64_t kMaxJsonBytes = uint64_t{1} << 30;
-constexpr int kMaxDepth = 128;  // readers of extensions and extras recurse: bound their stack
+constexpr int kMaxDepth = 128;  // readers of extensions and extras recurse: bounds their stack
 
 tl::unexpected<Error> bad(const fs::path& path, const std::string& what) {
   return fail(ErrorKind::kInvalidInput, text("{}: {}", path.string(), what));
@@ -41,7 +41,7 @@ Expected<json> parse_json(std::string_view source, const fs::path& path) {
   }
 }
 
-// The array member of that name, or an empty array when there is none.
+// The array member of that name, or an empty array.
 Expected<json> array_member(const json& root, const char* name, const fs::path& path) {
   const auto it = root.find(name);
   if (it == root.end()) return json::array();

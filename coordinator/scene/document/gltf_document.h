@@ -1,5 +1,5 @@
-// A glTF file as it stands: its JSON, its buffers and where it came from. Import reads the scene out of
-// it; the glTF encoder writes it again with lightmap coordinates, keeping what neither understands.
+// A glTF file as read: its JSON, its buffers and its path. Import reads the scene from it; the glTF encoder
+// writes it again with lightmap coordinates and keeps everything that neither understands.
 #pragma once
 
 #include <filesystem>
@@ -11,7 +11,7 @@
 
 namespace kiln {
 
-// Where an image of "images" is; exactly one of uri and buffer_view is set in a valid file.
+// The location of an image in "images"; exactly one of uri and buffer_view is set in a valid file.
 struct GltfImage {
   std::string name;
   std::string uri;
@@ -21,7 +21,7 @@ struct GltfImage {
 struct GltfDocument {
   std::filesystem::path path;  // for messages and relative URIs
   std::string json;            // the JSON text
-  std::string structure;       // the same without "buffers" and "images": nothing in it loads anything
+  std::string structure;       // the same without "buffers" and "images", so that parsing it loads no files
   std::vector<std::string> extensions_used, extensions_required;
   std::vector<GltfImage> images;
   std::vector<Bytes> buffers;  // by index of "buffers", each at least byteLength long; empty: a fallback

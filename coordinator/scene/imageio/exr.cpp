@@ -19,7 +19,7 @@ namespace kiln {
 namespace {
 constexpr uint64_t kMaxChannels = 64;  // at the most texels
 
-// OpenEXR compresses runs of lines side by side.
+// OpenEXR compresses blocks of lines in parallel.
 void use_all_threads() {
   static const bool set = [] {
     Imf::setGlobalThreadCount(static_cast<int>(hardware_threads()));
@@ -37,7 +37,7 @@ Status write_exr(const std::filesystem::path& path, uint32_t width, uint32_t hei
       use_all_threads();
       Imf::Header header(static_cast<int>(width), static_cast<int>(height));
       header.compression() = compression == ExrCompression::kZip ? Imf::ZIP_COMPRESSION : Imf::NO_COMPRESSION;
-      header.zipCompressionLevel() = 1;  // noise: level 4 takes twice as long for 3 % fewer bytes
+      header.zipCompressionLevel() = 1;  // for noise: level 4 takes twice as long for 3 % fewer bytes
       Imf::FrameBuffer frame;
       std::vector<std::vector<half>> halves(type == ExrType::kHalf ? channels.size() : 0);
       for (size_t i = 0; i < channels.size(); ++i) {

@@ -25,7 +25,7 @@ tl::unexpected<Error> bad(const std::string& name, const std::string& what) {
   return fail(ErrorKind::kInvalidInput, text("{}: {}", name, what));
 }
 
-// Images are decoded side by side by our own threads, so the library's are turned off.
+// Our own threads decode images in parallel, so the library's are turned off.
 void set_up_library() {
   static std::once_flag once;
   std::call_once(once, [] {
@@ -36,7 +36,7 @@ void set_up_library() {
   });
 }
 
-// The decoder is chosen by the content alone and only among these: fewer decoders to attack.
+// The decoder is chosen by content, and only among these, to limit the attack surface.
 const char* format_of(std::span<const std::byte> file) {
   const std::string_view head(reinterpret_cast<const char*>(file.data()), std::min<size_t>(file.size(), 16));
   if (head.starts_with("\x89PNG\r\n\x1a\n")) return "png";
@@ -61,7 +61,7 @@ struct OpenImage {
   uint32_t width = 0, height = 0, channels = 0;
 
   ~OpenImage() {
-    if (input) input->close();  // before the memory goes
+    if (input) input->close();  // before the memory is freed
   }
   OpenImage() = default;
   OpenImage(OpenImage&&) = default;
@@ -151,7 +151,7 @@ Expected<Texture> read_environment(const std::filesystem::path& path) {
   texture.height = image.height;
   texture.channels = 3;
   texture.format = TexelFormat::kFloat32;
-  texture.wrap_t = Wrap::kClamp;  // around the horizon it repeats, over the poles it does not
+  texture.wrap_t = Wrap::kClamp;  // wraps around the horizon, clamps at the poles
   texture.texels.resize(rgb.size() * sizeof(float));
   std::memcpy(texture.texels.data(), rgb.data(), texture.texels.size());
   return texture;

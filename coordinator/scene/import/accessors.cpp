@@ -45,7 +45,7 @@ bool is_index_type(int type) {
   return type == 5121 || type == 5123 || type == 5125;
 }
 
-// `count` elements that are known to lie within a buffer.
+// Reads `count` elements known to lie within a buffer.
 struct Elements {
   const std::byte* data = nullptr;
   size_t stride = 0;
@@ -92,7 +92,7 @@ Expected<Source> find_accessor(const ImportContext& context, int index) {
   return Source{&a, text("accessor {}", index), bytes * a.components};
 }
 
-// Puts the sparse values of an accessor over its dense ones.
+// Overwrites an accessor's dense values with its sparse ones.
 Status apply_sparse(const ImportContext& context, const Source& source, std::vector<float>& values) {
   const GltfAccessor& a = *source.accessor;
   const GltfAccessor::Sparse& s = *a.sparse;

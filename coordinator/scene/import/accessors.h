@@ -10,7 +10,7 @@
 namespace kiln {
 
 // An accessor as floats: values[i * components + c]. Normalised integers are mapped to [0, 1] or [-1, 1]
-// (glTF 2.0, section 3.11), other integers keep their value; sparse values are put in place.
+// (glTF 2.0, section 3.11), other integers keep their value; sparse values are applied.
 struct FloatArray {
   uint32_t components = 0;
   std::vector<float> values;

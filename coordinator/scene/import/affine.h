@@ -12,7 +12,7 @@ struct Affine {
   DVec3 point(const DVec3& p) const { return vector(p) + origin; }
 };
 
-// First b, then a.
+// Applies b first, then a.
 inline Affine operator*(const Affine& a, const Affine& b) {
   return {a.vector(b.x), a.vector(b.y), a.vector(b.z), a.point(b.origin)};
 }
@@ -48,13 +48,13 @@ inline bool is_singular(const Affine& a) {
          !(std::abs(determinant(to_float(a))) > 0);
 }
 
-// The rotation and translation of a light's or camera's node: unit axes, -z kept, scale and shear gone.
-// False when the z axis has no direction.
+// The rotation and translation of a light's or camera's node: unit axes, -z preserved, scale and shear
+// removed. False when the z axis has no direction.
 inline bool rigid_part(const Affine& a, Mat4x3& out) {
   const Vec3 z = normalize_or(Vec3(a.z), Vec3(0));
   if (z == Vec3(0) || !is_finite(a)) return false;
   const Vec3 side = std::abs(z.x) < 0.5f ? Vec3(1, 0, 0) : Vec3(0, 1, 0);
-  // y leads, so that a camera stays upright; x follows from it.
+  // y takes precedence over x, so that a camera stays upright.
   const Vec3 y0 = normalize_or(Vec3(a.y), side);
   const Vec3 x = normalize_or(cross(y0, z), normalize_or(cross(side, z), Vec3(1, 0, 0)));
   out = Mat4x3(x, cross(z, x), z, Vec3(a.origin));

@@ -10,17 +10,17 @@ namespace kiln {
 namespace {
 
 constexpr double kLumensPerWatt = 683;
-// Below them a lamp would be a sun of 0.15 W/m2, or a lamp of 9 W.
+// In the file's units; in Blender they would be a sun of 0.15 W/m2 and a lamp of 9 W.
 constexpr double kBrightSun = 100, kBrightLamp = 500;
 
-// Is it a number that a person would type, of at most `digits` digits?
+// Whether a person would type this number: at most `digits` digits.
 bool is_round(double value, int digits) {
   if (!(value >= 1e-3)) return false;
   const double unit = std::pow(10.0, std::floor(std::log10(value)) - (digits - 1));
   return std::abs(value / unit - std::round(value / unit)) < 1e-5 * (value / unit);
 }
 
-// What the exporter was given, if the lamp is in lumens: W/m2 of a sun, W of others.
+// The exporter's input if the lamp is in lumens: W/m2 for a sun, W for others.
 double watts_of(const Record& light, double intensity) {
   return light.type == "directional" ? intensity / kLumensPerWatt
                                      : intensity / (kLumensPerWatt / (4 * 3.14159265358979323846));
@@ -33,7 +33,7 @@ bool looks_like_lumens(const Record& light, bool blender) {
   return bright && (blender || is_round(watts_of(light, intensity), 2));
 }
 
-// What shines and is no lamp, in words; empty: nothing.
+// Describes emitters other than lamps; empty: none.
 std::string other_light(const Scene& scene) {
   for (const Record& material : scene.materials)
     if (emits(material)) return text("the emission of material '{}'", material.name);

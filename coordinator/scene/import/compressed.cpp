@@ -10,7 +10,7 @@ namespace {
 struct Compression {
   const char* extension;
   const char* what;
-  const char* command;  // of glTF Transform, which writes the file without it
+  const char* command;  // the glTF Transform command that removes it
   const char* besides;
 };
 constexpr Compression kCompressions[] = {

@@ -1,4 +1,4 @@
-// What every part of the importer is handed: the file, its structure, and where findings go.
+// Shared state of the importer's parts: the file, its structure and the list of findings.
 #pragma once
 
 #include <string>
@@ -26,7 +26,7 @@ void add_note(ImportNotes& notes, ImportNote::Kind kind, std::string what);
 // "mesh 3 'wall'": how messages name an element.
 std::string element(const char* kind, size_t index, const std::string& name);
 
-// Collects the names to which one finding applies and makes one sentence of them:
+// Collects the elements to which one finding applies and writes one sentence:
 // "3 nodes have no size: node 1 'a', node 2 'b', node 3".
 class Finding {
  public:

@@ -66,7 +66,7 @@ Expected<ImportanceBox> read_box(const ImportContext& context, const std::string
   for (int k = 0; k < 3; ++k) {
     out.low[k] = (*low)[static_cast<size_t>(k)];
     out.high[k] = (*high)[static_cast<size_t>(k)];
-    if (!(out.low[k] <= out.high[k]))  // NaN and endless numbers do not pass JSON
+    if (!(out.low[k] <= out.high[k]))  // JSON has no NaN or infinity
       return context.bad(text("{}: its box has min {} above max {}", who, out.low[k], out.high[k]));
   }
   if (!entry.find("density")) return context.bad(text("{}: it has no density", who));

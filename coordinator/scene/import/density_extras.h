@@ -1,4 +1,4 @@
-// What a file says about texel density, under extras.kiln.
+// Reads texel density from extras.kiln.
 #pragma once
 
 #include <vector>
@@ -8,12 +8,11 @@
 namespace kiln {
 
 // "density" of nodes, meshes and materials, and "importance" of the scene; cameras are not read here.
-//   density     a number above 0. That of a node counts for all below it. The values of a primitive's node
-//   and
-//               the nodes above, of its mesh and of its material multiply. Beyond 1/64 to 64 it is clamped,
-//               which is noted.
-//   importance  a list of up to 256 {"box": {"min": [x, y, z], "max": [x, y, z]}, "density": f}, in metres.
-// Errors name the element whose value is none of these.
+// - density: a number above 0. A node's value applies to everything below it. The values of a primitive's
+//   node and the nodes above, of its mesh and of its material multiply. Values outside 1/64 to 64 are clamped
+//   with a note.
+// - importance: a list of up to 256 {"box": {"min": [x, y, z], "max": [x, y, z]}, "density": f}, in metres.
+// Errors name the element with any other value.
 Expected<DensityWishes> read_density(const ImportContext& context, const std::vector<PlacedNode>& nodes,
                                      const Scene& scene, ImportNotes& notes);
 

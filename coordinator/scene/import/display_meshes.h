@@ -1,4 +1,5 @@
-// The meshes of levels that are not baked and of what has a proxy, read but not put in the scene.
+// Reads the meshes of levels that are not baked and of objects with a proxy, without adding them to the
+// scene.
 #pragma once
 
 #include "coordinator/scene/import/instancing.h"

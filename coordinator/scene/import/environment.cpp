@@ -17,7 +17,7 @@ namespace {
 
 using Kind = ImportNote::Kind;
 constexpr const char* kExtension = "EXT_lights_image_based";
-constexpr uint32_t kMaxEnvironmentWidth = 4096;  // 0.09 degrees: finer than any diffuse shadow shows
+constexpr uint32_t kMaxEnvironmentWidth = 4096;  // 0.09 degrees: finer than any diffuse shadow
 constexpr uint32_t kMaxFace = 1024;
 
 // `radiance` multiplies the image where there is one.
@@ -33,7 +33,7 @@ Record make_record(const BakeSettings& settings, const std::string& name, std::v
   return record;
 }
 
-// In the scene's frame: as the worker turns the image.
+// In the scene's frame, rotated as the worker rotates the image.
 void note_hot_spot(const Record& record, const std::string& name, const HotSpot& spot, ImportNotes& notes) {
   const double turn = record.find("rotation")->numbers[0] * M_PI / 180;
   const double x = spot.direction.x * std::cos(turn) + spot.direction.z * std::sin(turn),
@@ -46,7 +46,7 @@ void note_hot_spot(const Record& record, const std::string& name, const HotSpot&
            name, 100 * spot.share, spot.solid_angle / (4 * M_PI), x, spot.direction.y, z));
 }
 
-// The radiance that the record already has scales the image.
+// The record's existing radiance scales the image.
 void put_image(Record& record, Texture image, std::vector<Texture>& textures, ImportNotes& notes) {
   if (image.width > kMaxEnvironmentWidth) {
     add_note(notes, Kind::kApproximated,
@@ -71,7 +71,7 @@ Expected<std::optional<Record>> from_settings(const BakeSettings& settings, std:
     return make_record(settings, "environment " + settings.environment, *radiance, "full");
   }
   KILN_TRY(Texture image, read_environment(settings.environment));
-  // Not the whole path: the bytes of the scene shall not depend on where its files lie.
+  // Not the whole path: the scene's bytes must not depend on the location of its files.
   const std::string name = std::filesystem::path(settings.environment).filename().string();
   Record record = make_record(settings, "environment " + name, {1, 1, 1}, "full");
   put_image(record, std::move(image), textures, notes);
@@ -114,10 +114,10 @@ Expected<std::array<CubeFace, 6>> read_faces(const ImportContext& context, const
   return faces;
 }
 
-// Ours, because no extension names an equirectangular image:
+// Our own key, because no extension covers an equirectangular image:
 //   "scenes": [{"extras": {"kiln": {"environment": {"image": "sky.hdr", "strength": 1, "rotation": 0}}}}]
-// "image" is a relative URI; "strength" (1) and "rotation" (0, degrees about +Y) are as the options of these
-// names, which come on top.
+// "image" is a relative URI; "strength" (1) and "rotation" (0, degrees about +Y) have the meaning of the
+// options of those names and combine with them.
 Expected<std::optional<Record>> from_extras(const ImportContext& context, const GltfValue& environment,
                                             std::vector<Texture>& textures, ImportNotes& notes) {
   const std::string who = "extras.kiln.environment of the scene";

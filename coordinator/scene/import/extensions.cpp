@@ -12,7 +12,7 @@ using Kind = ImportNote::Kind;
 
 struct KnownExtension {
   const char* name;
-  Kind kind;  // kBaked and kApproximated may be required, kIgnored too: it changes nothing that is baked
+  Kind kind;  // kBaked and kApproximated may be required, kIgnored too: it does not affect the bake
   const char* treatment;
 };
 

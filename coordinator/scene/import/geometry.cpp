@@ -15,7 +15,7 @@ DVec3 area_normal(const std::vector<Vec3>& positions, const UVec3& t) {  // leng
 bool has_area(const std::vector<Vec3>& positions, const UVec3& t) {
   const DVec3 a(positions[t.x]), b(positions[t.y]), c(positions[t.z]);
   const double longest = std::max({length(b - a), length(c - b), length(a - c)});
-  double largest = 0;  // coordinate, which bounds the rounding of all of them
+  double largest = 0;  // largest coordinate, which bounds the rounding
   for (const DVec3& p : {a, b, c}) largest = std::max({largest, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
   constexpr double kHalfUlp = 0x1p-24;
   const double twice_area = length(area_normal(positions, t));
@@ -36,7 +36,7 @@ void gather(std::vector<T>& values, const std::vector<uint32_t>& from) {
   values = std::move(out);
 }
 
-// Removes the triangles that `unwanted` names by index, asked in order; returns how many.
+// Removes triangles for which `unwanted(index)`, called in order, is true; returns how many.
 template <class Unwanted>
 size_t remove_if_triangle(Triangles& triangles, const Unwanted& unwanted) {
   size_t kept = 0;
@@ -48,7 +48,7 @@ size_t remove_if_triangle(Triangles& triangles, const Unwanted& unwanted) {
   const size_t removed = triangles.vertices.size() - kept;
   triangles.vertices.resize(kept);
   triangles.source.resize(kept);
-  if (removed > kept) {  // millions of them must not stay in memory for the few that are left
+  if (removed > kept) {  // release the memory of millions for the few that are left
     triangles.vertices.shrink_to_fit();
     triangles.source.shrink_to_fit();
   }
@@ -104,7 +104,7 @@ size_t remove_repeated_triangles(const std::vector<Vec3>& positions, Triangles& 
   }
   std::sort(keys.begin(), keys.end());
   std::vector<bool> repeated(keys.size());
-  std::vector<uint32_t> firsts;  // of one hash: two if both windings occur
+  std::vector<uint32_t> firsts;  // with one hash: two if both windings occur
   for (size_t i = 0; i < keys.size(); ++i) {
     if (i == 0 || keys[i].hash != keys[i - 1].hash) firsts.clear();
     corners(keys[i].index, a);

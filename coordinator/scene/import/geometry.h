@@ -1,4 +1,5 @@
-// Triangles out of index lists, and the repairs that leave only triangles with an area and unit normals.
+// Builds triangles from index lists, and repairs them so that only triangles with area and unit normals
+// remain.
 #pragma once
 
 #include <optional>
@@ -18,20 +19,20 @@ struct Triangles {
 // not make up a whole triangle are dropped, as GPUs do.
 Triangles triangulate(const std::vector<uint32_t>& indices, int mode);
 
-// Removes triangles without area and returns how many. A triangle has none when its height is within the
-// rounding of its own coordinates, for then the side it faces is noise.
+// Removes triangles without area and returns how many. A triangle counts as having none when its height is
+// within the rounding of its coordinates, because then its orientation is noise.
 size_t remove_flat_triangles(const std::vector<Vec3>& positions, Triangles& triangles);
 
 // Removes all but the first of triangles with the same three corners in the same winding, and returns how
-// many. Only the first could be seen, and which of them a ray meets would be chance. Opposite ones are both
-// kept: each is a surface of its own side.
+// many. Only one of them can be visible, and which one a ray hits would be arbitrary. Opposite windings are
+// both kept: each is the surface of its own side.
 size_t remove_repeated_triangles(const std::vector<Vec3>& positions, Triangles& triangles);
 
 // Gives every triangle its own vertices with the normal of its plane (glTF: flat normals where absent).
 void make_flat_normals(Mesh& mesh);
 
-// Makes normals unit; one without direction becomes the area-weighted mean of its triangles' normals.
-// Returns how many were replaced.
+// Makes normals unit; a zero normal becomes the area-weighted mean of its triangles' normals. Returns how
+// many were replaced.
 size_t repair_normals(Mesh& mesh);
 
 // Drops vertices that no triangle uses, keeping the order of the others.

@@ -167,7 +167,8 @@ Expected<GltfModel> parse_gltf_model(const GltfDocument& document) {
   if (!loader.LoadASCIIFromString(&in, &error, &warning, document.structure.data(),
                                   static_cast<unsigned>(document.structure.size()), ""))
     return fail(ErrorKind::kInvalidInput, text("{}: {}", document.path.string(), one_line(error)));
-  // tinygltf drops a primitive that it cannot read, says so, and goes on; the others would change place.
+  // tinygltf drops a primitive that it cannot read with a message and continues, which would shift the
+  // others.
   if (error.find("Primitive") != std::string::npos)
     return fail(ErrorKind::kInvalidInput, text("{}: {}", document.path.string(), one_line(error)));
   GltfModel out;

@@ -1,5 +1,5 @@
-// The structure of a glTF file in our own words, as it was written: no index has been checked, nothing
-// has been loaded. Indices are -1 where the file names none.
+// The structure of a glTF file in our own types, as written: indices are unchecked and nothing is loaded.
+// Indices are -1 where the file has none.
 #pragma once
 
 #include <array>
@@ -90,7 +90,7 @@ struct GltfCamera {
   std::string name;
   bool perspective = false;
   double vertical_fov = 0;
-  double aspect = 0;  // 0: not said
+  double aspect = 0;  // 0: not given
 };
 
 struct GltfLight {

@@ -1,4 +1,4 @@
-// A piece of JSON as found in "extensions" and "extras": whoever knows the extension reads it.
+// A JSON value from "extensions" or "extras", interpreted by the reader of that extension.
 #pragma once
 
 #include <map>
@@ -29,7 +29,7 @@ struct GltfValue {
     const double n = number_or(name, -1);
     return n >= 0 && n < 2147483648.0 && n == static_cast<int>(n) ? static_cast<int>(n) : -1;
   }
-  // An array of exactly `count` numbers (any count: 0), else nothing.
+  // An array of exactly `count` numbers (0: any count), else nullopt.
   std::optional<std::vector<double>> numbers(size_t count) const {
     if (kind != Kind::kArray || (count != 0 && items.size() != count)) return std::nullopt;
     std::vector<double> out;
@@ -45,7 +45,7 @@ struct GltfValue {
   }
 };
 
-// By name; a name that is there may have an empty value (KHR_materials_unlit).
+// By name; a present name may have an empty value (KHR_materials_unlit).
 using GltfExtensions = std::map<std::string, GltfValue>;
 
 }  // namespace kiln

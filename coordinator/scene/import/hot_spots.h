@@ -1,4 +1,4 @@
-// A sun that was left in an environment image.
+// Detects a sun left in an environment image.
 #pragma once
 
 #include <optional>
@@ -9,11 +9,11 @@ namespace kiln {
 
 struct HotSpot {
   double share;        // of the light of the whole sphere, by luminance
-  double solid_angle;  // steradians of the texels that hold it
-  Vec3 direction;      // unit, to the middle of them, in the image's own frame (not rotated)
+  double solid_angle;  // steradians of its texels
+  Vec3 direction;      // unit, to their centre, in the image's own frame (not rotated)
 };
 
-// The texels more than 100 times brighter than the mean, if they hold a tenth of the light or more.
+// Finds texels more than 100 times brighter than the mean, if they hold a tenth of the light or more.
 // `image` is an equirectangular kFloat32 image of 3 channels or more.
 std::optional<HotSpot> find_hot_spot(const Texture& image);
 

@@ -80,7 +80,7 @@ Expected<Record> make_record(const ImportContext& context, const PlacedNode& at,
   if (use.find("color")) {
     const auto file = use.numbers("color", 3);
     if (!file) return context.bad(text("{}: the color of its {} is no three numbers", who, kExtension));
-    for (size_t c = 0; c < 3; ++c) color[c] = std::clamp((*file)[c], 0.0, 1.0);  // as the extension says
+    for (size_t c = 0; c < 3; ++c) color[c] = std::clamp((*file)[c], 0.0, 1.0);  // as the extension specifies
   }
   const double multiplier = use.number_or("multiplier", 1);
   if (!(multiplier >= 0) || !std::isfinite(static_cast<float>(multiplier)))

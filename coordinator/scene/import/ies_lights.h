@@ -8,7 +8,7 @@
 namespace kiln {
 
 // One record for each node with a profile; profiles become textures that the records share. Errors: a profile
-// that does not exist or cannot be read, a multiplier or colour that is none.
+// that does not exist or cannot be read, an invalid multiplier or colour.
 Expected<std::vector<Record>> read_ies_lights(const ImportContext& context,
                                               const std::vector<PlacedNode>& nodes,
                                               std::vector<Texture>& textures, ImportNotes& notes);

@@ -19,7 +19,7 @@ class Reader {
  public:
   explicit Reader(std::string_view text) : rest_(text) {}
 
-  // Without its end, which may be of any system.
+  // Strips the line ending of any system.
   std::string_view line() {
     const size_t end = std::min(rest_.find_first_of("\r\n"), rest_.size());
     const std::string_view out = rest_.substr(0, end);
@@ -29,7 +29,7 @@ class Reader {
   }
   bool at_end() const { return rest_.empty(); }
 
-  // Numbers stand apart by blanks, line ends or commas, wherever the lines break.
+  // Numbers are separated by blanks, line ends or commas, wherever lines break.
   Expected<double> number(const char* what, size_t index = 0) {
     const size_t begin = rest_.find_first_not_of(" \t\r\n,\x1a");
     if (begin == std::string_view::npos) return bad(text("it ends where {} {} should be", what, index));
@@ -92,7 +92,7 @@ Expected<std::string_view> find_tilt(Reader& r, int& version) {
   return bad("it has no line TILT=: this is no IES profile");
 }
 
-// Lamp position, then so many angles and factors.
+// Lamp-to-luminaire geometry, then a count of angles and factors.
 Status skip_tilt(Reader& r) {
   KILN_TRY_STATUS(r.number("the lamp's position"));
   KILN_TRY(const double pairs, r.number("the number of tilt angles"));
@@ -102,7 +102,7 @@ Status skip_tilt(Reader& r) {
   return r.numbers("tilt value", 2 * static_cast<size_t>(pairs), skipped);
 }
 
-// Puts in the planes that symmetry leaves out (LM-63, horizontal angles of type C).
+// Adds the planes omitted by symmetry (LM-63, horizontal angles of type C).
 Status unfold(IesProfile& p) {
   const std::vector<double> planes = p.horizontal;
   const std::vector<double> values = p.candela;
@@ -124,7 +124,7 @@ Status unfold(IesProfile& p) {
   } else if (first == 0 && last == 180) {
     mirror(360);
   } else if (first == 90 && last == 270) {
-    // Symmetric about the plane from 90 to 270: 180 - angle, brought into [0, 360].
+    // Symmetric about the plane from 90 to 270: 180 - angle, wrapped into [0, 360].
     std::vector<std::pair<double, size_t>> turned;
     for (size_t i = planes.size(); i-- > 0;)
       if (planes[i] <= 180) turned.emplace_back(180 - planes[i], i);
@@ -136,7 +136,7 @@ Status unfold(IesProfile& p) {
     if (all.front().first != 0 || all.back().first != 360)
       return bad("horizontal angles from 90 to 270 without one at 180 leave a gap");
   } else if (first == 0 && last > 180 && last < 360) {
-    all.emplace_back(360.0, 0);  // the last plane, which some files leave out, is the first
+    all.emplace_back(360.0, 0);  // the last plane, which some files omit, equals the first
   } else if (!(first == 0 && last == 360)) {
     return bad(
         text("horizontal angles from {} to {} are no symmetry of type C (0 to 0, 90, 180 or 360, or 90 "
@@ -164,7 +164,7 @@ Expected<IesProfile> parse_ies(std::string_view file) {
   p.tilted = tilt != "NONE";
   if (tilt == "INCLUDE") KILN_TRY_STATUS(skip_tilt(r));
   // Lamps, lumens, multiplier, vertical angles, horizontal angles, type, units, width, length, height; then
-  // ballast factor, a second factor (until 1995; later versions keep other things there), watts.
+  // ballast factor, a second factor (until 1995; later versions use it otherwise), watts.
   std::vector<double> h;
   KILN_TRY_STATUS(r.numbers("header value", 13, h));
   KILN_TRY(const size_t vertical, count_of(h[3], "vertical angles"));

@@ -26,8 +26,7 @@ namespace {
 
 using Kind = ImportNote::Kind;
 
-// The primitives and materials that places use, each once, in the order of the file; glTF's default
-// material (-1) comes last.
+// The primitives and materials in use, each once, in file order; glTF's default material (-1) comes last.
 struct Used {
   std::vector<PrimitiveRequest> primitives;
   std::vector<int> materials;
@@ -97,7 +96,7 @@ Status place_instances(const ImportContext& context, const std::vector<MeshPlace
   return {};
 }
 
-// Materials of which every primitive turned out empty are dropped, so that none is sent for nothing.
+// Drops materials whose primitives are all empty, so that they are not sent.
 void drop_unused_materials(Scene& scene) {
   std::vector<bool> in_use(scene.materials.size(), false);
   for (const Instance& i : scene.instances) in_use[i.material] = true;
@@ -129,7 +128,7 @@ Status read_all_lights(const ImportContext& context, const std::vector<PlacedNod
   return {};
 }
 
-// Previews are seen from them, and they may steer density.
+// Cameras serve as viewpoints of previews and may control density.
 void read_cameras(const ImportContext& context, const std::vector<PlacedNode>& nodes, ImportResult& result) {
   for (const PlacedNode& at : nodes) {
     const int index = context.model.nodes[at.node].camera;

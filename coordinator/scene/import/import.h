@@ -29,9 +29,9 @@ struct ImportResult {
   Scene scene;
   std::vector<ImportNote> notes;
   std::vector<Camera> cameras;  // the perspective ones of the scene, in its order
-  DensityWishes density;        // not a part of the scene: workers do not see it
+  DensityWishes density;        // not part of the scene: not sent to workers
   GltfDocument document;
-  Display display;  // what is drawn but not traced
+  Display display;  // drawn but not traced
 };
 
 // Reads a scene and adds the lights and environment of the settings. Errors are kInvalidInput and name

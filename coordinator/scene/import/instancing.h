@@ -1,4 +1,4 @@
-// Where the meshes of the scene stand.
+// Positions of the scene's meshes.
 #pragma once
 
 #include <vector>
@@ -7,15 +7,15 @@
 
 namespace kiln {
 
-// One standing copy of a glTF mesh.
+// One placed copy of a glTF mesh.
 struct MeshPlace {
   uint32_t node = 0, mesh = 0;
   Affine to_world;
-  uint32_t group = 0;  // as handed to place_meshes
+  uint32_t group = 0;  // as passed to place_meshes
 };
 
-// One place for each node with a mesh, or one for each instance of EXT_mesh_gpu_instancing. Places whose
-// transform is singular (a scale of 0 hides things) are left out with a warning.
+// One entry per node with a mesh, or per instance of EXT_mesh_gpu_instancing. Entries with a singular
+// transform (a scale of 0 hides things) are dropped with a warning.
 Expected<std::vector<MeshPlace>> place_meshes(const ImportContext& context,
                                               const std::vector<PlacedNode>& nodes, uint32_t group,
                                               ImportNotes& notes);

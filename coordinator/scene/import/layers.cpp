@@ -13,7 +13,7 @@ using Role = TextureRequest::Role;
 
 void put_ior(const GltfValue& extension, MaterialReader& reader) {
   double ior = extension.number_or("ior", 1.5);
-  // 0 is the extension's word for a reflectance of 1.
+  // The extension uses 0 for a reflectance of 1.
   if (ior != 0) ior = reader.clamped("ior", ior, 1, 1e6);
   reader.numbers("ior", {ior});
 }
@@ -27,7 +27,7 @@ void put_specular(const GltfValue& extension, MaterialReader& reader) {
   reader.texture("specular_color_texture", texture_info(extension, "specularColorTexture"), Role::kColor);
 }
 
-// KHR_materials_volume, section "Attenuation": what is left after a distance d is color^(d / distance).
+// KHR_materials_volume, section "Attenuation": transmittance after a distance d is color^(d / distance).
 void put_volume(const GltfValue& extension, MaterialReader& reader) {
   if (!(extension.number_or("thicknessFactor", 0) > 0)) return;  // thin: there is no inside
   const double distance = extension.number_or("attenuationDistance", INFINITY);

@@ -1,5 +1,5 @@
 // MSFT_lod: github.com/KhronosGroup/glTF, extensions/2.0/Vendor/MSFT_lod. The node is level 0, `ids` are the
-// lower ones; MSFT_screencoverage says when to draw them and changes nothing that is baked.
+// lower ones; MSFT_screencoverage tells when to draw them and does not affect the bake.
 #include "coordinator/scene/import/levels.h"
 
 #include <algorithm>
@@ -12,7 +12,7 @@ namespace {
 constexpr uint32_t kNone = ~0u;
 using Kind = ImportNote::Kind;
 
-// What a node says about itself, with indices checked.
+// A node's own data, with indices checked.
 struct Request {
   uint32_t node = 0;
   std::vector<uint32_t> levels;  // 0 is the node
@@ -53,7 +53,7 @@ class LevelReader {
   Status check_nesting();
   Status walk_scene(uint32_t root);
   Status place_set(uint32_t set);
-  // `root` and all below it but proxies.
+  // `root` and everything below it except proxies.
   Status place_below(uint32_t root, const Affine& above, std::vector<PlacedNode>& out);
   Status check_not_repeated(uint32_t set, const std::vector<PlacedNode>& nodes);
   Expected<uint32_t> proxy_group(uint32_t set);
@@ -67,8 +67,8 @@ class LevelReader {
   std::vector<Request> requests_;
   std::vector<uint32_t> set_of_, level_of_,
       proxy_of_;                              // by node: set, or kNone; of a lower level; of a proxy
-  std::vector<std::optional<Affine>> at_;     // by node: transform above a proxy that stands in the scene
-  std::vector<std::optional<Affine>> above_;  // by set: transform above its node, if it stands
+  std::vector<std::optional<Affine>> at_;     // by node: transform above a proxy placed in the scene
+  std::vector<std::optional<Affine>> above_;  // by set: transform above its node, if placed
   std::vector<uint32_t> role_at_or_above_;    // by node: node, or kNone
   std::vector<uint32_t> group_of_proxy_;      // by node
   Levels out_;
@@ -152,7 +152,7 @@ Status LevelReader::claim(uint32_t set) {
       return bad(text("{}, a level of {}, has levels or a proxy of its own: only level 0 may", name(level),
                       name(r.node)));
     level_of_[level] = set;
-    // It takes its node's place: one that also stands elsewhere would be drawn twice.
+    // It replaces its node: if also placed elsewhere, it would be drawn twice.
     const int parent = tree_.parent[level];
     const bool is_root = !context_.model.scenes.empty() &&
                          std::find(tree_.roots.begin(), tree_.roots.end(), level) != tree_.roots.end();
@@ -167,7 +167,7 @@ Status LevelReader::claim(uint32_t set) {
   return {};
 }
 
-// A set, a level or a proxy below another one has no meaning (a proxy below the node that it stands for has).
+// A set, a level or a proxy below another one is meaningless (except a proxy below its own node).
 Status LevelReader::check_nesting() {
   const auto has_role = [&](uint32_t node) {
     return set_of_[node] != kNone || level_of_[node] != kNone || proxy_of_[node] != kNone;
@@ -175,7 +175,7 @@ Status LevelReader::check_nesting() {
   constexpr uint32_t kUnknown = kNone - 1;
   role_at_or_above_.assign(set_of_.size(), kUnknown);
   std::vector<uint32_t> path;
-  const auto find = [&](int start) {  // each node is climbed over once
+  const auto find = [&](int start) {  // each node is visited once
     path.clear();
     uint32_t found = kNone;
     for (int up = start; up != NodeTree::kNone; up = tree_.parent[static_cast<size_t>(up)]) {

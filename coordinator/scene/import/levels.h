@@ -1,4 +1,4 @@
-// Levels of detail (MSFT_lod) and proxies (extras.kiln.proxy): which nodes are baked and which are only
+// Levels of detail (MSFT_lod) and proxies (extras.kiln.proxy): selects the nodes to bake and those only
 // drawn.
 #pragma once
 
@@ -16,21 +16,21 @@ struct LevelNode {
 };
 
 struct Levels {
-  std::vector<PlacedNode> standing;  // every node of the scene but lower levels and proxies: their lights and
-                                     // cameras are the scene's
+  std::vector<PlacedNode> standing;  // every node of the scene except lower levels and proxies: the source of
+                                     // its lights and cameras
   std::vector<DisplaySet> sets;      // without `sources`
-  // What is baked: by group; 0 holds what belongs to no set. A proxy that stands in the scene is one group
-  // for all sets that name it.
+  // Baked nodes by group; group 0 belongs to no set. A proxy that is placed in the scene is one group for all
+  // sets that name it.
   std::vector<std::vector<PlacedNode>> baked;
   std::vector<bool> is_proxy;          // by group
   std::vector<uint32_t> group_of_set;  // by set
   std::vector<LevelNode> shown;
 };
 
-// Every node of the baked scene, parents before children, in the file's order. A level takes the place of its
-// node: it has the node's parent, or stands nowhere and is placed there. So does a proxy that stands nowhere.
-// Errors name the nodes: an index or name that does not exist, a level or proxy of two nodes, one of itself,
-// sets within sets, EXT_mesh_gpu_instancing below a level.
+// Every node of the baked scene, parents before children, in the file's order. A level replaces its node: it
+// has the node's parent, or is unplaced and gets the node's position. So does an unplaced proxy. Errors name
+// the nodes: an index or name that does not exist, a level or proxy of two nodes, one of itself, sets within
+// sets, EXT_mesh_gpu_instancing below a level.
 Expected<Levels> read_levels(const ImportContext& context, ImportNotes& notes);
 
 }  // namespace kiln

@@ -10,7 +10,7 @@ using Kind = ImportNote::Kind;
 constexpr const char* kPunctual = "KHR_lights_punctual";
 constexpr double kHalfPi = 1.57079632679489661923;
 
-// Cone half angles with 0 <= inner < outer <= pi/2, as the extension demands.
+// Cone half angles with 0 <= inner < outer <= pi/2, as the extension requires.
 void put_cone(const GltfLight& light, const std::string& who, Record& record, ImportNotes& notes) {
   double inner = light.inner, outer = light.outer;
   if (!(outer > 0 && outer <= kHalfPi && inner >= 0 && inner < outer)) {
@@ -108,7 +108,7 @@ std::vector<Record> sun_lights(const BakeSettings& settings) {
     Record record;
     record.type = "directional";
     record.name = text("sun {}", i);
-    // check_settings has seen to it that the direction is one.
+    // The settings parser guarantees a nonzero direction.
     Affine frame;
     frame.z = DVec3(sun.to_light[0], sun.to_light[1], sun.to_light[2]);
     rigid_part(frame, record.to_world);

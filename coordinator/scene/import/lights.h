@@ -1,4 +1,4 @@
-// KHR_lights_punctual and the suns of the settings to light records.
+// Converts KHR_lights_punctual and the suns of the settings to light records.
 #pragma once
 
 #include <vector>
@@ -15,7 +15,7 @@ Expected<std::vector<Record>> read_lights(const ImportContext& context, const st
 // The suns of the settings: -z of to_world points from the light to the scene.
 std::vector<Record> sun_lights(const BakeSettings& settings);
 
-// extras.kiln.bake: "full", "indirect" or "none"; "" when it does not say. Errors for other words.
+// extras.kiln.bake: "full", "indirect" or "none"; "" if absent. Errors for other words.
 Expected<std::string> bake_word(const ImportContext& context, const std::string& who,
                                 const GltfValue& extras);
 

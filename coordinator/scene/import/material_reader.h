@@ -1,4 +1,4 @@
-// What the parts of a material's import share: its record, its textures, and where findings go.
+// Shared state of a material's import: its record, its textures and the list of findings.
 #pragma once
 
 #include "coordinator/scene/import/context.h"
@@ -12,7 +12,7 @@ inline const GltfValue* find_extension(const GltfExtensions& extensions, const c
   return it == extensions.end() ? nullptr : &it->second;
 }
 
-// A texture info inside of an extension; without a texture where it is absent.
+// A texture info inside an extension; without a texture if absent.
 GltfTextureInfo texture_info(const GltfValue& extension, const char* name);
 
 class MaterialReader {
@@ -20,19 +20,19 @@ class MaterialReader {
   MaterialReader(Record& record, std::string who, TextureSet& textures, ImportNotes& notes)
       : record_(record), who_(std::move(who)), textures_(textures), notes_(notes) {}
 
-  // Puts the use of a texture, unless it names none or cannot be used, which is said.
+  // Stores a texture reference, unless it is absent or unusable, which is reported.
   void texture(const char* property, const GltfTextureInfo& info, TextureRequest::Role role,
                bool keep_alpha = false);
   void numbers(const char* property, std::vector<double> values) {
     put_numbers(record_, property, std::move(values));
   }
-  // A factor within its range; what lies outside is clamped, and said.
+  // Stores a factor; values outside its range are clamped and reported.
   double clamped(const char* name, double value, double low, double high);
-  // Such a number of an extension.
+  // The same for a number of an extension.
   double factor(const GltfValue& extension, const char* name, double otherwise, double high = 1) {
     return clamped(name, extension.number_or(name, otherwise), 0, high);
   }
-  // Such a colour.
+  // The same for a colour.
   std::vector<double> color(const GltfValue& extension, const char* name, double otherwise, double high = 1);
   void note(ImportNote::Kind kind, const std::string& what);
 

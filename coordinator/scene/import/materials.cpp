@@ -22,7 +22,7 @@ std::string alpha_word(const GltfMaterial& material, MaterialReader& reader) {
   return "opaque";
 }
 
-// KHR_materials_pbrSpecularGlossiness seen as a dielectric: its specular colour is lost.
+// KHR_materials_pbrSpecularGlossiness as a dielectric: its specular colour is lost.
 void read_specular_glossiness(const GltfValue& extension, GltfMaterial& material) {
   const auto diffuse = extension.numbers("diffuseFactor", 4);
   material.base_color = {1, 1, 1, 1};
@@ -78,7 +78,7 @@ void put_normal_map(const GltfMaterial& material, MaterialReader& reader) {
 }  // namespace
 
 Record read_material(const ImportContext& context, int index, TextureSet& textures, ImportNotes& notes) {
-  GltfMaterial material;  // of no index: glTF's default, section 3.9.6
+  GltfMaterial material;  // without an index: glTF's default, section 3.9.6
   material.name = "default";
   material.base_color = {1, 1, 1, 1};
   material.emissive = {0, 0, 0};

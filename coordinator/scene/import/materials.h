@@ -1,4 +1,4 @@
-// Materials to records, as scene.h documents them.
+// Converts materials to records, as documented in scene.h.
 #pragma once
 
 #include <vector>
@@ -8,11 +8,11 @@
 
 namespace kiln {
 
-// The record of a glTF material; -1 is glTF's default material. Its texture uses name slots of `textures`,
-// to be resolved once they are decoded.
+// The record of a glTF material; -1 is glTF's default material. Its texture references are slots of
+// `textures`, to be resolved after decoding.
 Record read_material(const ImportContext& context, int material, TextureSet& textures, ImportNotes& notes);
 
-// Replaces slots by indices and drops the uses of textures that could not be decoded.
+// Replaces slots by indices and drops references to textures that could not be decoded.
 void resolve_textures(Record& material, const TextureSet& textures);
 
 bool uses_uv_set(const Record& material, uint32_t set);

@@ -22,8 +22,8 @@ Expected<std::vector<int>> find_parents(const ImportContext& context) {
                                 node_name(context, slot), node_name(context, i)));
       slot = static_cast<int>(i);
     }
-  // With one parent each, whoever does not reach a root goes round in a circle.
-  std::vector<uint32_t> reached(nodes.size(), 0);  // by the walk of this number
+  // With one parent each, a node that does not reach a root is on a cycle.
+  std::vector<uint32_t> reached(nodes.size(), 0);  // visited by the walk of this number
   for (uint32_t start = 0; start < nodes.size(); ++start) {
     int at = static_cast<int>(start);
     while (at != kNone && reached[static_cast<size_t>(at)] == 0) {
@@ -108,7 +108,7 @@ Expected<NodeTree> read_node_tree(const ImportContext& context) {
 
 Status walk_nodes(const ImportContext& context, uint32_t root, const Affine& parent_to_world,
                   const std::function<bool(const PlacedNode&, const Affine&)>& enter) {
-  std::vector<PlacedNode> open;  // a stack of our own: the depth of a file is not ours to trust
+  std::vector<PlacedNode> open;  // an explicit stack, because the depth of a file is untrusted
   open.push_back({root, parent_to_world});
   while (!open.empty()) {
     const PlacedNode above = open.back();  // to_world is the parent's

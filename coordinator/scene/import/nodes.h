@@ -1,4 +1,4 @@
-// The node tree of the scene that is baked, flattened.
+// The flattened node tree of the scene to bake.
 #pragma once
 
 #include <functional>
@@ -14,7 +14,7 @@ struct PlacedNode {
   Affine to_world;
 };
 
-// The scene that is baked: the file's default, else the first; null when the file has none.
+// The scene to bake: the file's default, else the first; null if the file has none.
 Expected<const GltfScene*> baked_scene(const ImportContext& context);
 
 struct NodeTree {
@@ -27,7 +27,7 @@ struct NodeTree {
 Expected<NodeTree> read_node_tree(const ImportContext& context);
 
 // Visits a node and what is below it, parents before children, in the file's order: enter(node, its parent's
-// transform) says whether to go on below. Errors: a transform that is not finite or of a wrong length.
+// transform) returns whether to descend. Errors: a transform that is not finite or of a wrong length.
 Status walk_nodes(const ImportContext& context, uint32_t root, const Affine& parent_to_world,
                   const std::function<bool(const PlacedNode&, const Affine&)>& enter);
 

@@ -14,7 +14,7 @@ using Kind = ImportNote::Kind;
 struct PartKey {
   const char* name;
   bool Instance::*part;
-  const char* without;  // what is said of objects that have false
+  const char* without;  // the note for objects set to false
 };
 constexpr PartKey kParts[] = {
     {"receive", &Instance::receive, "get no texels (extras.kiln.receive)"},
@@ -24,8 +24,8 @@ constexpr PartKey kParts[] = {
 };
 constexpr size_t kPartCount = std::size(kParts);
 
-// Keys of extras.kiln on nodes, meshes and materials that others read, and what scene.glb and
-// scene_instanced.glb write there.
+// Keys of extras.kiln on nodes, meshes and materials read elsewhere, and those that scene.glb and
+// scene_instanced.glb write.
 constexpr std::string_view kOthers[] = {"bake",        "density",        "lod_distance", "proxy",
                                         "first_chart", "texcoord_space", "value"};
 
@@ -67,7 +67,7 @@ class PartReader {
   Finding unknown_;
 };
 
-// `over` where it says something.
+// `over` where it is set.
 Said merged(const Said& under, const Said& over) {
   Said out = under;
   for (size_t k = 0; k < kPartCount; ++k)

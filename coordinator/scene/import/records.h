@@ -1,4 +1,4 @@
-// Short hands for making records.
+// Helpers to build records.
 #pragma once
 
 #include <initializer_list>

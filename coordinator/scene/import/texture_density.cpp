@@ -8,8 +8,8 @@
 namespace kiln {
 namespace {
 
-// A texel's samples leave from all over it and spread over the hemisphere: what is finer than its own edge is
-// averaged by the bake itself. Rates: docs/performance.md.
+// A texel's samples start all over it and spread over the hemisphere, so the bake itself averages detail
+// finer than its edge. docs/performance.md has rates.
 constexpr double kTexelsPerLightmapTexel = 4;
 
 double cross2(const Vec2& a, const Vec2& b) {
@@ -35,7 +35,7 @@ Areas areas_of(const Mesh& m, const Mat4x3& to_world) {
   return a;
 }
 
-// Texels per metre of the lightmap; of the finer layout where it is not decided yet.
+// Texels per metre of the lightmap; of the finer layout if it is not decided yet.
 double lightmap_density(const Scene& scene, const BakeSettings& settings, double factor,
                         const std::vector<Areas>& areas) {
   double atlas_area = 0;
@@ -49,7 +49,7 @@ double lightmap_density(const Scene& scene, const BakeSettings& settings, double
   return std::max(atlas, packed);
 }
 
-// Texels per metre of each texture where it is coarsest; 0: not to be touched.
+// Texels per metre of each texture where it is coarsest; 0: do not reduce.
 std::vector<double> texture_densities(const Scene& scene, const std::vector<Areas>& areas) {
   std::vector<double> density(scene.textures.size(), INFINITY);
   for (size_t i = 0; i < areas.size(); ++i) {

@@ -12,11 +12,11 @@
 namespace kiln {
 namespace {
 
-// Diffuse transport averages over metres, so finer texels only cost memory; an alpha mask cuts shapes whose
-// shadows are seen, so it keeps more.
+// Diffuse transport averages over metres, so finer texels only cost memory; an alpha mask cuts visible shadow
+// shapes, so it keeps more.
 constexpr uint32_t kMaxSide = 1024, kMaxMaskSide = 2048;
 
-// The alpha channel alone, 1 where there is none.
+// The alpha channel, or 1 if there is none.
 Texture only_alpha(const Texture& in) {
   Texture out = in;
   out.channels = 1;
@@ -31,7 +31,7 @@ Texture only_alpha(const Texture& in) {
   return out;
 }
 
-// Keeps the first `channels` channels; grey fills colours when there are too few.
+// Keeps the first `channels` channels; grey is replicated when there are too few.
 Texture with_channels(Texture in, uint32_t channels) {
   if (in.channels == channels) return in;
   Texture out = in;

@@ -1,4 +1,4 @@
-// Textures that materials ask for: gathered first, then decoded once each, side by side.
+// Textures used by materials: collected first, then decoded once each, in parallel.
 #pragma once
 
 #include <string>
@@ -8,9 +8,9 @@
 
 namespace kiln {
 
-// What a texture is used for decides its coding, channels and size.
+// The use of a texture determines its encoding, channels and size.
 struct TextureRequest {
-  int texture = -1;  // of the glTF
+  int texture = -1;  // index in the glTF
   // sRGB colours; linear factors in R, G and B; a linear factor in A alone; a normal map.
   enum class Role { kColor, kFactors, kAlpha, kNormal } role = Role::kColor;
   bool keep_alpha = false;
@@ -31,7 +31,7 @@ class TextureSet {
   std::vector<int32_t> index_;
 };
 
-// The file's image by index, as it stands encoded.
+// The file's encoded image by index.
 Expected<Bytes> read_image_bytes(const ImportContext& context, int image);
 // "image 3 'bark'"
 std::string image_name(const ImportContext& context, int image);

@@ -8,8 +8,8 @@
 namespace kiln {
 namespace {
 
-// Points along an edge of a face at which the fit is measured: no further apart than the distance allowed, so
-// that a hole of that size is found, up to a most that bounds the work.
+// Points along an edge of a face at which the fit is measured: no further apart than the allowed distance, so
+// that a hole of that size is found, up to a limit on the work.
 uint32_t grid_steps(double longest, double reach) {
   constexpr double kMaxSteps = 16;
   return static_cast<uint32_t>(std::clamp(std::ceil(longest / reach), 2.0, kMaxSteps));
@@ -48,7 +48,7 @@ class MeshProjection {
     write(faces, charts);
   }
 
-  // A sentence for the error, or none.
+  // The error message, or empty.
   std::string refusal() const {
     if (refusal_.why.empty()) return {};
     const std::string who = shown_.place.node == set_.node
@@ -92,7 +92,7 @@ class MeshProjection {
     fit.mean += own * sum / count;
   }
 
-  // The worst place gives the reason.
+  // The worst point gives the reason.
   void refuse(double excess, std::string why) {
     if (!refusal_.why.empty() && excess <= refusal_.excess) return;
     refusal_ = {std::move(why), excess};
@@ -112,9 +112,9 @@ class MeshProjection {
                   q.at.x, q.at.y, q.at.z, search_.reach, any.distance));
   }
 
-  // A match there is, but the triangle's chart may not reach it.
+  // There is a match, but the triangle's chart may not reach it.
   void check(const DisplayPoint& q, const LitPoint& s, double shift, double density) {
-    constexpr double kBlur = 2;  // texels: as blurred as a bilinear lookup is anyway
+    constexpr double kBlur = 2;  // texels: within the blur of a bilinear lookup
     const bool shifted = density > 0 && shift > std::max(kBlur, split_);
     const double metres = std::max(s.distance, shifted ? shift / density : 0.0);
     if (metres <= search_.reach) return;

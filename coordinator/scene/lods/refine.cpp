@@ -11,7 +11,7 @@ namespace kiln {
 namespace {
 
 constexpr uint32_t kMaxPasses = 10;  // halvings of an edge
-// Beyond this many faces nothing more is split: a display mesh is to stay one.
+// Splitting stops at this many faces: a display mesh must stay cheap to draw.
 constexpr size_t most_faces(size_t triangles) {
   return 64 * triangles + 4096;
 }
@@ -21,7 +21,7 @@ Side side_of(const DisplayFace& f, int k) {
   return std::minmax(f.weld[k], f.weld[(k + 1) % 3]);
 }
 
-// Where a face is held against the surface: corners, middles of edges k, middle.
+// Points where a face is compared with the surface: corners, edge midpoints, centre.
 constexpr int kProbes = 7;
 constexpr double kProbe[kProbes][2] = {
     {0, 0}, {1, 0}, {0, 1}, {0.5, 0}, {0.5, 0.5}, {0, 0.5}, {1.0 / 3, 1.0 / 3}};
@@ -44,7 +44,7 @@ class Evaluation {
   }
 
  private:
-  // Of the charts nearest to its probes, the one that is nearest to all of them together.
+  // Of the charts nearest to its probes, the one nearest to all of them together.
   void choose_chart(DisplayFace& face) {
     std::vector<uint32_t> charts;
     for (const auto& f : free_)
@@ -71,13 +71,13 @@ class Evaluation {
     }
   }
 
-  // Edges near probes whose lookup misses.
+  // Edges near probes whose lookup is too far off.
   void find_wants(DisplayFace& face) const {
     if (split_ <= 0) return;
     const double density = source_.texels_per_metre(face.placement);
     bool near[3] = {};
     for (int i = 0; i < kProbes; ++i) {
-      if (!free_[i]) continue;  // refused later: splitting brings no surface
+      if (!free_[i]) continue;  // refused later: splitting does not help
       const DVec2 miss = face.lookup(kProbe[i][0], kProbe[i][1]) - place_[i].texels;
       const double texels = length(miss) + length(place_[i].at - free_[i]->at) * density;
       if (!(texels > split_)) continue;
@@ -85,7 +85,7 @@ class Evaluation {
       if (i >= 3 && i < 6) near[i - 3] = true;
       if (i == 6) near[0] = near[1] = near[2] = true;
     }
-    for (int k = 0; k < 3; ++k)  // an edge of a texel is as short as the lightmap can tell
+    for (int k = 0; k < 3; ++k)  // edges shorter than a texel make no difference
       face.wants[k] = near[k] && length(point_[(k + 1) % 3].at - point_[k].at) * density > 1;
   }
 
@@ -98,7 +98,7 @@ class Evaluation {
   LitPoint place_[kProbes];
 };
 
-// Cuts faces along marked edges at their middles; welds of middles are made as needed.
+// Splits faces at the midpoints of marked edges; creates midpoint welds as needed.
 class Splitter {
  public:
   Splitter(const std::set<Side>& marked, uint32_t& next_weld) : marked_(marked), next_weld_(next_weld) {}
@@ -120,13 +120,13 @@ class Splitter {
       add(f, m[0], m[1], m[2], out);
       return;
     }
-    int s = 0;  // count 1: the cut edge; count 2: the edge after which both come
+    int s = 0;  // count 1: the split edge; count 2: the edge before both
     while (count == 1 ? !cut[s] : cut[s]) ++s;
     const int t = (s + 1) % 3, u = (s + 2) % 3;
     if (count == 1) {
       add(f, c[s], m[s], c[u], out);
       add(f, m[s], c[t], c[u], out);
-    } else {  // edges t and u are cut: the tip at corner u, and what is left of edge s
+    } else {  // edges t and u are split: the tip at corner u, and the rest along edge s
       add(f, m[t], c[u], m[u], out);
       add(f, c[s], m[t], m[u], out);
       add(f, c[s], c[t], m[t], out);

@@ -1,4 +1,4 @@
-// The faces of one display mesh: which chart each takes its light from, split where one would not do.
+// The faces of one display mesh and the chart that lights each, split where one chart is not enough.
 #pragma once
 
 #include "coordinator/scene/display/display.h"
@@ -10,7 +10,7 @@ namespace kiln {
 class DisplaySurface {
  public:
   explicit DisplaySurface(const Mesh& mesh, const Mat4x3& to_world);
-  // Of a triangle, with barycentrics of vertices 1 and 2.
+  // A point of a triangle, from barycentrics of vertices 1 and 2.
   DisplayPoint point(uint32_t triangle, const DVec2& b) const;
   DVec3 position(uint32_t triangle, const DVec2& b) const;
   const Mesh& mesh() const { return mesh_; }
@@ -24,9 +24,9 @@ class DisplaySurface {
 struct DisplayFace {
   uint32_t triangle = 0;
   DVec2 b[3];          // corners
-  uint32_t weld[3];    // corners with equal numbers are at one place
-  bool is_new = true;  // nothing below is set
-  bool wants[3] = {};  // edge k from corner k is to be split
+  uint32_t weld[3];    // corners with equal numbers coincide
+  bool is_new = true;  // the members below are not set yet
+  bool wants[3] = {};  // split edge k, which starts at corner k
   uint32_t placement = 0;
   DVec2 texels[3];
 
@@ -36,11 +36,11 @@ struct DisplayFace {
   }
 };
 
-// The point of a chart that serves a display point: the nearest that faces its way, else the nearest.
+// The point of a chart that lights a display point: the nearest facing the same way, else the nearest.
 LitPoint place_in_chart(const SourceSurface& source, const DisplayPoint& point, const SurfaceSearch& search,
                         uint32_t placement);
 
-// Faces that cover the mesh, none wanting more splits that could have them. `split`: texels, see LodSettings.
+// Faces that cover the mesh, split as far as needed and possible. `split`: texels, see LodSettings.
 std::vector<DisplayFace> refine_faces(const DisplaySurface& display, const SourceSurface& source,
                                       const SurfaceSearch& search, double split);
 

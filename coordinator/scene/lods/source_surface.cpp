@@ -88,7 +88,7 @@ void SourceSurface::add_instance(const Scene& scene, const Atlas& atlas, uint32_
 template <class Accept>
 std::optional<LitPoint> SourceSurface::search(const DisplayPoint& point, double reach, double normal_weight,
                                               uint32_t placement, const Accept& accept) const {
-  double most = reach * reach;  // square distance of boxes worth a look: no cost is below its own
+  double most = reach * reach;  // squared distance of boxes to visit: a cost is never below it
   std::optional<LitPoint> best;
   uint32_t best_face = 0;
   tree_->for_each_near(point.at, most, [&](uint32_t index) {

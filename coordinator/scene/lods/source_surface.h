@@ -1,4 +1,4 @@
-// The baked surface of one object, to be asked for the nearest point that faces a given way.
+// The baked surface of one object, with queries for the nearest point facing a given way.
 #pragma once
 
 #include <optional>
@@ -21,12 +21,12 @@ struct LitPoint {
   double distance = 0;  // metres
 };
 
-// What counts as near. Light changes more with a surface's normal than along it, so a turned normal costs
-// like a distance: cost = distance^2 + kTurn reach^2 |difference of the unit normals|^2.
+// The metric of the search. Light changes more with a surface's normal than along it, so a different normal
+// costs like a distance: cost = distance^2 + kTurn reach^2 |difference of the unit normals|^2.
 struct SurfaceSearch {
-  double reach = 0;  // metres: what is further away is not found
-  // A turn of 60 degrees costs two reaches: a place of the right normal goes before, wherever within reach.
-  // More would scatter the places of rough surfaces, whose normals differ from level to level.
+  double reach = 0;  // metres: largest search distance
+  // A difference of 60 degrees costs two reaches, so any point within reach with the right normal wins. A
+  // larger weight would scatter the lookups of rough surfaces, whose normals differ between levels.
   static constexpr double kTurn = 4;
   // E is an integral over a hemisphere about the normal. At 60 degrees half of a frontal light's irradiance
   // is lost, and every point of a chamfered right-angled corner (54.7 degrees at most) still finds its faces.
@@ -40,11 +40,11 @@ class SourceSurface {
   // Scene and atlas outlive the surface.
   SourceSurface(const Scene& scene, const Atlas& atlas, const std::vector<uint32_t>& instances);
 
-  // The least cost among points within reach whose shading normal is within 60 degrees of the display
-  // point's and whose triangle faces the same side; of one chart, or of any. Equal costs: the first face.
+  // The point of least cost within reach whose shading normal is within 60 degrees of the display point's and
+  // whose triangle faces the same side; on one chart, or on any. Ties go to the first face.
   std::optional<LitPoint> nearest(const DisplayPoint& point, const SurfaceSearch& search,
                                   uint32_t placement = kAnyPlacement) const;
-  // The same whatever its normal, by distance alone; the chart has at least one face.
+  // The nearest point regardless of normal; the chart has at least one face.
   LitPoint nearest_of_any_normal(const DisplayPoint& point, uint32_t placement = kAnyPlacement) const;
 
   double texels_per_metre(uint32_t placement) const;  // mean of the chart
@@ -52,7 +52,7 @@ class SourceSurface {
 
  private:
   struct Face {
-    DVec3 corner[3], normal[3];  // of the world; shading normals, unit
+    DVec3 corner[3], normal[3];  // world space; unit shading normals
     DVec3 facing;
     DVec2 texels[3];
     uint32_t placement = 0;

@@ -20,7 +20,7 @@ void join(BoxNode& into, const BoxNode& b) {
   into.high = glm::max(into.high, b.high);
 }
 
-// Splits where the surface areas of the halves' boxes promise the fewest tests (Wald 2007, binned).
+// Splits by the surface area heuristic (Wald 2007, binned).
 class Builder {
  public:
   Builder(std::vector<BoxNode> boxes, uint32_t leaf) : boxes_(std::move(boxes)), leaf_(leaf) {

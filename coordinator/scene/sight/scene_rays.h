@@ -1,5 +1,5 @@
-// What a ray through the scene meets, in float: for choosing cameras and for asking what can be seen at all.
-// Light is Embree's; nothing here decides a value of the lightmap.
+// Ray queries in float, for choosing cameras and finding unseen charts. Light transport uses Embree; nothing
+// here affects a value of the lightmap.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@ struct RayHit {
   float distance = 0;  // in lengths of the direction
   uint32_t instance = 0, triangle = 0;
   float b1 = 0, b2 = 0;  // barycentrics of vertices 1 and 2
-  bool back = false;     // the inner side, as the winding says
+  bool back = false;     // hit the back face, by winding
 };
 
 // Boxes in a binary tree. `count` 0: children are first and first + 1.
@@ -29,10 +29,10 @@ struct BoxNode {
 
 class SceneRays {
  public:
-  // `scene` outlives it. The same tree for any number of threads (0: all).
+  // `scene` outlives this. The tree does not depend on the number of threads (0: all).
   explicit SceneRays(const Scene& scene, unsigned threads = 0);
 
-  // The nearest surface for which accept(hit) is true, from either side; false: none before `far`.
+  // The nearest surface, from either side, for which accept(hit) is true; false: none before `far`.
   template <class Accept>
   bool closest(const Vec3& origin, const Vec3& direction, float far, RayHit& hit, const Accept& accept) const;
   bool closest(const Vec3& origin, const Vec3& direction, float far, RayHit& hit) const {
@@ -52,7 +52,7 @@ class SceneRays {
     uint32_t instance;
     Mat4x3 to_mesh;
   };
-  // A hundred levels: binned splits end at kBinnedDepth, halves at the median after that end within 32.
+  // A hundred levels: binned splits end at kBinnedDepth, and median splits after that within 32.
   static constexpr int kStack = 100;
 
   static MeshTree tree_of(const Mesh& mesh);
@@ -68,7 +68,7 @@ class SceneRays {
   std::vector<Place> places_;  // in the order of the leaves of top_
 };
 
-// Distance at which a ray enters the box; infinite: it does not before `far`.
+// Distance at which a ray enters the box; infinite if it does not before `far`.
 inline float SceneRays::enter(const BoxNode& node, const Vec3& o, const Vec3& inverse, float far) {
   float in = 0, out = far;
   for (int axis = 0; axis < 3; ++axis) {
@@ -78,7 +78,7 @@ inline float SceneRays::enter(const BoxNode& node, const Vec3& o, const Vec3& in
     in = std::max(in, a < b ? a : b);
     out = std::min(out, a < b ? b : a);
   }
-  // Rounding of the slabs must not lose what lies on a side (Ize 2013).
+  // Slab rounding must not miss geometry that lies on a side (Ize 2013).
   return in <= out * 1.0000004f ? in : std::numeric_limits<float>::infinity();
 }
 

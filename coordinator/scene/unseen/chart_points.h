@@ -1,4 +1,4 @@
-// Points on a chart from which is asked what can be seen.
+// Points on a chart for visibility queries.
 #pragma once
 
 #include <span>
@@ -9,7 +9,7 @@
 namespace kiln {
 
 struct ChartPoint {
-  Vec3 position, normal;  // in the world; the normal is unit, of the winding's front
+  Vec3 position, normal;  // world space; unit normal on the front by winding
   uint32_t triangle = 0;
 };
 
@@ -20,10 +20,9 @@ class ChartSurface {
   ChartSurface(const Scene& scene, const Atlas& atlas, uint32_t instance, std::span<const uint32_t> faces);
 
   bool empty() const { return faces_.empty(); }
-  // Point k of `count`, spread evenly over the area; `key` decides where. The same for any caller.
+  // Point k of `count`, spread evenly over the area; `key` seeds the positions, which are deterministic.
   ChartPoint spread(uint32_t k, uint32_t count, uint64_t key) const;
-  // Corners of faces, a little way inside them: what reaches out of a wall by a hand's breadth. At most
-  // `most`.
+  // Points just inside the corners of faces, for surface that reaches slightly out of a wall. At most `most`.
   std::vector<ChartPoint> corners(size_t most) const;
 
  private:

@@ -1,4 +1,4 @@
-// Places that make what they see seen: cameras, lamps, surfaces that shine.
+// Points from which visibility spreads: cameras, lamps, emissive surfaces.
 #pragma once
 
 #include <vector>
@@ -10,16 +10,16 @@ namespace kiln {
 
 struct Seed {
   Vec3 position;
-  bool camera;  // looks through the backs of single-sided surfaces, as engines draw them
+  bool camera;  // sees through the backs of single-sided surfaces, as engines draw them
 };
 
 struct Seeds {
   std::vector<Seed> places;
-  bool sky = false;  // an environment or a sun: what leaves the scene has met it
+  bool sky = false;  // an environment or a sun: reached by any ray that leaves the scene
   bool any(const Solid& solid, size_t instances) const;
 };
 
-// Of emissive surfaces at most kEmissivePlaces points.
+// At most kEmissivePlaces points on emissive surfaces.
 Seeds find_seeds(const Scene& scene, const std::vector<Viewpoint>& cameras, const Solid& solid);
 constexpr size_t kEmissivePlaces = 256;
 

@@ -1,4 +1,4 @@
-// What a ray of the coordinator meets as a viewer or light does.
+// How the coordinator's rays treat a surface: as a viewer or light would.
 #pragma once
 
 #include <vector>
@@ -13,13 +13,13 @@ class Solid {
   // `scene` outlives it.
   explicit Solid(const Scene& scene);
 
-  // Does it stop light? Not what casts no shadow, nor what lets a part of the light through: glass, alpha.
+  // Whether it blocks light. False for surfaces that cast no shadow or transmit part of the light: glass,
+  // alpha.
   bool stops(const RayHit& hit) const { return stops_[hit.instance]; }
-  // Is the side that the ray meets one that shows something? The back of a single-sided surface is black and
-  // lets no light through.
+  // Whether the hit side is visible. The back of a single-sided surface is black and blocks light.
   bool shows(const RayHit& hit) const { return !hit.back || two_sided_[hit.instance]; }
 
-  // Both sides have air that counts: double-sided, and glass.
+  // Whether both sides count: double-sided surfaces and glass.
   bool two_sided(uint32_t instance) const { return two_sided_[instance]; }
   bool emits(uint32_t instance) const { return emits_[instance]; }
 
@@ -27,7 +27,7 @@ class Solid {
   std::vector<uint8_t> stops_, two_sided_, emits_;  // by instance
 };
 
-// Unit, of a triangle with these corners in the world, to the side that its winding calls front.
+// Unit normal of a triangle with these world-space corners, towards its front by winding.
 Vec3 front_normal(const Mat4x3& to_world, const Vec3 (&corner)[3]);
 
 }  // namespace kiln

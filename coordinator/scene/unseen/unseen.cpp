@@ -16,7 +16,7 @@ namespace {
 constexpr float kFar = 1e30f;
 constexpr uint64_t kMinTexels = 4;
 
-// How many points a chart has, and ways from each: a ray, or one that goes on from what it meets.
+// Number of points on a chart, and rays or paths from each.
 struct Effort {
   uint32_t points, rays, bounces;
   size_t corners;
@@ -29,7 +29,7 @@ Effort second_effort(uint64_t texels) {
   return {static_cast<uint32_t>(std::clamp<uint64_t>(2 * texels, 16, 512)), 16, 8, 96};
 }
 
-// Points of one chart; each is a node of the regions, and another for the back where that counts.
+// Points of one chart; each is a node of the region graph, with a second node for the back where that counts.
 struct ChartNodes {
   std::vector<ChartPoint> points;
   uint32_t first = 0;
@@ -83,7 +83,7 @@ class Search {
   uint32_t outside() const { return first_object_ - 1; }  // seeds come first
   uint32_t object(uint32_t instance, bool back) const { return first_object_ + 2 * instance + back; }
 
-  // Of the charts that are marked.
+  // For the marked charts.
   std::vector<ChartNodes> points_of(const std::vector<uint8_t>& which, bool again) {
     more_from_ = nodes_;
     std::vector<ChartNodes> all(which.size());
@@ -135,8 +135,8 @@ class Search {
     return !rays_.closest(from, to - from, 1.0f, hit, [&](const RayHit& h) { return solid_.stops(h); });
   }
 
-  // Is there a way through the air from just above one point of a surface to just above another? Straight
-  // along it, or an arch over what is between.
+  // Whether there is a free path from just above one point of a surface to just above another: straight along
+  // it, or an arch over obstacles.
   bool is_beside(const Vec3& a, const Vec3& up_a, const Vec3& b, const Vec3& up_b) const {
     const float low = offset(a), high = 0.25f * length(b - a);
     const Vec3 from = a + low * up_a, to = b + low * up_b;
@@ -145,14 +145,14 @@ class Search {
     return is_free(over_a, over_b) && is_free(from, over_a) && is_free(to, over_b);
   }
 
-  // What of a chart, or of an object without, a place is linked to already: one link of a kind is enough.
+  // The charts, or objects without charts, that a point is already linked to: one link each is enough.
   struct Met {
     std::vector<uint32_t> sides;  // of charts
     bool holds(uint32_t side) const { return std::find(sides.begin(), sides.end(), side) != sides.end(); }
   };
 
-  // The point of the chart that a ray has met beside which it has met it; false: a back that shows nothing, a
-  // place that is covered, a chart that was met before, or no point is near enough to tell.
+  // The chart's point nearest to a hit; false for an invisible back, covered surface, a chart already hit, or
+  // no point near enough.
   bool node_of(const RayHit& hit, const Vec3& at, Met& met, uint32_t& node) const {
     if (!solid_.shows(hit)) return false;
     node = object(hit.instance, hit.back);
@@ -162,7 +162,7 @@ class Search {
     const uint32_t face = lookup_.face_at(hit.instance, hit.triangle, b1, b2);
     const MeshCharts& set = atlas_.of_instance(hit.instance);
     if (area2(uv_triangle(set, face)) == 0)
-      return set.parts.empty();  // else cut away below what stands there
+      return set.parts.empty();  // else cut away below a standing object
     const uint32_t placement = atlas_.instance_first_chart[hit.instance] + set.chart_of_face[face];
     if (met.holds(2 * placement + hit.back)) return false;
     const ChartNodes& chart = known_[placement];
@@ -227,7 +227,7 @@ class Search {
     });
   }
 
-  // Has one of the links reached a region that was seen before the points in hand were looked at?
+  // Whether a link reached a region that was already seen before this batch of points.
   bool is_seen(const Links& links) const {
     return !seen_.empty() && std::any_of(links.begin(), links.end(), [&](const auto& link) {
       return link.second < seen_.size() && seen_[link.second];
@@ -242,7 +242,7 @@ class Search {
       return solid_.stops(h) && !(h.instance == own && h.triangle == own_triangle);
     };
     RayHit hit;
-    // Pressed against something: the foot of a cupboard on the floor.
+    // Pressed against another surface, as the foot of a cupboard on the floor.
     const float gap = kContactGap * static_cast<float>(charts_.texel[instance]);
     if (rays_.closest(p - offset(p) * point.normal, point.normal, gap + 2 * offset(p), hit,
                       [&](const RayHit& h) { return !h.back && other(h); }))
@@ -272,7 +272,7 @@ class Search {
     }
   }
 
-  // Towards where the ray came from.
+  // Towards the ray's origin.
   Vec3 normal_of(const RayHit& hit) const {
     const Instance& instance = scene_.instances[hit.instance];
     const Mesh& mesh = scene_.meshes[instance.mesh];
@@ -293,7 +293,7 @@ class Search {
       const Vec3 d = seed.position - origin;
       if (!(dot(d, normal) > 0)) continue;
       RayHit hit;
-      // A camera sees through what turns its back to it: what shows its front to the point.
+      // A camera sees through surfaces that face away from it, which show their front to the point.
       const auto stops = [&](const RayHit& h) {
         return other(h) && !(seed.camera && !h.back && !solid_.two_sided(h.instance));
       };
@@ -301,7 +301,7 @@ class Search {
     }
   }
 
-  // By node: is its region one of those that are seen?
+  // By node: whether its region is seen.
   std::vector<uint8_t> seen_regions() {
     std::vector<uint8_t> roots(nodes_, 0), seen(nodes_);
     const auto see = [&](uint32_t node) { roots[regions_.find(node)] = 1; };
@@ -341,7 +341,7 @@ class Search {
   std::vector<ChartTriangles> faces_;  // by set of charts
   std::vector<uint32_t> instance_of_;  // by placement
   std::vector<uint8_t> seen_;          // by node, after the first round; empty in it
-  std::vector<ChartNodes> known_;      // by placement: what rays that meet a chart are held against
+  std::vector<ChartNodes> known_;      // by placement: points that hits on a chart are matched with
 };
 
 }  // namespace

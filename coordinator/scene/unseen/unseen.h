@@ -1,5 +1,5 @@
-// Which charts nobody can see: no camera looks into the room of air before them, no light shines there, and
-// it has no opening to the sky.
+// Finds charts that nobody can see: the region of air in front of them has no camera, no light and no opening
+// to the sky.
 #pragma once
 
 #include <vector>
@@ -10,25 +10,25 @@
 
 namespace kiln {
 
-// Two sides of charts are in one region of air where a ray goes from one to the other's front. A region is
-// seen where a camera, a lamp or a surface that shines is in it, or where a ray leaves it for the sky;
-// without a sky the outside is a region as any other. A chart is unseen if none of its sides is in a seen
-// region: what lies inside walls meets backs alone, which show nothing and let no light through. Whatever
-// rays decide, a bake would find: no path from an unseen chart meets light.
+// Two chart sides are in the same region of air if a ray from one reaches the other's front. A region is seen
+// if it contains a camera, a lamp or an emissive surface, or if a ray leaves it for the sky; without a sky
+// the outside is a region like any other. A chart is unseen if none of its sides is in a seen region:
+// surfaces inside walls see only backs, which are black and block light. A bake would agree: no path from an
+// unseen chart finds light.
 //
-// Of every chart points spread over it send rays in fixed directions. What a ray meets is linked to the point
-// of that chart beside which it lies, if the way there is free: a floor that goes on beneath a wall does not
-// join what is on its sides. What is not found seen then does so again with many more points, whose rays go
-// on from what they meet, and looks for each seed. Results are the same for any number of threads.
+// Points spread over every chart send rays in fixed directions. A hit is linked to the nearest point of the
+// chart it lies on, if the path between them is free: a floor that continues beneath a wall does not join the
+// two sides. Charts not yet seen try again with many more points, whose rays continue from their hits, and
+// test each seed. Independent of the number of threads.
 class UnseenCharts {
  public:
   // `scene` outlives this; `threads` 0: all.
   UnseenCharts(const Scene& scene, const std::vector<Viewpoint>& cameras, unsigned threads = 0);
 
-  // False: there is neither camera nor light, so that nothing can be said and every chart counts as seen.
+  // False if there is neither camera nor light: then every chart counts as seen.
   bool decides() const { return decides_; }
 
-  // By placement: 1, nobody sees it. Charts that have the least texels anyway are not asked. For
+  // By placement: 1 if unseen. Charts already at the minimum size are not tested. For
   // AtlasSettings::collapse.
   std::vector<uint8_t> find(const ChartsToSize& charts) const;
 
