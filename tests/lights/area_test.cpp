@@ -64,7 +64,7 @@ TEST(AreaLight, DensityIntegratesToOne) {
             const DVec3 d = DVec3(q.x, q.y, 0) - DVec3(p);
             const double d2 = glm::dot(d, d), omega = std::abs(d.z) / (d2 * std::sqrt(d2)) * sheet.cell();
             float pdf = 0;
-            scene.lights.local.for_each_crossing(p, Vec3(0, 0, side), Vec3(d / std::sqrt(d2)), 0, 1e9,
+            scene.lights.local.for_each_crossing(p, Vec3(0, 0, side), {p, Vec3(d / std::sqrt(d2)), 0, 1e9},
                                                  [&](const LocalLights::Crossing& c) { pdf += c.pdf; });
             integral += static_cast<double>(pdf) * omega * 4 / (kSteps * kSteps);
           }
@@ -87,18 +87,19 @@ TEST(AreaLight, NothingBesideIt) {
       const double out = sheet.round ? glm::length(q) / sheet.half.x
                                      : std::max(std::abs(q.x) / sheet.half.x, std::abs(q.y) / sheet.half.y);
       bool crossed = false;
-      scene.lights.local.for_each_crossing(p, Vec3(0, 0, 1), d, 0, 1e9, [&](const LocalLights::Crossing& c) {
-        crossed = true;
-        EXPECT_NEAR(c.distance, t, 1e-4 * t);
-        EXPECT_GT(c.pdf, 0.0f);
-        EXPECT_EQ(c.radiance, Vec3(3));
-      });
+      scene.lights.local.for_each_crossing(p, Vec3(0, 0, 1), {p, d, 0, 1e9},
+                                           [&](const LocalLights::Crossing& c) {
+                                             crossed = true;
+                                             EXPECT_NEAR(c.distance, t, 1e-4 * t);
+                                             EXPECT_GT(c.pdf, 0.0f);
+                                             EXPECT_EQ(c.radiance, Vec3(3));
+                                           });
       if (std::abs(out - 1) < 1e-5) continue;
       ASSERT_EQ(crossed, d.z > 0 && out < 1) << sheet.name;
       met += crossed;
       if (crossed)
         scene.lights.local.for_each_crossing(
-            p, Vec3(0, 0, 1), d, 0, 0.9 * t,
+            p, Vec3(0, 0, 1), {p, d, 0, 0.9 * t},
             [](const LocalLights::Crossing&) { ADD_FAILURE() << "too far"; });
     }
     EXPECT_GT(met, 20) << sheet.name;
@@ -127,7 +128,7 @@ TEST(AreaLight, SamplesFollowTheDensity) {
           const double d2 = glm::dot(d, d);
           double share = 0;
           scene.lights.local.for_each_crossing(
-              p, Vec3(0, 0, 1), Vec3(d / std::sqrt(d2)), 0, 1e9,
+              p, Vec3(0, 0, 1), {p, Vec3(d / std::sqrt(d2)), 0, 1e9},
               [&](const LocalLights::Crossing& c) { share = std::abs(d.z) / (d2 * std::sqrt(d2)) * c.pdf; });
           expected[bin_of(s, t)] += share;
           sum += share;
@@ -146,7 +147,7 @@ TEST(AreaLight, SamplesFollowTheDensity) {
         counts[sheet.round ? bin_of(2 * glm::dot(q, q) / (sheet.half.x * sheet.half.x) - 1, turn)
                            : bin_of(q.x / sheet.half.x, q.y / sheet.half.y)] += 1;
         float same = 0;
-        scene.lights.local.for_each_crossing(p, Vec3(0, 0, 1), l.direction, 0, 1e9,
+        scene.lights.local.for_each_crossing(p, Vec3(0, 0, 1), {p, l.direction, 0, 1e9},
                                              [&](const LocalLights::Crossing& c) { same = c.pdf; });
         if (same == 0.0f)
           ++passed_by;
@@ -261,7 +262,7 @@ TEST(AreaLight, ExtremesStayFinite) {
         ASSERT_TRUE(std::isfinite(l.pdf) && l.pdf >= 0.0f && l.weight.x >= 0.0f);
         if (l.pdf > 0.0f) ASSERT_NEAR(length(l.direction), 1, 1e-6);
         for (const Vec3& d : {n, l.direction, normalize_or(e.at - e.p, n)})
-          lights.for_each_crossing(e.p, n, d, 0, 1e30, [](const LocalLights::Crossing& c) {
+          lights.for_each_crossing(e.p, n, {e.p, d, 0, 1e30}, [](const LocalLights::Crossing& c) {
             ASSERT_TRUE(std::isfinite(c.pdf) && c.pdf >= 0.0f && c.distance >= 0 &&
                         std::isfinite(c.distance));
           });
@@ -302,7 +303,7 @@ TEST(AreaLight, PowerAndBakeMode) {
                       .indirect_only,
                   indirect);
       lit.lights.local.for_each_crossing(
-          Vec3(0, 0, -1), Vec3(0, 0, 1), Vec3(0, 0, 1), 0, 9,
+          Vec3(0, 0, -1), Vec3(0, 0, 1), {Vec3(0, 0, -1), Vec3(0, 0, 1), 0, 9},
           [&](const LocalLights::Crossing& c) { EXPECT_EQ(c.indirect_only, indirect); });
     }
   }

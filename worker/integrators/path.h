@@ -301,18 +301,21 @@ template <uint32_t kFeatures>
 void PathIntegrator<kFeatures>::add_crossed(Path& p, uint32_t bounces) const {
   if (!counts(bounces)) return;
   const SurfacePoint& vertex = p.vertices[slot(bounces)];
-  double from = 0.0;
-  if constexpr (has(kGlass)) from = p.glass.distance;
-  const double to = p.hit.valid() ? from + p.hit.t : std::numeric_limits<double>::infinity();
+  // The first ray's offset may put its origin behind a light that its vertex is in front of.
+  double from = -std::numeric_limits<double>::infinity();
+  if constexpr (has(kGlass))
+    if (p.glass.passes > 0) from = 0.0;
+  const double to = p.hit.valid() ? p.hit.t : std::numeric_limits<double>::infinity();
   const auto take = [&](const LocalLights::Crossing& c) {
     if (bounces == 0 && c.indirect_only) return;
     Vec3 light = c.radiance * mis_weight(MisMode::kPaths, p.pdf, c.pdf);
-    if constexpr (has(kGlass))
-      for (int k = 0; k < 3; ++k)
-        light[k] *= exponential(-p.glass.absorption[k] * static_cast<float>(c.distance - from));
+    if constexpr (has(kGlass)) {
+      const auto inside = static_cast<float>(std::max(c.distance, 0.0));
+      for (int k = 0; k < 3; ++k) light[k] *= exponential(-p.glass.absorption[k] * inside);
+    }
     p.sum += p.throughput * light;
   };
-  lights_.local.for_each_crossing(vertex.position, vertex.ns, p.direction, from, to, take);
+  lights_.local.for_each_crossing(vertex.position, vertex.ns, {p.origin, p.direction, from, to}, take);
 }
 
 // Sends every live path to the next surface that reflects; `live` keeps those that may reflect there.

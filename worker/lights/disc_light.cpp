@@ -46,18 +46,19 @@ LightSample DiscLight::sample(const Vec3& p, const Vec2& u) const {
   return plane_.sample(p, *view, seen.to_plane(s.at), s.pdf);
 }
 
-double DiscLight::distance(const Vec3& p, const Vec3& direction) const {
+double DiscLight::distance(const Vec3& p, const Vec3& origin, const Vec3& direction) const {
   const auto view = plane_.view(p);
-  const auto crossing = view ? plane_.cross(*view, direction) : std::nullopt;
-  return crossing && holds(crossing->at) ? crossing->distance : std::numeric_limits<double>::infinity();
+  const auto at = view ? plane_.cross(*view, direction) : std::nullopt;
+  if (!at || !holds(*at)) return std::numeric_limits<double>::infinity();
+  return plane_.distance(*view, origin, direction);
 }
 
 float DiscLight::pdf(const Vec3& p, const Vec3& direction) const {
   const auto view = plane_.view(p);
-  const auto crossing = view ? plane_.cross(*view, direction) : std::nullopt;
-  if (!crossing || !holds(crossing->at)) return 0.0f;
+  const auto at = view ? plane_.cross(*view, direction) : std::nullopt;
+  if (!at || !holds(*at)) return 0.0f;
   const Seen seen(*view, radius_);
-  const auto density = static_cast<float>(seen.ellipse.pdf(seen.from_plane(crossing->at)));
+  const auto density = static_cast<float>(seen.ellipse.pdf(seen.from_plane(*at)));
   return std::isfinite(density) ? density : 0.0f;
 }
 

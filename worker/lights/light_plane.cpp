@@ -50,13 +50,17 @@ std::optional<LightPlane::View> LightPlane::view(const Vec3& p) const {
   return v;
 }
 
-std::optional<LightPlane::Crossing> LightPlane::cross(const View& view, const Vec3& direction) const {
+std::optional<DVec2> LightPlane::cross(const View& view, const Vec3& direction) const {
   const DVec3 d(direction);
   const double towards = -view.side * glm::dot(d, shine_);
   if (!(towards > 0)) return std::nullopt;
   const double t = view.height / towards;
-  return Crossing{{view.x + t * glm::dot(d, x_), view.y + t * glm::dot(d, y_)},
-                  (view.height - margin_) / towards};
+  return DVec2(view.x + t * glm::dot(d, x_), view.y + t * glm::dot(d, y_));
+}
+
+double LightPlane::distance(const View& view, const Vec3& origin, const Vec3& direction) const {
+  const double height = view.side * glm::dot(DVec3(origin) - centre_, shine_);
+  return (height - margin_) / (-view.side * glm::dot(DVec3(direction), shine_));
 }
 
 LightSample LightPlane::sample(const Vec3& p, const View& view, const DVec2& at, double pdf) const {

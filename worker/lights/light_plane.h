@@ -31,14 +31,12 @@ class LightPlane {
   // decides on which side of it, or of a surface that the light is mounted on, a point is.
   std::optional<View> view(const Vec3& p) const;
 
-  // Where a ray from the receiver along a unit direction crosses the plane towards the light; nothing:
-  // nowhere.
-  struct Crossing {
-    DVec2 at;         // in the plane, from the centre
-    double distance;  // to the sheet, which lies `margin` on this side of the plane, so that what the light
-                      // is mounted on does not hide it
-  };
-  std::optional<Crossing> cross(const View& view, const Vec3& direction) const;
+  // Where in the plane, from the centre, a ray from the receiver along a unit direction comes in on the side
+  // that it sees; nothing: nowhere.
+  std::optional<DVec2> cross(const View& view, const Vec3& direction) const;
+  // How far from `origin`, along that ray but for rounding, the sheet is. It lies `margin` on the receiver's
+  // side of the plane, so that what the light is mounted on does not hide it.
+  double distance(const View& view, const Vec3& origin, const Vec3& direction) const;
 
   // The sample that goes from p to the point `at` of the plane; `pdf` per steradian. Empty where the light
   // subtends less than a float can say.

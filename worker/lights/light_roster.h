@@ -27,12 +27,13 @@ concept IsLight = requires(const Light& l, RecordReader& r, const Record& record
   { l.bake } -> std::convertible_to<BakeMode>;
 };
 
-// Paths meet such a light as well: a ray from p along a unit direction at a distance (infinite: it does not), which
-// sample() takes with a density (per steradian; 0: it cannot).
+// Paths meet such a light as well: a ray that left p along a unit direction does so at a distance from `origin`
+// (infinite: never), and sample() at p takes that direction with a density (per steradian; 0: it cannot).
 template <class Light>
 concept IsAreaLight = IsLight<Light> && !Light::kDelta &&
-                      requires(const Light& l, const Vec3& p, const Vec3& direction) {
-  { l.distance(p, direction) } -> std::same_as<double>;
+                      requires(const Light& l, const Vec3& p, const Vec3& origin,
+                               const Vec3& direction) {
+  { l.distance(p, origin, direction) } -> std::same_as<double>;
   { l.pdf(p, direction) } -> std::same_as<float>;
   { l.radiance() } -> std::convertible_to<Vec3>;
 };

@@ -143,14 +143,13 @@ LightSample LocalLights::sample(const Surfaces& s, const Vec3& p, const Vec3& n,
 }
 
 std::optional<LocalLights::Crossing> LocalLights::crossing(uint32_t light, const Vec3& p, const Vec3& n,
-                                                           const Vec3& direction, double from,
-                                                           double to) const {
+                                                           const Segment& s) const {
   return std::visit(
       [&]<class Light>(const Light& l) -> std::optional<Crossing> {
         if constexpr (!Light::kDelta) {
-          const double distance = l.distance(p, direction);
-          if (distance >= from && distance < to)
-            return Crossing{l.radiance(), distance, l.pdf(p, direction) * probability_of(light, p, n),
+          const double distance = l.distance(p, s.origin, s.direction);
+          if (distance >= s.from && distance < s.to)
+            return Crossing{l.radiance(), distance, l.pdf(p, s.direction) * probability_of(light, p, n),
                             l.bake == BakeMode::kIndirect};
         }
         return std::nullopt;

@@ -36,20 +36,25 @@ class LocalLights {
   // With which sample() at (p, n) chooses a light: those of the roster in the order of add(), then triangles.
   float probability_of(uint32_t light, const Vec3& p, const Vec3& n) const;
 
-  // An area light on the way of a ray.
+  // A piece of a ray that left a receiver along a unit direction, between two distances from `origin`,
+  // metres. `origin` is on the ray, but for the offsets from surfaces.
+  struct Segment {
+    Vec3 origin, direction;
+    double from, to;
+  };
+  // An area light on it.
   struct Crossing {
     Vec3 radiance;
-    double distance;  // metres
+    double distance;  // from the segment's origin
     float pdf;        // density with which sample() at (p, n) finds it, with the choice of light; 0: never
     bool indirect_only;
   };
-  // Visits the area lights that a ray from p along a unit direction crosses at distances in [from, to). They
-  // hide neither each other nor anything else. Looks at each of them in turn.
+  // Visits the area lights that the segment of a ray from p crosses. They hide neither each other nor
+  // anything else. Looks at each light in turn.
   template <class Visitor>
-  void for_each_crossing(const Vec3& p, const Vec3& n, const Vec3& direction, double from, double to,
-                         const Visitor& visit) const {
+  void for_each_crossing(const Vec3& p, const Vec3& n, const Segment& segment, const Visitor& visit) const {
     for (const uint32_t light : area_lights_)
-      if (const auto c = crossing(light, p, n, direction, from, to)) visit(*c);
+      if (const auto c = crossing(light, p, n, segment)) visit(*c);
   }
 
  private:
@@ -60,8 +65,8 @@ class LocalLights {
   void add_emitters(const Surfaces& surfaces, uint32_t instance, std::vector<LightBounds>& bounds);
   LightTree::Choice choose(const Vec3& p, const Vec3& n, float u) const;
   LightSample sample_triangle(const Surfaces& surfaces, const Emitter& e, const Vec3& p, const Vec2& u) const;
-  std::optional<Crossing> crossing(uint32_t light, const Vec3& p, const Vec3& n, const Vec3& direction,
-                                   double from, double to) const;
+  std::optional<Crossing> crossing(uint32_t light, const Vec3& p, const Vec3& n,
+                                   const Segment& segment) const;
 
   std::vector<AnyLight> lights_;
   std::vector<uint32_t> area_lights_;    // those of lights_ that are no delta lights

@@ -48,17 +48,18 @@ LightSample RectLight::sample(const Vec3& p, const Vec2& u) const {
   return plane_.sample(p, *view, at, pdf_at(*view, solid_angle, at));
 }
 
-double RectLight::distance(const Vec3& p, const Vec3& direction) const {
+double RectLight::distance(const Vec3& p, const Vec3& origin, const Vec3& direction) const {
   const auto view = plane_.view(p);
-  const auto crossing = view ? plane_.cross(*view, direction) : std::nullopt;
-  return crossing && holds(crossing->at) ? crossing->distance : std::numeric_limits<double>::infinity();
+  const auto at = view ? plane_.cross(*view, direction) : std::nullopt;
+  if (!at || !holds(*at)) return std::numeric_limits<double>::infinity();
+  return plane_.distance(*view, origin, direction);
 }
 
 float RectLight::pdf(const Vec3& p, const Vec3& direction) const {
   const auto view = plane_.view(p);
-  const auto crossing = view ? plane_.cross(*view, direction) : std::nullopt;
-  if (!crossing || !holds(crossing->at)) return 0.0f;
-  const auto density = static_cast<float>(pdf_at(*view, seen(*view, half_).solid_angle(), crossing->at));
+  const auto at = view ? plane_.cross(*view, direction) : std::nullopt;
+  if (!at || !holds(*at)) return 0.0f;
+  const auto density = static_cast<float>(pdf_at(*view, seen(*view, half_).solid_angle(), *at));
   return std::isfinite(density) ? density : 0.0f;
 }
 

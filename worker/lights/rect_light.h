@@ -13,8 +13,10 @@ class RectLight {
   static Expected<RectLight> parse(RecordReader& r, const Record& record, const Scene& scene);
 
   LightSample sample(const Vec3& p, const Vec2& u) const;
-  // Distance in metres at which a ray from p along a unit direction meets a side that shines; infinite: none.
-  double distance(const Vec3& p, const Vec3& direction) const;
+  // How far from `origin`, in metres, the ray that left p along a unit direction meets a side that shines:
+  // negative before it, infinite if it never does. `origin` is on that ray, but for the offsets from
+  // surfaces.
+  double distance(const Vec3& p, const Vec3& origin, const Vec3& direction) const;
   // Density per steradian with which sample() at p takes a unit direction; 0 where it cannot.
   float pdf(const Vec3& p, const Vec3& direction) const;
   const Vec3& radiance() const { return plane_.radiance(); }

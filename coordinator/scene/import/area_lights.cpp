@@ -99,7 +99,7 @@ class AreaLightReader {
                    text("with the node's scale it is {} m, which is no size", s));
     const DVec3 normal = glm::normalize(cross(along, across));
     const DVec3 z = dot(normal, m.z) < 0 ? -normal : normal;
-    record.to_world = Mat4x3(Vec3(along), Vec3(cross(normal, along)), Vec3(z), Vec3(m.origin));
+    record.to_world = Mat4x3(Vec3(along), Vec3(cross(z, along)), Vec3(z), Vec3(m.origin));
     put_numbers(record, std::string(shape.size_key), size);
     return {};
   }
