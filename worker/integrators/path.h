@@ -343,6 +343,7 @@ void PathIntegrator<kFeatures>::trace(Wave& w, uint32_t bounces) const {
     size_t again = 0;
     for (size_t k = 0; k < left; ++k) {
       const uint32_t i = todo[k];
+      if constexpr (has(kAreaLights)) add_crossed(w.paths[i], bounces);
       const Arrival arrival = arrive(w.paths[i], w.tasks[i], w.known, bounces);
       if (arrival == Arrival::kReflects)
         w.live[kept++] = i;
@@ -361,7 +362,6 @@ template <uint32_t kFeatures>
 auto PathIntegrator<kFeatures>::arrive(Path& p, Task& task, const KnownIrradiance* known,
                                        uint32_t bounces) const -> Arrival {
   const Hit& hit = p.hit;
-  if constexpr (has(kAreaLights)) add_crossed(p, bounces);
   if (!hit.valid()) {
     p.sum += p.throughput * missed(p, bounces);
     return Arrival::kEnds;
