@@ -74,6 +74,8 @@ struct Record {
 //             "ies"          color[3], intensity (factor), vertical[] and horizontal[] (degrees; type C, from
 //                            -z, and from +x towards +y: one, or rising from 0 to 360), candela (texture,
 //                            float32, one channel, vertical angles wide and horizontal ones high), bake
+//             "rectangle"    radiance[3], size[2] (m, along x and y), sides (1: shines along -z, 2), bake
+//             "disc"         radiance[3], radius (m), sides, bake
 //             "environment"  radiance[3], image (texture, float32 RGB, equirectangular: u = 0.5 is +x,
 //                            growing towards +z; v = 0 is +y; times radiance), rotation (degrees about
 //                            +Y), bake

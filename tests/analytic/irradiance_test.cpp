@@ -82,6 +82,170 @@ TEST(Irradiance, PlaneUnderRectangularEmitter) {
   }));
 }
 
+// Paths alone meet a light by chance: the bound is what their own samples state, which is small enough to
+// mean something.
+void expect_true_of(MisMode mode, const test::Bake& bake, const test::Comparison& c) {
+  SCOPED_TRACE(static_cast<int>(mode));
+  if (mode != MisMode::kPaths) return expect_true(c);
+  double squares = 0, texels = 0;
+  for (const test::BakedTexel& t : bake.texels)
+    if (t.instance == 0) squares += t.standard_error * t.standard_error, ++texels;
+  const double error = std::sqrt(squares) / texels;
+  EXPECT_LT(error, 0.005 * c.true_mean);
+  EXPECT_NEAR(c.mean, c.true_mean, 4 * error);
+  EXPECT_GE(c.share_within_3, 0.95);
+}
+uint32_t samples_of(MisMode mode) {
+  return mode == MisMode::kPaths ? 4096 : 512;
+}
+
+TEST(Irradiance, PlaneUnderARectangleLight) {
+  // By both strategies together and by each alone: none may find another light than the others.
+  for (const MisMode mode : {MisMode::kBoth, MisMode::kLights, MisMode::kPaths}) {
+    SceneMaker m;
+    m.lambert(Vec3(0.0f));
+    m.quad({0, 0, 0}, {0, 0, 4}, {4, 0, 0});
+    m.rectangle({2, 1.5f, 1.7f}, {1, 0, 0}, {0, 0, -1}, {2, 1}, Vec3(7.0f));  // faces down
+    TransportSettings settings;
+    settings.mis_mode = mode;
+    const auto b = test::bake(m.take(), 4, samples_of(mode), settings);
+    const std::vector<Vec3> corners = {{1, 1.5f, 1.2f}, {3, 1.5f, 1.2f}, {3, 1.5f, 2.2f}, {1, 1.5f, 2.2f}};
+    expect_true_of(mode, b, test::compare(b, [&](uint32_t site) {
+                     return test::texel_average(b, site, [&](const Vec3& p, const Vec3& n) {
+                       return polygon_irradiance(p, n, corners, 7);
+                     });
+                   }));
+  }
+}
+
+// Foote 1915: a disc of radius r onto a parallel surface at distance h, d away from its axis. On the axis it
+// is pi L r^2 / (r^2 + h^2).
+double disc_irradiance(double r, double h, double d, double radiance) {
+  const double sum = h * h + d * d + r * r;
+  return radiance * 0.5 * M_PI * (1 - (sum - 2 * r * r) / std::sqrt(sum * sum - 4 * r * r * d * d));
+}
+
+TEST(Irradiance, PlaneUnderADiscLight) {
+  EXPECT_NEAR(disc_irradiance(0.8, 1.2, 0, 1), M_PI * 0.64 / (0.64 + 1.44), 1e-12);
+  for (const MisMode mode : {MisMode::kBoth, MisMode::kLights, MisMode::kPaths}) {
+    SceneMaker m;
+    m.lambert(Vec3(0.0f));
+    m.quad({0, 0, 0}, {0, 0, 4}, {4, 0, 0}).disc({1.8f, 1.2f, 2.3f}, {0, -1, 0}, 0.8f, Vec3(5.0f));
+    TransportSettings settings;
+    settings.mis_mode = mode;
+    const auto b = test::bake(m.take(), 4, samples_of(mode), settings);
+    expect_true_of(mode, b, test::compare(b, [&](uint32_t site) {
+                     return test::texel_average(b, site, [&](const Vec3& p, const Vec3&) {
+                       return disc_irradiance(0.8, 1.2, std::hypot(p.x - 1.8, p.z - 2.3), 5);
+                     });
+                   }));
+  }
+}
+
+// One-sided it gives nothing behind; the back of a two-sided one gives what its front does. A sheet above it
+// takes no light away, nor does the light itself.
+TEST(Irradiance, SidesOfAnAreaLight) {
+  const auto floor_under = [](int sides, bool turned, bool sky) {
+    SceneMaker m;
+    m.lambert(Vec3(0.0f));
+    m.quad({0, 0, 0}, {0, 0, 4}, {4, 0, 0});
+    const float z = turned ? 1.0f : -1.0f;
+    m.rectangle({2, 1.5f, 1.7f}, {1, 0, 0}, {0, 0, z}, {2, 1}, Vec3(7.0f), sides);
+    if (sky) m.environment(Vec3(1.0f));
+    const auto b = test::bake(m.take(), 2, 1024);
+    return test::compare(b, [](uint32_t) { return 0.0; }).mean;
+  };
+  const double front = floor_under(1, false, false);
+  EXPECT_GT(front, 0.5);
+  EXPECT_EQ(floor_under(1, true, false), 0.0);
+  EXPECT_NEAR(floor_under(2, true, false), front, 0.005 * front);
+  EXPECT_NEAR(floor_under(1, true, true), M_PI, 0.005 * M_PI) << "it hides nothing";
+  EXPECT_NEAR(floor_under(1, false, true), front + M_PI, 0.005 * (front + M_PI));
+}
+
+// A panel that lies in the surface of a ceiling shines into the room, whoever looks for it.
+TEST(Irradiance, RectangleLightFlushWithACeiling) {
+  for (const MisMode mode : {MisMode::kLights, MisMode::kPaths}) {
+    SceneMaker m;
+    m.lambert(Vec3(0.0f));
+    m.quad({0, 0, 0}, {0, 0, 4}, {4, 0, 0});
+    m.quad({-3, 1.5f, -3}, {10, 0, 0}, {0, 0, 10});
+    m.rectangle({2, 1.5f, 1.7f}, {1, 0, 0}, {0, 0, -1}, {2, 1}, Vec3(7.0f), 2);
+    TransportSettings settings;
+    settings.mis_mode = mode;
+    const auto b = test::bake(m.take(), 4, samples_of(mode), settings);
+    const std::vector<Vec3> corners = {{1, 1.5f, 1.2f}, {3, 1.5f, 1.2f}, {3, 1.5f, 2.2f}, {1, 1.5f, 2.2f}};
+    expect_true_of(mode, b, test::compare(b, [&](uint32_t site) {
+                     return test::texel_average(b, site, [&](const Vec3& p, const Vec3& n) {
+                       return polygon_irradiance(p, n, corners, 7);
+                     });
+                   }));
+    EXPECT_EQ(test::compare(
+                  b, [](uint32_t) { return 0.0; }, 1)
+                  .mean,
+              0.0)
+        << "the ceiling is in its plane";
+  }
+}
+
+// Its direct light left to the engine: what the floor reflects onto a wall stays.
+TEST(Irradiance, AreaLightBakedByItsReflectionsAlone) {
+  const auto room = [](const char* bake) {
+    SceneMaker m;
+    m.lambert(Vec3(0.5f));
+    m.quad({0, 0, 0}, {0, 0, 2}, {2, 0, 0});
+    m.quad({0, 0, 2}, {0, 0, -2}, {0, 2, 0});
+    m.rectangle({1, 1.9f, 1}, {1, 0, 0}, {0, 0, -1}, {0.6f, 0.6f}, Vec3(7.0f));
+    m.disc({1, 1.5f, 0.5f}, {0, -1, 0}, 0.2f, Vec3(9.0f), 2);
+    for (Record& light : m.scene().lights) light.properties.push_back({"bake", {}, bake, {}});
+    return m.take();
+  };
+  const auto mean = [](const Scene& scene, bool direct) {
+    TransportSettings settings;
+    settings.direct = direct;
+    double sum = 0;
+    for (const test::BakedTexel& t : test::bake(scene, 4, 1024, settings).texels) sum += t.luminance;
+    return sum;
+  };
+  const double reflected = mean(room("full"), false);
+  EXPECT_GT(reflected, 0.0);
+  EXPECT_NEAR(mean(room("indirect"), true), reflected, 0.005 * reflected);
+  EXPECT_GT(mean(room("full"), true), 1.5 * reflected);
+  EXPECT_EQ(mean(room("none"), true), 0.0);
+}
+
+// In the middle of a block of absorbing glass: on its way to the light a path is absorbed as far as there.
+TEST(Irradiance, AreaLightInsideAbsorbingGlass) {
+  const auto floor_of = [](MisMode mode, double absorption, double& error) {
+    SceneMaker m;
+    m.lambert(Vec3(0.0f));
+    const uint32_t glass = m.metallic_roughness(Vec3(1.0f), 0, 1);
+    m.scene().materials[glass].properties.push_back({"transmission", {1}, "", {}});
+    m.scene().materials[glass].properties.push_back(
+        {"absorption", {absorption, absorption, absorption}, "", {}});
+    m.quad({0, 0, 0}, {0, 0, 2}, {2, 0, 0});
+    m.box({0.2f, 0.4f, 0.2f}, {1.8f, 1.4f, 1.8f}, false, glass);
+    m.disc({1, 1, 1}, {0, -1, 0}, 0.4f, Vec3(5.0f));
+    TransportSettings settings;
+    settings.mis_mode = mode;
+    settings.indirect = false;
+    const auto b = test::bake(m.take(), 4, 4096, settings, 0);
+    double sum = 0, squares = 0;
+    for (const test::BakedTexel& t : b.texels)
+      sum += t.luminance, squares += t.standard_error * t.standard_error;
+    error = std::sqrt(squares) / b.texels.size();
+    return sum / b.texels.size();
+  };
+  double lights_error = 0, paths_error = 0;
+  const double lights = floor_of(MisMode::kLights, 1.5, lights_error);
+  const double paths = floor_of(MisMode::kPaths, 1.5, paths_error);
+  const double error = std::hypot(lights_error, paths_error);
+  EXPECT_LT(error, 0.01 * lights);
+  EXPECT_NEAR(lights, paths, 4 * error);
+  EXPECT_LT(lights, 0.6 * floor_of(MisMode::kBoth, 0, lights_error))
+      << "0.6 m of it pass 41 %, slanted ways less";
+}
+
 TEST(Irradiance, EmitterDoesNotShineBackwards) {
   SceneMaker m;
   m.lambert(Vec3(0.0f));

@@ -144,6 +144,26 @@ SceneMaker& SceneMaker::spot(const Vec3& position, const Vec3& towards, const Ve
   return *this;
 }
 
+SceneMaker& SceneMaker::rectangle(const Vec3& centre, const Vec3& x, const Vec3& y, const Vec2& size,
+                                  const Vec3& radiance, int sides) {
+  scene_.lights.push_back({"rectangle",
+                           "panel",
+                           Mat4x3(x, y, cross(x, y), centre),
+                           {numbers("size", {size.x, size.y}), rgb("radiance", radiance),
+                            numbers("sides", {static_cast<double>(sides)})}});
+  return *this;
+}
+
+SceneMaker& SceneMaker::disc(const Vec3& centre, const Vec3& shine, float radius, const Vec3& radiance,
+                             int sides) {
+  scene_.lights.push_back({"disc",
+                           "round",
+                           along(centre, -shine),
+                           {numbers("radius", {radius}), rgb("radiance", radiance),
+                            numbers("sides", {static_cast<double>(sides)})}});
+  return *this;
+}
+
 Vec3 equirect_direction(uint32_t x, uint32_t y, uint32_t width, uint32_t height) {
   const double phi = 2 * M_PI * ((x + 0.5) / width - 0.5), theta = M_PI * (y + 0.5) / height;
   return Vec3(std::sin(theta) * std::cos(phi), std::cos(theta), std::sin(theta) * std::sin(phi));

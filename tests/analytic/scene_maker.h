@@ -28,6 +28,11 @@ class SceneMaker {
   SceneMaker& spot(const Vec3& position, const Vec3& towards, const Vec3& intensity, float inner,
                    float outer);
 
+  // Around `centre`, with unit axes x and y at right angles; shines along cross(y, x), or to both sides.
+  SceneMaker& rectangle(const Vec3& centre, const Vec3& x, const Vec3& y, const Vec2& size,
+                        const Vec3& radiance, int sides = 1);
+  SceneMaker& disc(const Vec3& centre, const Vec3& shine, float radius, const Vec3& radiance, int sides = 1);
+
   Scene take() { return std::move(scene_); }
   Scene& scene() { return scene_; }
 

@@ -5,6 +5,7 @@
 #include "common/math/frame.h"
 #include "common/math/sequence.h"
 #include "common/math/trig.h"
+#include "common/math/trig_double.h"
 #include "common/math/warp.h"
 
 namespace kiln {
@@ -31,6 +32,25 @@ TEST(Trig, Atan2ErrorAsStated) {
   EXPECT_LT(worst, 1e-7);
   EXPECT_EQ(atan2_turns(0, 0), 0.0f);
   EXPECT_NEAR(atan2_turns(0, -1), 0.5f, 1e-7);
+}
+
+TEST(Trig, InDouble) {
+  double angle = 0, sine = 0, relative = 0;
+  for (int i = 0; i <= 200000; ++i) {
+    const double a = (i / 100000.0 - 1) * 4 * M_PI;
+    const SinCosDouble s = sincos_radians(a);
+    sine = std::max({sine, std::abs(s.sin - std::sin(a)), std::abs(s.cos - std::cos(a))});
+    // Ratios over twenty decades, of both signs.
+    const double y = std::sin(a) * std::pow(10.0, i % 21 - 10), x = std::abs(std::cos(a)),
+                 t = std::atan2(y, x);
+    angle = std::max(angle, std::abs(arctangent(y, x) - t));
+    if (t != 0) relative = std::max(relative, std::abs(arctangent(y, x) / t - 1));
+  }
+  EXPECT_LT(sine, 1e-15);
+  EXPECT_LT(angle, 5e-16);
+  EXPECT_LT(relative, 1e-15);
+  EXPECT_EQ(arctangent(0, 0), 0);
+  EXPECT_EQ(arctangent(-1, 0), -M_PI / 2);
 }
 
 // The first 2^m points of every pair of dimensions form a (0, m, 2)-net in base 2: each elementary interval

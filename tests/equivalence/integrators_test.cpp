@@ -63,11 +63,17 @@ TEST(Integrators, SpecialAndGeneralGiveTheSameBitsInRandomScenes) {
   for (uint32_t seed = 0; seed < test::kRandomScenes; ++seed) {
     SCOPED_TRACE(seed);
     EXPECT_GT(expect_integrators_agree(test::ReadyScene(test::random_scene(seed, true))), 0.2);
+    const test::ReadyScene area(test::with_area_lights(test::random_scene(seed, true), seed, false));
+    EXPECT_TRUE(area.features() & kAreaLights);
+    EXPECT_GT(expect_integrators_agree(area), 0.2);
   }
 }
 
 TEST(Integrators, SpecialAndGeneralGiveTheSameBitsForEverySetOfFeatures) {
-  for (uint32_t features = 0; features < kOneStrategy; ++features) {
+  for (uint32_t features = 0; features <= kAllFeatures; ++features) {
+    const bool of_a_scene =
+        !(features & kOneStrategy) && (!(features & kAreaLights) || features & kLocalLights);
+    if (!of_a_scene) continue;
     SCOPED_TRACE(features);
     const test::ReadyScene scene(test::scene_of(features));
     // What lets light through has layers as well.

@@ -1,5 +1,6 @@
 #include "tests/equivalence/random_scenes.h"
 
+#include "common/math/frame.h"
 #include "tests/lights/light_scenes.h"
 #include "tests/lights/statistics.h"
 #include "worker/integrators/integrator.h"
@@ -149,6 +150,27 @@ Scene random_scene(uint32_t seed, bool other_lights) {
   return scene;
 }
 
+Scene with_area_lights(Scene scene, uint32_t seed, bool alone) {
+  Random random(seed + 1000);
+  SceneMaker m;
+  m.scene() = std::move(scene);
+  if (alone)
+    for (Record& material : m.scene().materials)
+      std::erase_if(material.properties, [](const Property& p) { return p.name.starts_with("emission"); });
+  // Within every room of random_scene(), clear of its walls and of most things.
+  const auto place = [&] { return random.in_box({1, 1.6f, 1}, {4, 2.2f, 3}); };
+  const auto radiance = [&] { return random.in_box(Vec3(3), Vec3(9)); };
+  const int sides = 1 + static_cast<int>(2 * random.one());
+  const Frame frame(normalize_or(random.direction() + Vec3(0, 2, 0), Vec3(0, 1, 0)));  // shines down
+  const Vec3 at = place();
+  const float width = 0.5f + random.one();
+  m.rectangle(at, frame.x, frame.y, {width, 0.6f}, radiance(), sides);
+  const Vec3 hung = place();
+  m.disc(hung, normalize_or(random.direction() - Vec3(0, 1, 0), Vec3(0)), 0.3f + 0.3f * random.one(),
+         radiance(), 3 - sides);
+  return m.take();
+}
+
 Scene scene_of(uint32_t features) {
   SceneMaker m;
   const uint32_t wall = m.lambert(Vec3(0.6f, 0.5f, 0.4f));
@@ -167,6 +189,11 @@ Scene scene_of(uint32_t features) {
   if (features & kLocalLights) {
     m.quad({1, 1.9f, 1}, {0.5f, 0, 0}, {0, 0, 0.5f}, m.lambert(Vec3(0.0f), Vec3(9, 7, 5)));
     m.point({0.5f, 1.5f, 2.5f}, Vec3(2.0f));
+  }
+  if (features & kAreaLights) {
+    m.rectangle({1.4f, 1.5f, 2.2f}, {1, 0, 0}, {0, 0, -1}, {0.8f, 0.4f}, Vec3(4, 5, 6));
+    m.disc({2.4f, 1.2f, 1}, normalize_or(Vec3(-1, 0.2f, 0.5f), Vec3(0)), 0.3f, Vec3(5, 4, 4), 2);
+    m.scene().lights.back().properties.push_back({"bake", {}, "indirect", {}});
   }
   if (features & kSuns) m.sun({0.4f, 1, 0.3f}, Vec3(3, 2.8f, 2.5f), 5);
   if (features & kSkyImage)

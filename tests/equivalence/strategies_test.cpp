@@ -3,6 +3,8 @@
 // lights chosen with equal probability. Two estimates agree if
 //     |a - b| <= z sqrt(error_a^2 + error_b^2),   z = Phi^-1(1 - p / (2 m)),
 // with p = 0.001 for all m comparisons together (Bonferroni). The seeds are fixed: nothing here is luck.
+#include <functional>
+
 #include "tests/equivalence/random_scenes.h"
 #include "tests/equivalence/ready_scene.h"
 
@@ -53,8 +55,9 @@ class Agreement {
     EXPECT_LE(std::abs(difference), kLimit * error) << what;
     largest_ = std::max(largest_, std::abs(difference) / error);
   }
-  // Three kinds of pairs of strategies and one of choices of lights.
-  inline static const double kLimit = normal_quantile(kSignificance / (2.0 * 4 * (test::kRandomScenes + 1)));
+  // Three kinds of pairs of strategies, for emissive surfaces and for area lights, and one of choices of
+  // lights.
+  inline static const double kLimit = normal_quantile(kSignificance / (2.0 * 7 * (test::kRandomScenes + 1)));
   std::string what_;
   int scenes_ = 0;
   double largest_ = 0, worst_error_ = 0, weighted_ = 0, weights_ = 0;
@@ -68,14 +71,15 @@ TransportSettings settings(MisMode mis_mode, uint64_t seed) {
   return s;
 }
 
-TEST(MisMode, LightsAlonePathsAloneAndBothAgree) {
+// Scenes by their seed.
+void expect_strategies_agree(const std::function<Scene(uint32_t)>& make) {
   // Each estimate has random numbers of its own; the pairs of one scene share estimates, which Bonferroni's
   // bound allows.
   Agreement lights_both("light sampling alone against both"), paths_both("paths alone against both"),
       lights_paths("light sampling alone against paths alone");
   for (uint32_t seed = 0; seed < test::kRandomScenes; ++seed) {
     SCOPED_TRACE(seed);
-    const test::ReadyScene scene(test::random_scene(seed, false));
+    const test::ReadyScene scene(make(seed));
     const Estimate lights = scene.mean_e(settings(MisMode::kLights, 1), kSamples, kStep);
     const Estimate paths = scene.mean_e(settings(MisMode::kPaths, 2), 4 * kSamples, kStep);
     const Estimate both = scene.mean_e(settings(MisMode::kBoth, 3), kSamples, kStep);
@@ -84,6 +88,17 @@ TEST(MisMode, LightsAlonePathsAloneAndBothAgree) {
     lights_paths.expect(lights, paths);
   }
   for (Agreement* a : {&lights_both, &paths_both, &lights_paths}) a->finish();
+}
+
+TEST(MisMode, LightsAlonePathsAloneAndBothAgree) {
+  expect_strategies_agree([](uint32_t seed) { return test::random_scene(seed, false); });
+}
+
+// Beside emissive surfaces in every other scene, and behind glass and veils wherever there are some.
+TEST(MisMode, AreaLightsByLightsAloneByPathsAloneAndByBothAgree) {
+  expect_strategies_agree([](uint32_t seed) {
+    return test::with_area_lights(test::random_scene(seed, false), seed, seed % 2 == 0);
+  });
 }
 
 TEST(MisMode, LightTreeAndUniformChoiceAgree) {

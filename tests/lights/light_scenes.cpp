@@ -2,6 +2,7 @@
 
 #include <cstring>
 
+#include "common/math/frame.h"
 #include "tests/lights/statistics.h"
 
 namespace kiln::test {
@@ -85,6 +86,10 @@ Scene mixed_lights(int n, uint64_t seed, const Vec3& low, const Vec3& high) {
       const Vec3 u = random.direction() * 0.5f, v = random.direction() * 0.5f;
       textured_quad(m, place(), u, v, material);
     }
+    const Frame frame(random.direction());
+    const int sides = 1 + i % 2;
+    m.rectangle(place(), frame.x, frame.y, {0.1f + random.one(), 0.4f}, Vec3(2.5f), sides);
+    m.disc(place(), random.direction(), 0.1f + 0.3f * random.one(), Vec3(2.5f), sides);
   }
   return m.take();
 }

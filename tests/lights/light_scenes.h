@@ -28,7 +28,7 @@ void add_ies(Scene& scene, const Vec3& position, const std::vector<double>& vert
              const std::vector<double>& horizontal, const std::vector<float>& candela);
 
 // Every local light there is: points with and without range, spots, profiles, one- and two-sided triangles,
-// plain and textured, `n` of each within the box.
+// plain and textured, rectangles and discs, `n` of each within the box.
 Scene mixed_lights(int n, uint64_t seed, const Vec3& low, const Vec3& high);
 
 }  // namespace kiln::test

@@ -122,6 +122,25 @@ TEST(Unseen, AClosedRoomWithALampIsSeenInsideAndOnlyThere) {
   EXPECT_EQ(facing_into(placed, kRoom).unseen, 0);
 }
 
+// Flush with the ceiling, like a lamp in it; an area light is no sky.
+TEST(Unseen, AClosedRoomWithAnAreaLightIsSeenInsideAndOnlyThere) {
+  for (const char* type : {"rectangle", "disc"}) {
+    SCOPED_TRACE(type);
+    World world;
+    world.room(kRoom, "room");
+    world.light(type);
+    Record& light = world.scene.lights.back();
+    light.to_world = Mat4x3(Vec3(1, 0, 0), Vec3(0, 0, -1), Vec3(0, 1, 0), Vec3(3, 3, 3));
+    light.properties = {{"size", {1, 0.5}, "", {}}, {"sides", {1}, "", {}}};
+    if (light.type == "disc") light.properties[0] = {"radius", {0.4}, "", {}};
+    const auto placed = judge(world);
+    EXPECT_EQ(facing_into(placed, kRoom).unseen, 0);
+    EXPECT_GE(facing_into(placed, kRoom).seen, 6);
+    EXPECT_EQ(facing_out_of(placed, kRoom.grown(kThick)).seen, 0);
+    EXPECT_GE(facing_out_of(placed, kRoom.grown(kThick)).unseen, 6);
+  }
+}
+
 TEST(Unseen, ACameraSeesADarkRoom) {
   World world;
   world.room(kRoom, "room");

@@ -8,6 +8,7 @@ namespace kiln {
 uint32_t find_features(const Surfaces& surfaces, const Lights& lights) {
   uint32_t features = 0;
   if (!lights.local.empty()) features |= kLocalLights;
+  if (lights.local.has_area_lights()) features |= kAreaLights;
   if (!lights.directional.empty()) features |= kSuns;
   if (lights.environment.wants_sampling()) features |= kSkyImage;
   for (uint32_t i = 0; i < surfaces.scene().instances.size(); ++i) {
@@ -28,9 +29,10 @@ std::unique_ptr<Integrator> Integrator::create(const Surfaces& surfaces, const T
   }
   if (settings.mis_mode != MisMode::kBoth) features |= kOneStrategy;
   const bool everything = features & (kGlass | kOneStrategy);
-  const IntegratorFactory factory = everything           ? integrator_of_everything()
-                                    : features & kLayers ? layered_integrators()[features & kAllLights]
-                                                         : lambert_integrators()[features & kAllLights];
+  const IntegratorFactory factory = everything               ? integrator_of_everything()
+                                    : features & kAreaLights ? integrator_of_area_lights()
+                                    : features & kLayers     ? layered_integrators()[features & kAllLights]
+                                                             : lambert_integrators()[features & kAllLights];
   return factory(surfaces, tracer, lights, settings);
 }
 

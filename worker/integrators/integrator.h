@@ -41,7 +41,8 @@ enum Feature : uint32_t {
   kLayers = 8,        // a material that is more than a Lambert layer
   kGlass = 16,        // a material that light goes straight through
   kOneStrategy = 32,  // other MisMode than both: of no scene, asked for by settings
-  kAllFeatures = 63,
+  kAreaLights = 64,   // local lights that have a shape but are no surfaces; there are local lights then
+  kAllFeatures = 127,
 };
 uint32_t find_features(const Surfaces& surfaces, const Lights& lights);
 

@@ -3,6 +3,8 @@
 // reflections.
 #pragma once
 
+#include <limits>
+
 #include "common/math/frame.h"
 #include "common/math/sequence_batch.h"
 #include "common/math/trig.h"
@@ -26,6 +28,7 @@ class PathIntegrator final : public Integrator {
 
  private:
   static constexpr bool has(Feature f) { return kFeatures & f; }
+  static_assert(!has(kAreaLights) || has(kLocalLights));
   static constexpr int kStrategies = has(kLocalLights) + has(kSuns) + has(kSkyImage);
   // A path keeps the vertex it comes from where an emitter that it meets will ask for it. The vertex after b
   // reflections is number b mod kVertices.
@@ -102,6 +105,8 @@ class PathIntegrator final : public Integrator {
   // Radiance of the emissive surface that was hit or of the environment, weighted against light sampling.
   Vec3 emitted(const Path& p, const SurfacePoint& at, uint32_t bounces) const;
   Vec3 missed(const Path& p, uint32_t bounces) const;
+  // Adds the same of the area lights between the last surface and what was hit.
+  void add_crossed(Path& p, uint32_t bounces) const;
 
   // Balance heuristic: the share of a find by a strategy of density `pdf`, where the other has `other`. What
   // the other cannot find stays, whichever is asked for.
@@ -285,6 +290,27 @@ Vec3 PathIntegrator<kFeatures>::missed(const Path& p, uint32_t bounces) const {
   return environment.radiance(p.direction);
 }
 
+template <uint32_t kFeatures>
+void PathIntegrator<kFeatures>::add_crossed(Path& p, uint32_t bounces) const {
+  if (!counts(bounces)) return;
+  const SurfacePoint& vertex = p.vertices[slot(bounces)];
+  // The first ray's offset may put its origin behind a light that its vertex is in front of.
+  double from = -std::numeric_limits<double>::infinity();
+  if constexpr (has(kGlass))
+    if (p.glass.passes > 0) from = 0.0;
+  const double to = p.hit.valid() ? p.hit.t : std::numeric_limits<double>::infinity();
+  const auto take = [&](const LocalLights::Crossing& c) {
+    if (bounces == 0 && c.indirect_only) return;
+    Vec3 light = c.radiance * mis_weight(MisMode::kPaths, p.pdf, c.pdf);
+    if constexpr (has(kGlass)) {
+      const auto inside = static_cast<float>(std::max(c.distance, 0.0));
+      for (int k = 0; k < 3; ++k) light[k] *= exponential(-p.glass.absorption[k] * inside);
+    }
+    p.sum += p.throughput * light;
+  };
+  lights_.local.for_each_crossing(vertex.position, vertex.ns, {p.origin, p.direction, from, to}, take);
+}
+
 // Sends every live path to the next surface that reflects; `live` keeps those that may reflect there.
 template <uint32_t kFeatures>
 void PathIntegrator<kFeatures>::trace(Wave& w, uint32_t bounces) const {
@@ -310,6 +336,7 @@ void PathIntegrator<kFeatures>::trace(Wave& w, uint32_t bounces) const {
     size_t again = 0;
     for (size_t k = 0; k < left; ++k) {
       const uint32_t i = todo[k];
+      if constexpr (has(kAreaLights)) add_crossed(w.paths[i], bounces);
       const Arrival arrival = arrive(w.paths[i], w.tasks[i], w.known, bounces);
       if (arrival == Arrival::kReflects)
         w.live[kept++] = i;

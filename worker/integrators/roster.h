@@ -1,6 +1,6 @@
 // The sets of features that integrators are compiled for: each combination of lights with Lambert materials,
-// each with layered ones, and everything at once. They stand in files of their own, since each takes a while
-// to compile.
+// each with layered ones, area lights with all other lights and layered materials, and everything at once. They
+// stand in files of their own, since each takes a while to compile.
 #pragma once
 
 #include <array>
@@ -16,6 +16,7 @@ using IntegratorTable = std::array<IntegratorFactory, kAllLights + 1>;  // by th
 
 const IntegratorTable& lambert_integrators();
 const IntegratorTable& layered_integrators();
+IntegratorFactory integrator_of_area_lights();
 IntegratorFactory integrator_of_everything();
 
 }  // namespace kiln

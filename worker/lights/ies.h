@@ -12,9 +12,11 @@ namespace kiln {
 class IesLight {
  public:
   static constexpr std::string_view kType = "ies";
+  static constexpr bool kDelta = true;
   // Reads its candela from a texture of the scene, which outlives it. Errors: a table whose sizes or angles
   // do not fit.
   static Expected<IesLight> parse(RecordReader& r, const Record& record, const Scene& scene);
+  LightSample sample(const Vec3& p, const Vec2&) const { return delta_sample(*this, p); }
   Vec3 irradiance(const Vec3& p) const;
   const Vec3& position() const { return point_.position(); }
   double power() const;  // the exact integral of the interpolant

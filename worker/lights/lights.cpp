@@ -10,13 +10,9 @@ Expected<Lights> Lights::create(const Surfaces& surfaces, std::vector<std::strin
   const Record* environment = nullptr;
   for (const Record& record : surfaces.scene().lights) {
     RecordReader r(record);
-    if (record.type == PointLight::kType) {
-      lights.local.add(PointLight::parse(r, record.to_world));
-    } else if (record.type == SpotLight::kType) {
-      lights.local.add(SpotLight::parse(r, record.to_world));
-    } else if (record.type == IesLight::kType) {
-      KILN_TRY(IesLight light, IesLight::parse(r, record, surfaces.scene()));
-      lights.local.add(std::move(light));
+    KILN_TRY(const bool local, lights.local.add(r, record, surfaces.scene()));
+    if (local) {
+      // Parsed.
     } else if (record.type == DirectionalLights::kType) {
       lights.directional.add(r, record.to_world);
     } else if (record.type == Environment::kType) {

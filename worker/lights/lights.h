@@ -1,5 +1,5 @@
-// ROOM: add a light. All lights of the scene in three strategies: far discs, the environment, and what is
-// inside. A new punctual light is one pair of files and its place in LocalLights' roster.
+// All lights of the scene in three strategies: far discs, the environment, and what is inside. A new light
+// inside is one pair of files and its place in the roster (light_roster.h).
 #pragma once
 
 #include "worker/lights/directional.h"

@@ -4,6 +4,39 @@
 #include "worker/lights/emission_map.h"
 
 namespace kiln {
+namespace {
+
+// A light of the record's type, or nothing.
+template <class Light, class... Others>
+Expected<std::optional<AnyLight>> parse_light(RecordReader& r, const Record& record, const Scene& scene) {
+  if (record.type == Light::kType) {
+    KILN_TRY(Light light, Light::parse(r, record, scene));
+    return std::optional<AnyLight>(std::move(light));
+  }
+  if constexpr (sizeof...(Others) > 0)
+    return parse_light<Others...>(r, record, scene);
+  else
+    return std::optional<AnyLight>();
+}
+template <class... Lights>
+auto parse_any(const std::variant<Lights...>*, RecordReader& r, const Record& record, const Scene& scene) {
+  return parse_light<Lights...>(r, record, scene);
+}
+
+}  // namespace
+
+Expected<bool> LocalLights::add(RecordReader& r, const Record& record, const Scene& scene) {
+  KILN_TRY(std::optional<AnyLight> light, parse_any(static_cast<const AnyLight*>(nullptr), r, record, scene));
+  if (!light) return false;
+  std::visit(
+      [&]<class Light>(Light& l) {
+        if (l.bake == BakeMode::kNone || !(l.power() > 0.0)) return;
+        if (!Light::kDelta) area_lights_.push_back(static_cast<uint32_t>(lights_.size()));
+        lights_.push_back(std::move(l));
+      },
+      *light);
+  return true;
+}
 
 void LocalLights::add_emitters(const Surfaces& s, uint32_t instance, std::vector<LightBounds>& bounds) {
   const Mesh& mesh = s.scene().meshes[s.scene().instances[instance].mesh];
@@ -34,8 +67,7 @@ void LocalLights::add_emitters(const Surfaces& s, uint32_t instance, std::vector
 void LocalLights::finish(const Surfaces& s, LightChoice choice) {
   choice_ = choice;
   std::vector<LightBounds> bounds;
-  for (const Punctual& l : punctual_)
-    bounds.push_back(std::visit([](const auto& x) { return x.bounds(); }, l));
+  for (const AnyLight& l : lights_) bounds.push_back(std::visit([](const auto& x) { return x.bounds(); }, l));
   first_emitter_.assign(s.scene().instances.size(), ~0u);
   for (uint32_t i = 0; i < s.scene().instances.size(); ++i)
     if (is_emissive(s.material(i))) add_emitters(s, i, bounds);
@@ -44,8 +76,7 @@ void LocalLights::finish(const Surfaces& s, LightChoice choice) {
     return;
   }
   std::vector<double> weights;
-  for (const Punctual& l : punctual_)
-    weights.push_back(std::visit([](const auto& x) { return x.power(); }, l));
+  for (const AnyLight& l : lights_) weights.push_back(std::visit([](const auto& x) { return x.power(); }, l));
   for (size_t i = weights.size(); i < bounds.size(); ++i)
     weights.push_back(bounds[i].strength * M_PI * (bounds[i].two_sided ? 2.0 : 1.0));
   if (choice == LightChoice::kUniform) std::fill(weights.begin(), weights.end(), 1.0);
@@ -96,21 +127,34 @@ LightSample LocalLights::sample(const Surfaces& s, const Vec3& p, const Vec3& n,
   const auto [light, chance] = choose(p, n, u_light);
   LightSample out;
   if (!(chance > 0.0f)) return out;
-  if (light >= punctual_.size()) {
-    out = sample_triangle(s, triangles_[light - punctual_.size()], p, u);
-    out.pdf *= chance;
+  if (light >= lights_.size()) {
+    out = sample_triangle(s, triangles_[light - lights_.size()], p, u);
   } else {
     std::visit(
         [&](const auto& x) {
-          out.segment = x.position() - p;
-          out.direction = normalize_or(out.segment, Vec3(0, 1, 0));
-          out.weight = x.irradiance(p);
+          out = x.sample(p, u);
           out.indirect_only = x.bake == BakeMode::kIndirect;
         },
-        punctual_[light]);
+        lights_[light]);
   }
+  out.pdf *= chance;
   out.weight = out.weight / chance;
   return out;
+}
+
+std::optional<LocalLights::Crossing> LocalLights::crossing(uint32_t light, const Vec3& p, const Vec3& n,
+                                                           const Segment& s) const {
+  return std::visit(
+      [&]<class Light>(const Light& l) -> std::optional<Crossing> {
+        if constexpr (!Light::kDelta) {
+          const double distance = l.distance(p, s.origin, s.direction);
+          if (distance >= s.from && distance < s.to)
+            return Crossing{l.radiance(), distance, l.pdf(p, s.direction) * probability_of(light, p, n),
+                            l.bake == BakeMode::kIndirect};
+        }
+        return std::nullopt;
+      },
+      lights_[light]);
 }
 
 float LocalLights::pdf(const Vec3& p, const Vec3& n, uint32_t instance, uint32_t triangle, float cos_light,
@@ -120,7 +164,7 @@ float LocalLights::pdf(const Vec3& p, const Vec3& n, uint32_t instance, uint32_t
   if (emitter == ~0u) return 0.0f;
   const float density = t * t / (cos_light * triangles_[emitter].area);
   return std::isfinite(density)
-             ? probability_of(static_cast<uint32_t>(punctual_.size()) + emitter, p, n) * density
+             ? probability_of(static_cast<uint32_t>(lights_.size()) + emitter, p, n) * density
              : 0.0f;
 }
 

@@ -74,8 +74,9 @@ std::vector<std::string> find_left_out(const Scene& scene, const BakeSettings& s
   for (const Record& l : scene.lights)
     if (l.type == "environment" && (!l.find("image") || l.find("image")->texture.texture < 0))
       out.push_back("the environment is constant: it needs no sampling table and no rays of its own");
-  if (!has_light("point") && !has_light("spot") && !has_light("ies") &&
-      std::none_of(scene.materials.begin(), scene.materials.end(), is_emissive))
+  const bool lamps = has_light("point") || has_light("spot") || has_light("ies") || has_light("rectangle") ||
+                     has_light("disc");
+  if (!lamps && std::none_of(scene.materials.begin(), scene.materials.end(), is_emissive))
     out.push_back("no lamps and no emissive surfaces: no light tree, no sampling of local lights");
   find_left_out_of_materials(scene, out);
   std::set<uint32_t> seen;

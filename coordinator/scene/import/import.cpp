@@ -6,6 +6,7 @@
 #include "common/base/format.h"
 #include "common/scene/prepared.h"
 #include "coordinator/scene/density/density.h"
+#include "coordinator/scene/import/area_lights.h"
 #include "coordinator/scene/import/blender_units.h"
 #include "coordinator/scene/import/compressed.h"
 #include "coordinator/scene/import/density_extras.h"
@@ -115,6 +116,8 @@ Status read_all_lights(const ImportContext& context, const std::vector<PlacedNod
   KILN_TRY(scene.lights, read_lights(context, nodes, notes));
   KILN_TRY(std::vector<Record> profiles, read_ies_lights(context, nodes, scene.textures, notes));
   for (Record& light : profiles) scene.lights.push_back(std::move(light));
+  KILN_TRY(std::vector<Record> areas, read_area_lights(context, nodes));
+  for (Record& light : areas) scene.lights.push_back(std::move(light));
   for (Record& sun : sun_lights(context.settings)) scene.lights.push_back(std::move(sun));
   KILN_TRY(std::optional<Record> environment, read_environment_light(context, scene.textures, notes));
   if (environment) scene.lights.push_back(std::move(*environment));

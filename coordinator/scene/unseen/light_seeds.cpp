@@ -1,12 +1,33 @@
 #include "coordinator/scene/unseen/light_seeds.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace kiln {
 namespace {
 
 bool is_lamp(const Record& light) {
   return light.type == "point" || light.type == "spot" || light.type == "ies";
+}
+bool is_sheet(const Record& light) {
+  return light.type == "rectangle" || light.type == "disc";
+}
+
+// The centre and four points of the rim, off the plane on the sides that shine: a lamp may lie on a ceiling.
+void add_sheet(const Record& light, std::vector<Seed>& places) {
+  const Property* radius = light.find("radius");
+  const std::vector<double> size =
+      radius ? std::vector<double>(2, std::sqrt(2.0) * radius->numbers.at(0)) : light.find("size")->numbers;
+  const Mat4x3& m = light.to_world;
+  const Vec3 x = m[0] * static_cast<float>(0.5 * size.at(0)), y = m[1] * static_cast<float>(0.5 * size.at(1));
+  const Vec3 off = m[2] * (1e-3f * (length(x) + length(y)));
+  const bool two_sided = light.find("sides")->numbers.at(0) == 2;
+  for (const float side : {-1.0f, 1.0f}) {
+    if (side > 0.0f && !two_sided) continue;
+    places.push_back({m[3] + off * side, false});
+    for (const Vec2& s : {Vec2(-1, -1), Vec2(1, -1), Vec2(1, 1), Vec2(-1, 1)})
+      places.push_back({m[3] + x * s.x + y * s.y + off * side, false});
+  }
 }
 
 }  // namespace
@@ -23,7 +44,8 @@ Seeds find_seeds(const Scene& scene, const std::vector<Viewpoint>& cameras, cons
   for (const Viewpoint& camera : cameras) seeds.places.push_back({camera.to_world[3], true});
   for (const Record& light : scene.lights) {
     if (is_lamp(light)) seeds.places.push_back({light.to_world[3], false});
-    seeds.sky |= !is_lamp(light);
+    if (is_sheet(light)) add_sheet(light, seeds.places);
+    seeds.sky |= !is_lamp(light) && !is_sheet(light);
   }
   size_t triangles = 0, at = 0;
   for (uint32_t i = 0; i < scene.instances.size(); ++i)
