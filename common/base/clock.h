@@ -1,4 +1,4 @@
-// Time is an argument: schedulers take a Clock, tests pass a ManualClock. No result depends on either.
+// Clocks for waiting and for reports. No result depends on them.
 #pragma once
 
 #include <chrono>
@@ -7,27 +7,13 @@
 
 namespace kiln {
 
-class Clock {
+// Monotonic, from an arbitrary start.
+class SteadyClock {
  public:
-  virtual ~Clock() = default;
-  virtual int64_t now_ms() const = 0;  // monotonic milliseconds from an arbitrary start
-};
-
-class SteadyClock final : public Clock {
- public:
-  int64_t now_ms() const override {
+  int64_t now_ms() const {
     using namespace std::chrono;
     return duration_cast<milliseconds>(steady_clock::now().time_since_epoch()).count();
   }
-};
-
-class ManualClock final : public Clock {
- public:
-  int64_t now_ms() const override { return now_; }
-  void advance(int64_t ms) { now_ += ms; }
-
- private:
-  int64_t now_ = 0;
 };
 
 // Seconds since construction, for reports.

@@ -61,9 +61,6 @@ void log_setup(std::string_view name, LogLevel level, LogFormat format) {
   }
   logger().set_level(to_spdlog(level));
 }
-void log_debug(std::string_view text) {
-  logger().debug(text);
-}
 void log_info(std::string_view text) {
   logger().info(text);
 }

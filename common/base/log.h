@@ -14,7 +14,6 @@ enum class LogFormat {
 
 // `name` heads every line ("kiln", "kiln-worker 3"). The default level is kWarning.
 void log_setup(std::string_view name, LogLevel level, LogFormat format = LogFormat::kText);
-void log_debug(std::string_view text);
 void log_info(std::string_view text);
 void log_warning(std::string_view text);
 void log_error(std::string_view text);

@@ -43,9 +43,6 @@ constexpr uint32_t laine_karras(uint32_t x, uint32_t seed) {
   x ^= x * 0x53a22864u;
   return x;
 }
-constexpr uint32_t owen_scramble(uint32_t x, uint32_t seed) {
-  return reverse_bits(laine_karras(reverse_bits(x), seed));
-}
 
 // Second Sobol' dimension of point `index`, before its bits are reversed.
 constexpr uint32_t pascal_mod2(uint32_t x) {
