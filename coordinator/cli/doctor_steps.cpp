@@ -68,7 +68,7 @@ DoctorStep look_at_port(const std::string& host, uint16_t port) {
                  "the machine is off, or a firewall drops the packets: open the port for this machine");
     case Reach::kNoRoute:
       return bad("port", text("{} cannot be reached: {}", port, reached.words),
-                 "no way leads there, or a firewall says so: check the network, its routes and the VPN");
+                 "there is no route, or a firewall rejects it: check the network, its routes and the VPN");
     case Reach::kOther:
       break;
   }

@@ -84,7 +84,7 @@ TEST(IesProfile, Refusals) {
   EXPECT_SAYS(refusal(ies("0 90 80", 3)), "horizontal angle 2 is 80 after 90");
   EXPECT_SAYS(refusal("TILT=NONE\n1 1 1 5000 1 1 1 0 0 0 1 1 1"), "5000 vertical angles");
   EXPECT_SAYS(refusal("TILT=NONE\n1 1 1 2.5 1 1 1 0 0 0 1 1 1"), "2.5 vertical angles");
-  EXPECT_SAYS(refusal("TILT=NONE\n1 1 -1 2 1 1 1 0 0 0 1 1 1 0 90 0 1 1"), "are no scale");
+  EXPECT_SAYS(refusal("TILT=NONE\n1 1 -1 2 1 1 1 0 0 0 1 1 1 0 90 0 1 1"), "are not a valid scale");
   EXPECT_SAYS(refusal("TILT=NONE\n1 1 1 2 1 1 1 0 0 0 1 1 1 0 200 0 1 1"), "from 0 to 200");
   EXPECT_SAYS(refusal("TILT=NONE\n1 1 1 2 1 1 1 0 0 0 1 1 1 0 90 0 1 -1"), "candela value 1 is -1");
   EXPECT_SAYS(refusal("TILT=NONE\n1 1 1 2 1 1 1 0 0 0 1 1 1 0 90 0 1 nan"), "which is no number");

@@ -203,7 +203,7 @@ void Server::on_result(Session& session, Result&& result) {
     const uint64_t bytes = result.result.moments.size() * sizeof(double) + sizeof(Result);
     // A resumed job replays its passes: the result may belong to a later one.
     if (job->units && !job->resumed)
-      return expel(worker, text("it answers unit {}, which nobody asked for", result.result.unit));
+      return expel(worker, text("it answers unit {}, which it was not given", result.result.unit));
     if (parked_bytes_ + bytes > kMaxParkedBytes)
       return;  // the worker keeps it and delivers it after reconnecting
     parked_bytes_ += bytes;

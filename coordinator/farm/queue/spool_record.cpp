@@ -106,7 +106,7 @@ std::vector<std::string> tidy_spool(const fs::path& folder, const std::map<Spool
       } else if (const uint64_t size = fs::file_size(path, code); !code && size > end->second) {
         fs::resize_file(path, end->second, code);
       }
-      if (code) faults.push_back(text("cannot tidy {}: {}", path.string(), code.message()));
+      if (code) faults.push_back(text("cannot clean up {}: {}", path.string(), code.message()));
     }
     fs::remove(job, code);  // if empty
   }

@@ -66,7 +66,8 @@ Expected<std::optional<Record>> from_settings(const BakeSettings& settings, std:
   if (const auto radiance = parse_radiance(settings.environment)) {
     for (const double r : *radiance)
       if (!(r >= 0) || !std::isfinite(static_cast<float>(r)))
-        return fail(ErrorKind::kUsage, text("environment {}: {} is no radiance", settings.environment, r));
+        return fail(ErrorKind::kUsage,
+                    text("environment {}: {} is not a valid radiance", settings.environment, r));
     if (*radiance == std::vector<double>{0, 0, 0}) return std::optional<Record>();
     return make_record(settings, "environment " + settings.environment, *radiance, "full");
   }
@@ -169,7 +170,7 @@ Expected<std::optional<Record>> from_file(const ImportContext& context, const Gl
   if (!faces || !(intensity >= 0) || !std::isfinite(static_cast<float>(intensity))) {
     add_note(notes, Kind::kWarning,
              text("{} is left out: {}; --environment gives another", who,
-                  faces ? text("intensity {} is no intensity", intensity) : faces.error().message));
+                  faces ? text("intensity {} is not a valid intensity", intensity) : faces.error().message));
     return std::optional<Record>();
   }
   const auto q = light.numbers("rotation", 4).value_or(std::vector<double>{0, 0, 0, 1});

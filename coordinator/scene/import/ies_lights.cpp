@@ -84,7 +84,7 @@ Expected<Record> make_record(const ImportContext& context, const PlacedNode& at,
   }
   const double multiplier = use.number_or("multiplier", 1);
   if (!(multiplier >= 0) || !std::isfinite(static_cast<float>(multiplier)))
-    return context.bad(text("{}: multiplier {} is no scale", who, multiplier));
+    return context.bad(text("{}: multiplier {} is not a valid scale", who, multiplier));
   put_numbers(record, "color", color);
   put_numbers(record, "intensity", {multiplier});
   put_numbers(record, "vertical", profile.table.vertical);
