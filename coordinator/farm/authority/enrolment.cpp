@@ -57,7 +57,7 @@ Expected<Role> take_use(const fs::path& dir, const JoinToken& token, int64_t now
   if (why) {
     log_warning(text("join token {} is refused: {}", token.id, why));
     return fail(ErrorKind::kUsage,
-                "this join token is not good here, or no longer: ask for a new one (`kiln cert "
+                "this join token is not valid here, or no longer: ask for a new one (`kiln cert "
                 "token`)");
   }
   const Role role = at->role;

@@ -63,7 +63,7 @@ void Server::tick() {
         Error{ErrorKind::kInternal,
               counts.disputes
                   ? text("{} units were answered by different workers with different bytes and no further "
-                         "worker is there to decide: one of them computes wrongly or runs another build",
+                         "worker is available to decide: one of them computes wrongly or runs another build",
                          counts.disputes)
                   : std::string("no worker that is here can go on with the job, and no other will come")});
   }
@@ -222,7 +222,7 @@ void Server::take_result(WorkerId worker, OpenJob& job, Result&& result) {
   const int64_t now = clock_.now_ms();
   Actions actions;
   if (known && result.shape && result.shape != unit_shape(*known)) {
-    note(job_id, text("{} answered unit {} as it was before the job began anew: it is not used",
+    note(job_id, text("{} answered a version of unit {} from before the job started over: it is ignored",
                       member->second.session->name(), unit));
     member->second.session->send(CommitAck{job_id, unit, result.digest});
     ledger_.hand_back(worker, job_id, unit, now, actions);

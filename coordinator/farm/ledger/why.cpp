@@ -27,7 +27,7 @@ std::vector<std::string> FarmLedger::why_job(JobId id, int64_t now) const {
              job->seconds.size(), job->suspects.size(), job->counts.failed));
   lines.push_back(
       text("{} workers with {} threads serve it; {} results verified by another worker, {} not, {} "
-           "verifications waived because one machine was alone",
+           "verifications waived because there was only one machine",
            totals.workers, totals.threads, totals.verified, totals.unverified, totals.waived));
   if (job->disputes)
     lines.push_back(text("{} units have answers that differ: a further worker must decide", job->disputes));
@@ -144,8 +144,8 @@ std::vector<std::string> FarmLedger::why_worker(WorkerId id, int64_t now) const 
       text("{} of its answers agreed with another worker's; {}", identity.agreed,
            rules_.audit_first == 0 ? "machines are trusted here"
            : identity.agreed < rules_.audit_first
-               ? text("until {} did, all are asked twice", rules_.audit_first)
-               : text("{:.1f} % are asked twice",
+               ? text("until {} did, all are verified", rules_.audit_first)
+               : text("{:.1f} % are verified",
                       100 * std::max(rules_.audit_least, 1.0 / static_cast<double>(identity.agreed)))));
   return lines;
 }

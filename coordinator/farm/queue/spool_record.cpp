@@ -114,8 +114,8 @@ std::vector<std::string> tidy_spool(const fs::path& folder, const std::map<Spool
     const fs::path path = spool_path(folder, id);
     const uint64_t size = fs::file_size(path, code);
     if (code || size < end)
-      faults.push_back(text("{} has {} bytes and should have {}: the units that it lacks run again",
-                            path.string(), code ? 0 : size, end));
+      faults.push_back(text("{} has {} bytes and should have {}: the missing units run again", path.string(),
+                            code ? 0 : size, end));
   }
   return faults;
 }

@@ -123,7 +123,7 @@ Expected<std::optional<Record>> from_extras(const ImportContext& context, const 
                                             std::vector<Texture>& textures, ImportNotes& notes) {
   const std::string who = "extras.kiln.environment of the scene";
   const GltfValue* uri = environment.find("image");
-  if (!uri || uri->word.empty()) return context.bad(text("{}: image is no URI", who));
+  if (!uri || uri->word.empty()) return context.bad(text("{}: image is not a URI", who));
   double factor[2] = {1, 0};
   const char* names[2] = {"strength", "rotation"};
   for (int i = 0; i < 2; ++i) {

@@ -40,7 +40,7 @@ class Reader {
     double value = 0;
     const auto [end, code] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
     if (code != std::errc() || end != digits.data() + digits.size() || !std::isfinite(value))
-      return bad(text("{} {} is '{}', which is no number", what, index, word.substr(0, 40)));
+      return bad(text("{} {} is '{}', which is not a number", what, index, word.substr(0, 40)));
     return value;
   }
   Status numbers(const char* what, size_t count, std::vector<double>& out) {
