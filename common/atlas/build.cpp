@@ -15,7 +15,7 @@ Status check_settings(const AtlasSettings& s) {
     return refuse(text("a lightmap of {} x {} texels is more than the {:.3g} million that fit (--resolution)",
                        s.width, s.height, static_cast<double>(s.max_texels) / 1e6));
   if (!(s.texels_per_metre > 0 && std::isfinite(s.texels_per_metre)))
-    return refuse(text("{} texels per metre is no density", s.texels_per_metre));
+    return refuse(text("{} texels per metre is not a valid density", s.texels_per_metre));
   if (s.max_page_size < 4 || s.max_page_size > 1u << 14)
     return refuse(text("a page of {} texels a side cannot be made: 4 to 16384", s.max_page_size));
   if (s.mip_levels > 8 || s.max_page_size < 4u << s.mip_levels)

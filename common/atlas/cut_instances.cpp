@@ -39,10 +39,10 @@ Status cut_at_contacts(const Scene& scene, std::span<const double> texel, const 
     atlas.charts.push_back(std::move(cut[i]));
   }
   if (!names.empty())
-    atlas.warnings.push_back(text(
-        "triangles on which too much stands were not cut, so light can leak under what stands there: {}; "
-        "parting these in the model helps",
-        list_names(names)));
+    atlas.warnings.push_back(
+        text("triangles with too many contacts were not cut, so light can leak under the objects there: {}; "
+             "parting these in the model helps",
+             list_names(names)));
   return {};
 }
 

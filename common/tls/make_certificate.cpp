@@ -171,8 +171,7 @@ Expected<KeyAndCertificate> make_authority(const std::string& name, int64_t not_
 Expected<std::string> sign_request(std::string_view request_pem, const KeyAndCertificate& authority,
                                    const CertificateTerms& terms) {
   KILN_TRY_STATUS(check_name(terms.name));
-  if (terms.roles.empty())
-    return fail(ErrorKind::kUsage, "a certificate without a role opens no door: give one");
+  if (terms.roles.empty()) return fail(ErrorKind::kUsage, "a certificate needs at least one role");
   KILN_TRY(const RequestPtr request, read_request(request_pem));
   KILN_TRY(const std::string names, alternative_names(terms));
   const X509Ptr issuer = read_x509(authority.certificate);

@@ -174,8 +174,7 @@ void Connection::send(const Message& message) {
   if (impl_->closing || impl_->shut_down) return;
   Bytes frame = encode(message);
   if (impl_->queued + frame.size() > kMaxQueuedBytes) {
-    asio::post(impl_->socket.get_executor(),
-               [impl = impl_] { impl->shut("the peer does not read what it is sent"); });
+    asio::post(impl_->socket.get_executor(), [impl = impl_] { impl->shut("the peer stopped reading"); });
     return;
   }
   impl_->queued += frame.size();

@@ -64,7 +64,7 @@ std::string wire_words(const asio::error_code& code, const PeerCheck* check) {
   if (check && !check->failure.empty()) return check->failure;
   if (code == asio::error::eof) return "the peer closed the connection";
   if (code == asio::ssl::error::stream_truncated)
-    return "the connection was cut: the peer ended it without a word";
+    return "the connection was cut: the peer closed it without a message";
   if (code.category() == asio::error::get_ssl_category()) return tls_words(code);
   return code.message();
 }

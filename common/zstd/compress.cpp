@@ -18,7 +18,7 @@ Expected<Bytes> decompress(std::span<const std::byte> packed, size_t size) {
   Bytes data(size);
   const size_t got = ZSTD_decompress(data.data(), data.size(), packed.data(), packed.size());
   if (ZSTD_isError(got) || got != size)
-    return fail(ErrorKind::kProtocol, "compressed data does not unpack to the size that was stated");
+    return fail(ErrorKind::kProtocol, "compressed data does not unpack to the stated size");
   return data;
 }
 

@@ -154,7 +154,7 @@ Greeting greet_server(const DoctorPlan& plan, const std::string& host, uint16_t 
   loop.run_until([&] { return over; });
   if (connection && greeting.end == Greeting::kWelcome) {
     bool closed = false;
-    connection->send(Goodbye{"the doctor has seen enough"});
+    connection->send(Goodbye{"the doctor is done"});
     connection->close_after_writes("seen enough");
     limit.after(std::chrono::milliseconds(300), [&] { closed = true; });
     loop.run_until([&] { return closed || connection->queued_bytes() == 0; });

@@ -60,7 +60,7 @@ DoctorStep look_at_port(const std::string& host, uint16_t port) {
       return good("port", text("{} is open, {:.1f} ms away", port, reached.ms));
     case Reach::kRefused:
       return bad(
-          "port", text("{} is refused: the machine is there and nothing listens", port),
+          "port", text("{} is refused: the machine is up, but nothing listens", port),
           "start the coordinator (kiln serve --listen HOST:PORT), on an address that others reach: not "
           "127.0.0.1; or ask for its port");
     case Reach::kNoAnswer:
@@ -68,7 +68,7 @@ DoctorStep look_at_port(const std::string& host, uint16_t port) {
                  "the machine is off, or a firewall drops the packets: open the port for this machine");
     case Reach::kNoRoute:
       return bad("port", text("{} cannot be reached: {}", port, reached.words),
-                 "no way leads there, or a firewall says so: check the network, its routes and the VPN");
+                 "there is no route, or a firewall rejects it: check the network, its routes and the VPN");
     case Reach::kOther:
       break;
   }
@@ -125,10 +125,9 @@ std::vector<DoctorStep> look_at_greeting(const DoctorPlan& plan, const Greeting&
   if (g.certificate_until > 0)
     steps.push_back(good("coordinator's certificate", days_left(g.certificate_until)));
   if (!g.release.empty())
-    steps.push_back(good(
-        "version", g.release == KILN_VERSION
-                       ? text("{} on both sides", g.release)
-                       : text("{} there, {} here: they understand each other", g.release, KILN_VERSION)));
+    steps.push_back(good("version", g.release == KILN_VERSION
+                                        ? text("{} on both sides", g.release)
+                                        : text("{} there, {} here: compatible", g.release, KILN_VERSION)));
   steps.push_back(good("admission", text("welcome as {}", g.role)));
   if (plan.worker) return steps;
   const auto theirs = number_of(g.document, "now_ms");

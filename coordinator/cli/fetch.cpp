@@ -20,7 +20,7 @@ Status fetch_results(ServiceClient& client, uint64_t job, const std::string& fol
     // Results are plain file names; anything else might lie outside this folder.
     if (path.empty() || path.find('/') != std::string::npos || path.front() == '.')
       return fail(ErrorKind::kProtocol,
-                  text("the coordinator names a result '{}', which is no file's name", path));
+                  text("the coordinator names a result '{}', which is not a file name", path));
     KILN_TRY(const Digest digest, Digest::from_hex(text_of(file, "digest")));
     KILN_TRY_STATUS(
         client.download({job, path, digest, whole_of(file, "size")}, fs::path(folder) / path, {}));

@@ -45,7 +45,8 @@ void print_text(const Preflight& p) {
               p.atlas.width, p.atlas.height, p.atlas.pages, p.atlas.pages == 1 ? "" : "s",
               static_cast<unsigned long long>(p.plan.charts));
   if (p.atlas.packed && p.kept_layout.empty())
-    std::printf("kept        no chart: all are placed anew (--keep-layout charts.json of an earlier bake)\n");
+    std::printf(
+        "kept        no charts: all are placed again (--keep-layout charts.json of an earlier bake)\n");
   else if (p.atlas.packed)
     std::printf("kept        %llu charts at their place in the earlier layout\n",
                 static_cast<unsigned long long>(p.atlas.statistics.kept_charts));

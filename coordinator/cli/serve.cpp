@@ -144,7 +144,7 @@ int run(const Arguments& a, const BakeSettings&) {
   }
   int signal = 0;
   ::sigwait(&signals, &signal);
-  std::fprintf(stderr, "kiln: ends; jobs that are not done go on at the next start\n");
+  std::fprintf(stderr, "kiln: stopping; unfinished jobs continue at the next start\n");
   if (!(*service)->stop(kStopPatience)) std::_Exit(0);  // a long stage of a job: durable state is safe
   return 0;
 }

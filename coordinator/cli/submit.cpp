@@ -44,10 +44,10 @@ Status send_missing(ServiceClient& client, const Snapshot& snapshot, const JsonV
     KILN_TRY(const Digest digest, Digest::from_hex(wanted.text));
     const auto place = places.find(digest);
     if (place == places.end())
-      return fail(ErrorKind::kProtocol, "the coordinator misses a file that is not the job's");
+      return fail(ErrorKind::kProtocol, "the coordinator asks for a file that is not part of the job");
     const FileRecord& file = snapshot.files[place->second];
     if (!quiet)
-      std::fprintf(stderr, "sends %s, %.1f MiB\n", file.path.c_str(),
+      std::fprintf(stderr, "sending %s, %.1f MiB\n", file.path.c_str(),
                    static_cast<double>(file.size) / 1048576);
     KILN_TRY_STATUS(client.upload(snapshot.sources[place->second], digest, file.size, {}));
   }
@@ -65,7 +65,7 @@ Expected<uint64_t> submit(ServiceClient& client, const std::string& document, co
     if (!missing || missing->items.empty()) break;
     KILN_TRY_STATUS(send_missing(client, snapshot, *missing, quiet));
   }
-  return fail(ErrorKind::kProtocol, "the coordinator takes the files and misses them again: see its log");
+  return fail(ErrorKind::kProtocol, "the coordinator keeps losing uploaded files: see its log");
 }
 
 Expected<int> submit_scene(const Arguments& a, const BakeSettings& settings) {

@@ -159,7 +159,8 @@ TEST_F(TwoPass, WithABudgetOthersGetWhatIsSaved) {
 }
 
 TEST_F(TwoPass, SaysWhereItIsNotHeeded) {
-  EXPECT_SAYS(kiln("plan x.glb --layout pack --two-pass on").output, "only a bake's first pass can tell");
+  EXPECT_SAYS(kiln("plan x.glb --layout pack --two-pass on").output,
+              "only a bake's first pass can find charts");
   EXPECT_SAYS(kiln("plan x.glb --two-pass perhaps").output, "'perhaps' is not one of");
   test::World world;
   world.add(test::plane(1, 4, test::Uv::kUnit), "floor", Vec3(0.0f));

@@ -84,10 +84,10 @@ TEST(IesProfile, Refusals) {
   EXPECT_SAYS(refusal(ies("0 90 80", 3)), "horizontal angle 2 is 80 after 90");
   EXPECT_SAYS(refusal("TILT=NONE\n1 1 1 5000 1 1 1 0 0 0 1 1 1"), "5000 vertical angles");
   EXPECT_SAYS(refusal("TILT=NONE\n1 1 1 2.5 1 1 1 0 0 0 1 1 1"), "2.5 vertical angles");
-  EXPECT_SAYS(refusal("TILT=NONE\n1 1 -1 2 1 1 1 0 0 0 1 1 1 0 90 0 1 1"), "are no scale");
+  EXPECT_SAYS(refusal("TILT=NONE\n1 1 -1 2 1 1 1 0 0 0 1 1 1 0 90 0 1 1"), "are not a valid scale");
   EXPECT_SAYS(refusal("TILT=NONE\n1 1 1 2 1 1 1 0 0 0 1 1 1 0 200 0 1 1"), "from 0 to 200");
   EXPECT_SAYS(refusal("TILT=NONE\n1 1 1 2 1 1 1 0 0 0 1 1 1 0 90 0 1 -1"), "candela value 1 is -1");
-  EXPECT_SAYS(refusal("TILT=NONE\n1 1 1 2 1 1 1 0 0 0 1 1 1 0 90 0 1 nan"), "which is no number");
+  EXPECT_SAYS(refusal("TILT=NONE\n1 1 1 2 1 1 1 0 0 0 1 1 1 0 90 0 1 nan"), "which is not a number");
   EXPECT_SAYS(refusal("TILT=NONE\n1 1 1e300 2 1 1 1 0 0 0 1e300 1 1 0 90 0 1 1"), "candela value 0 is inf");
   EXPECT_SAYS(refusal("TILT=NONE\n1 1 1 4096 4096 1 1 0 0 0 1 1 1 0 90"), "it ends where vertical angle 2");
   EXPECT_SAYS(refusal("TILT=INCLUDE\n1 1e9"), "tilt angles");
@@ -172,7 +172,7 @@ TEST(IesLights, BadOnes) {
   EXPECT_SAYS(refused(with_profile("nonsense")), "IES profile 0 'lamp': it has no line TILT=");
   EXPECT_SAYS(refused(with_profile(ies("0", 1), R"({"light": 3})")), "node 1: IES profile 3 does not exist");
   EXPECT_SAYS(refused(with_profile(ies("0", 1), R"({"light": 0, "multiplier": -1})")), "multiplier -1");
-  EXPECT_SAYS(refused(with_profile(ies("0", 1), R"({"light": 0, "color": [1]})")), "no three numbers");
+  EXPECT_SAYS(refused(with_profile(ies("0", 1), R"({"light": 0, "color": [1]})")), "not three numbers");
   GltfBuilder b = with_profile(ies("0", 1));
   b.root["extensions"]["EXT_lights_ies"]["lights"][0]["mimeType"] = "text/plain";
   EXPECT_SAYS(refused(b), "its mimeType is 'text/plain'");

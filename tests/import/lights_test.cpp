@@ -93,7 +93,7 @@ TEST(Lights, BakeWord) {
 TEST(Lights, BadOnes) {
   EXPECT_SAYS(refused(with_light(R"({"type": "laser"})")), "light 0: type 'laser' does not exist");
   EXPECT_SAYS(refused(with_light(R"({"type": "point", "intensity": -2})")),
-              "light 0: intensity -2 is no intensity");
+              "light 0: intensity -2 is not a valid intensity");
   EXPECT_SAYS(refused(with_light(R"({"type": "point", "color": [1, 2]})")),
               "light 0: its color has 2 numbers");
   EXPECT_SAYS(refused(with_light(R"({"type": "point", "color": [1, -2, 0]})")),

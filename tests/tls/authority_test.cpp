@@ -115,7 +115,7 @@ TEST(Tokens, RefusalsDoNotTellWhatIsWrong) {
     return got ? "got one" : got.error().message;
   };
   const std::string words = refusal(wrong.text(), test::now());
-  EXPECT_SAYS(words, "not good here");
+  EXPECT_SAYS(words, "not valid here");
   EXPECT_EQ(refusal(unknown.text(), test::now()), words);
   EXPECT_EQ(refusal(token.text(), test::now() + 2 * 3600), words);
   // A request that cannot be signed costs no use, nor do wrong secrets.

@@ -255,8 +255,8 @@ void Agent::drain(const std::string& reason) {
   log_info(text("{}: {} units run on, {} are handed back", reason, taken_.size(), message.units.size()));
   send(message);
   drain_limit_.after(milliseconds(settings_.drain_limit_ms), [this] {
-    log_warning(
-        text("{} units did not end in {} s and are left", taken_.size(), settings_.drain_limit_ms / 1000));
+    log_warning(text("{} units did not finish in {} s and are abandoned", taken_.size(),
+                     settings_.drain_limit_ms / 1000));
     finish({});
   });
   leave_if_drained();

@@ -120,7 +120,7 @@ void Agent::request(const std::vector<Digest>& ids) {
 }
 
 void Agent::on_piece(const ChunkPiece& piece) {
-  if (!asked_.count(piece.id)) return break_connection("a chunk that was not asked for");
+  if (!asked_.count(piece.id)) return break_connection("a chunk that was not requested");
   const auto chunk = cache_.add(piece);
   if (!chunk) return break_connection(chunk.error().message);
   if (!*chunk) return;

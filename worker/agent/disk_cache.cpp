@@ -66,7 +66,7 @@ std::unique_ptr<DiskCache> DiskCache::open(const fs::path& folder, uint64_t max_
     code = std::error_code(errno, std::generic_category());
   if (code) {
     log_warning(
-        text("no cache in {}: {}. Scenes are fetched anew each time; --cache DIR names another folder",
+        text("no cache in {}: {}. Scenes are fetched again each time; --cache DIR names another folder",
              folder.string(), code.message()));
     return nullptr;
   }
@@ -117,8 +117,8 @@ void DiskCache::write(const Digest& id, const Bytes& bytes) {
 
 void DiskCache::turn_off(const std::string& reason) {
   writing_ = false;
-  log_warning(text("the cache in {} takes no more chunks until this worker starts again: {}",
-                   folder_.string(), reason));
+  log_warning(
+      text("the cache in {} stores no more chunks until this worker restarts: {}", folder_.string(), reason));
 }
 
 void DiskCache::shrink() {

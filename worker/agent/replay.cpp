@@ -41,7 +41,7 @@ Expected<T> to_number(const std::string& key, std::string_view digits) {
   T value{};
   const auto [stop, code] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
   if (code != std::errc() || stop != digits.data() + digits.size())
-    return fail(ErrorKind::kInvalidInput, text("\"{}\" holds \"{}\", which is no number", key, digits));
+    return fail(ErrorKind::kInvalidInput, text("\"{}\" holds \"{}\", which is not a number", key, digits));
   return value;
 }
 

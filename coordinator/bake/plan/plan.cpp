@@ -97,7 +97,7 @@ std::string why_no_cache(const Scene& scene, const BakeSettings& settings) {
   if (!settings.cache || !settings.quantities.light) return "";
   if (!settings.indirect || settings.max_bounces == 0) return "no indirect light is asked for";
   if (settings.max_bounces < kEnoughBounces)
-    return text("--max-bounces {} asks for paths of a length, and a texel's irradiance is of paths of any",
+    return text("--max-bounces {} limits path lengths, but cached irradiance includes paths of any length",
                 settings.max_bounces);
   if (settings.direct)
     for (const Record& l : scene.lights)

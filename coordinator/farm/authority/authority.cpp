@@ -158,7 +158,7 @@ Expected<Certificate> issue(const fs::path& dir, const IssueWish& wish, const fs
                 "farm.studio.lan,10.0.0.7");
   if (!coordinator && !wish.hosts.empty())
     return fail(ErrorKind::kUsage,
-                "--host is for a coordinator's certificate: others connect to nobody's host name");
+                "--host is for a coordinator's certificate: nobody connects to other roles by host name");
   KILN_TRY(const std::string ca, [&]() -> Expected<std::string> {
     KILN_TRY(const KeyAndCertificate authority, read_authority(dir));
     return authority.certificate;

@@ -49,7 +49,7 @@ Expected<Role> take_use(const fs::path& dir, const JoinToken& token, int64_t now
   const auto at =
       std::find_if(records.begin(), records.end(), [&](const auto& r) { return r.id == token.id; });
   const std::string secret = digest_of(token.secret).hex();
-  const char* why = at == records.end()                       ? "it was never made here, or has ended"
+  const char* why = at == records.end()                       ? "it was never created here, or has expired"
                     : !equal_secret(at->secret.hex(), secret) ? "its secret is wrong"
                     : at->expires <= now                      ? "it has ended"
                     : at->uses == 0                           ? "it is used up"
@@ -57,7 +57,7 @@ Expected<Role> take_use(const fs::path& dir, const JoinToken& token, int64_t now
   if (why) {
     log_warning(text("join token {} is refused: {}", token.id, why));
     return fail(ErrorKind::kUsage,
-                "this join token is not good here, or no longer: ask for a new one (`kiln cert "
+                "this join token is not valid here, or no longer: ask for a new one (`kiln cert "
                 "token`)");
   }
   const Role role = at->role;

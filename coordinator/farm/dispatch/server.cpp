@@ -63,7 +63,7 @@ void Server::tick() {
         Error{ErrorKind::kInternal,
               counts.disputes
                   ? text("{} units were answered by different workers with different bytes and no further "
-                         "worker is there to decide: one of them computes wrongly or runs another build",
+                         "worker is available to decide: one of them computes wrongly or runs another build",
                          counts.disputes)
                   : std::string("no worker that is here can go on with the job, and no other will come")});
   }
@@ -203,7 +203,7 @@ void Server::on_result(Session& session, Result&& result) {
     const uint64_t bytes = result.result.moments.size() * sizeof(double) + sizeof(Result);
     // A resumed job replays its passes: the result may belong to a later one.
     if (job->units && !job->resumed)
-      return expel(worker, text("it answers unit {}, which nobody asked for", result.result.unit));
+      return expel(worker, text("it answers unit {}, which it was not given", result.result.unit));
     if (parked_bytes_ + bytes > kMaxParkedBytes)
       return;  // the worker keeps it and delivers it after reconnecting
     parked_bytes_ += bytes;
@@ -222,7 +222,7 @@ void Server::take_result(WorkerId worker, OpenJob& job, Result&& result) {
   const int64_t now = clock_.now_ms();
   Actions actions;
   if (known && result.shape && result.shape != unit_shape(*known)) {
-    note(job_id, text("{} answered unit {} as it was before the job began anew: it is not used",
+    note(job_id, text("{} answered a version of unit {} from before the job started over: it is ignored",
                       member->second.session->name(), unit));
     member->second.session->send(CommitAck{job_id, unit, result.digest});
     ledger_.hand_back(worker, job_id, unit, now, actions);

@@ -375,7 +375,7 @@ void FarmLedger::change_class(int64_t now, Actions& out) {
       if (identities.size() > std::max(most, able)) most = identities.size(), better = its_class;
     if (better.empty()) continue;
     const std::string reason =
-        text("no worker of numeric class {} could go on for {} s: the job begins anew with {}",
+        text("no worker of numeric class {} could go on for {} s: the job starts over with {}",
              job.traits.numeric_class, rules_.class_patience_ms / 1000, better);
     for (const auto& [worker_id, its_class] : job.other_class)
       if (const auto worker = workers_.find(worker_id); worker != workers_.end())

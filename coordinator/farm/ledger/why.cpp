@@ -17,8 +17,8 @@ std::vector<std::string> FarmLedger::why_job(JobId id, int64_t now) const {
   if (held_) lines.push_back("nothing is handed out: the store cannot write");
   if (job->traits.paused) lines.push_back("it is paused: `kiln resume` lets it go on");
   if (!job->open)
-    lines.push_back(job->pass ? "its pass has ended: the coordinator merges and decides who needs more"
-                              : "it has not begun: its scene is being prepared");
+    lines.push_back(job->pass ? "its pass has ended: the coordinator is merging and planning the next pass"
+                              : "it has not started: its scene is being prepared");
   if (job->open)
     lines.push_back(
         text("pass {}: {} of {} units done, {} waiting, {} with workers, {} to be answered by another, {} "
@@ -27,7 +27,7 @@ std::vector<std::string> FarmLedger::why_job(JobId id, int64_t now) const {
              job->seconds.size(), job->suspects.size(), job->counts.failed));
   lines.push_back(
       text("{} workers with {} threads serve it; {} results verified by another worker, {} not, {} "
-           "verifications waived because one machine was alone",
+           "verifications waived because there was only one machine",
            totals.workers, totals.threads, totals.verified, totals.unverified, totals.waived));
   if (job->disputes)
     lines.push_back(text("{} units have answers that differ: a further worker must decide", job->disputes));
@@ -110,7 +110,7 @@ std::vector<std::string> FarmLedger::why_worker(WorkerId id, int64_t now) const 
   if (identity.quarantined) lines.push_back(text("quarantined: {}", identity.reason));
   if (worker.presence == Presence::kSilent)
     lines.push_back(text("silent for more than {} ms: its units went to others", rules_.lease_ms));
-  if (worker.presence == Presence::kDraining) lines.push_back("it leaves: it gets no more units");
+  if (worker.presence == Presence::kDraining) lines.push_back("it is draining: it gets no more units");
   if (now < worker.benched_until)
     lines.push_back(text("it failed several units in a row: none for {:.0f} s more",
                          static_cast<double>(worker.benched_until - now) / 1000));
@@ -144,8 +144,8 @@ std::vector<std::string> FarmLedger::why_worker(WorkerId id, int64_t now) const 
       text("{} of its answers agreed with another worker's; {}", identity.agreed,
            rules_.audit_first == 0 ? "machines are trusted here"
            : identity.agreed < rules_.audit_first
-               ? text("until {} did, all are asked twice", rules_.audit_first)
-               : text("{:.1f} % are asked twice",
+               ? text("until {} did, all are verified", rules_.audit_first)
+               : text("{:.1f} % are verified",
                       100 * std::max(rules_.audit_least, 1.0 / static_cast<double>(identity.agreed)))));
   return lines;
 }

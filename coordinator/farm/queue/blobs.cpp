@@ -116,8 +116,9 @@ Status BlobStore::append(const Digest& digest, uint64_t offset, std::span<const 
     return fail(ErrorKind::kInvalidInput,
                 text("an upload of {} goes on at {}, but has {} bytes", digest.hex(), offset, upload.have));
   if (data.size() > upload.size - std::min(offset, upload.size))
-    return fail(ErrorKind::kInvalidInput,
-                text("an upload of {} has more than the {} bytes that were said", digest.hex(), upload.size));
+    return fail(
+        ErrorKind::kInvalidInput,
+        text("an upload of {} has more than the {} bytes that were announced", digest.hex(), upload.size));
   const uint64_t known = upload.have - offset;
   if (data.size() <= known) return {};
   data = data.subspan(known);

@@ -65,7 +65,8 @@ Status OpenFile::read_at(std::span<std::byte> data, uint64_t offset) const {
     if (got < 0 && errno == EINTR) continue;
     if (got < 0) return system_error("read", path_);
     if (got == 0)
-      return fail(ErrorKind::kIo, text("{}: ends at {}, before what it should hold", path_.string(), offset));
+      return fail(ErrorKind::kIo,
+                  text("{}: ends at {}, before its expected contents", path_.string(), offset));
     data = data.subspan(static_cast<size_t>(got));
     offset += static_cast<uint64_t>(got);
   }

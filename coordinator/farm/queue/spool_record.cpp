@@ -106,7 +106,7 @@ std::vector<std::string> tidy_spool(const fs::path& folder, const std::map<Spool
       } else if (const uint64_t size = fs::file_size(path, code); !code && size > end->second) {
         fs::resize_file(path, end->second, code);
       }
-      if (code) faults.push_back(text("cannot tidy {}: {}", path.string(), code.message()));
+      if (code) faults.push_back(text("cannot clean up {}: {}", path.string(), code.message()));
     }
     fs::remove(job, code);  // if empty
   }
@@ -114,8 +114,8 @@ std::vector<std::string> tidy_spool(const fs::path& folder, const std::map<Spool
     const fs::path path = spool_path(folder, id);
     const uint64_t size = fs::file_size(path, code);
     if (code || size < end)
-      faults.push_back(text("{} has {} bytes and should have {}: the units that it lacks run again",
-                            path.string(), code ? 0 : size, end));
+      faults.push_back(text("{} has {} bytes and should have {}: the missing units run again", path.string(),
+                            code ? 0 : size, end));
   }
   return faults;
 }

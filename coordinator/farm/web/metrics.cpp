@@ -43,24 +43,23 @@ void write_workers(Exposition& e, const FarmStatus& farm) {
     queued += w.queued_bytes;
     rate += w.rays_per_second;
   }
-  e.metric("kiln_workers", "gauge", "Connected workers by what they do.");
+  e.metric("kiln_workers", "gauge", "Connected workers by state.");
   for (const auto& [state, count] : states) e.sample(count, label("state", state));
   e.metric("kiln_worker_threads", "gauge", "Threads of all connected workers.").sample(threads);
-  e.metric("kiln_units_held", "gauge", "Units that workers have and have not answered.").sample(held);
+  e.metric("kiln_units_held", "gauge", "Units assigned to workers and not answered yet.").sample(held);
   e.metric("kiln_rays_per_second", "gauge", "Rays a second in the results of the last minute.").sample(rate);
-  e.metric("kiln_send_queue_bytes", "gauge", "Bytes that wait to be sent to workers.").sample(queued);
-  e.metric("kiln_connections", "gauge", "Open connections of workers and people.").sample(farm.connections);
-  e.metric("kiln_clients", "gauge", "Open connections of people's programs.").sample(farm.clients);
+  e.metric("kiln_send_queue_bytes", "gauge", "Bytes queued for workers.").sample(queued);
+  e.metric("kiln_connections", "gauge", "Open connections of workers and clients.").sample(farm.connections);
+  e.metric("kiln_clients", "gauge", "Open client connections.").sample(farm.clients);
 }
 
 void write_totals(Exposition& e, const FarmStatus& farm) {
   e.metric("kiln_results_total", "counter", "Results of units that workers sent.").sample(farm.results);
   e.metric("kiln_rays_total", "counter", "Rays in those results.").sample(farm.rays);
-  e.metric("kiln_duplicate_results_total", "counter", "Results of units that had one already.")
-      .sample(farm.duplicates);
-  e.metric("kiln_refused_connections_total", "counter", "Peers that were not let in.")
+  e.metric("kiln_duplicate_results_total", "counter", "Duplicate results of units.").sample(farm.duplicates);
+  e.metric("kiln_refused_connections_total", "counter", "Peers that were refused.")
       .sample(farm.refused_connections);
-  e.metric("kiln_expelled_workers_total", "counter", "Workers thrown out for what they answered, or hung.")
+  e.metric("kiln_expelled_workers_total", "counter", "Workers expelled for wrong answers or hangs.")
       .sample(farm.expelled);
 }
 
@@ -77,8 +76,7 @@ void write_queue(Exposition& e, const std::vector<JobRecord>& jobs) {
   for (const auto& [state, count] : states)
     e.sample(count, label("state", std::string(job_state_name(state))));
   e.metric("kiln_jobs_paused", "gauge", "Jobs that have not ended and are paused.").sample(paused);
-  e.metric("kiln_jobs_tainted", "gauge", "Jobs with something in their result that is not proved.")
-      .sample(tainted);
+  e.metric("kiln_jobs_tainted", "gauge", "Jobs whose result is partly unproved.").sample(tainted);
 }
 
 void write_active_jobs(Exposition& e, const FarmStatus& farm) {
@@ -97,13 +95,13 @@ void write_active_jobs(Exposition& e, const FarmStatus& farm) {
        [](const FarmJobStatus& j) { return static_cast<double>(j.units_total); }},
       {"kiln_job_pass_units_done", "Units of the pass that have their result.",
        [](const FarmJobStatus& j) { return static_cast<double>(j.units_done); }},
-      {"kiln_job_pass_units_failed", "Units of the pass that were given up.",
+      {"kiln_job_pass_units_failed", "Units of the pass that failed permanently.",
        [](const FarmJobStatus& j) { return static_cast<double>(j.units_failed); }},
       {"kiln_job_units_verified", "Results that another worker confirmed.",
        [](const FarmJobStatus& j) { return static_cast<double>(j.verified); }},
       {"kiln_job_units_unverified", "Results that one worker alone gave.",
        [](const FarmJobStatus& j) { return static_cast<double>(j.unverified); }},
-      {"kiln_job_units_waived", "Verifications given up because one machine was alone.",
+      {"kiln_job_units_waived", "Verifications waived because there was only one machine.",
        [](const FarmJobStatus& j) { return static_cast<double>(j.waived); }},
       {"kiln_job_units_disputed", "Units whose answers differ and are not decided.",
        [](const FarmJobStatus& j) { return static_cast<double>(j.disputes); }},
@@ -142,7 +140,7 @@ std::string write_metrics(const WebSources& sources) {
   write_totals(e, farm);
   write_active_jobs(e, farm);
   e.metric("kiln_store_wal_bytes", "gauge", "Size of the database's log.").sample(store.wal_bytes);
-  e.metric("kiln_store_held", "gauge", "1 while the disk refuses writes and nothing is handed out.")
+  e.metric("kiln_store_held", "gauge", "1 while the disk cannot be written and no units are handed out.")
       .sample(held ? 1 : 0);
   return e.take();
 }

@@ -193,7 +193,7 @@ struct WebServer::Impl final : httplib::Server {
   bool process_and_close_socket(socket_t fd) override {
     ::fcntl(fd, F_SETFD, FD_CLOEXEC);
     if (too_many) {
-      refuse(fd, {503, "too many connections: come back later"}, std::chrono::milliseconds(0));
+      refuse(fd, {503, "too many connections: try again later"}, std::chrono::milliseconds(0));
       ::close(fd);
       return false;
     }

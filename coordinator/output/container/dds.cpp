@@ -76,7 +76,7 @@ Expected<Head> read_head(ByteReader& in) {
     while (words--) in.get<uint32_t>();
   };
   if (in.get<uint32_t>() != kMagic)
-    return bad_texture("this is no DDS file: it does not begin with \"DDS \"");
+    return bad_texture("this is not a DDS file: it does not begin with \"DDS \"");
   if (in.get<uint32_t>() != kHeaderBytes) return bad_texture("the DDS header does not state its size of 124");
   Head head{};
   const uint32_t flags = in.get<uint32_t>();

@@ -86,11 +86,11 @@ Status read_level(std::span<const std::byte> file, const Ktx2Header& header, con
 
 Expected<TextureImages> read_ktx2(std::span<const std::byte> file, uint64_t max_bytes) {
   if (file.size() < sizeof(Ktx2Header))
-    return bad_texture("this is no KTX2 file: it is shorter than its header");
+    return bad_texture("this is not a KTX2 file: it is shorter than its header");
   Ktx2Header header;
   std::memcpy(&header, file.data(), sizeof header);
   if (header.identifier != kKtx2Identifier)
-    return bad_texture("this is no KTX2 file: it does not begin with its identifier");
+    return bad_texture("this is not a KTX2 file: it does not begin with its identifier");
   const auto format = format_of_vulkan(header.vk_format);
   if (!format) return bad_texture(text("VkFormat {} of the KTX2 file is not supported", header.vk_format));
   if (header.faces != 1 || header.depth > 1)

@@ -71,7 +71,7 @@ Expected<OpenImage> open_image(std::span<const std::byte> file, const std::strin
                                size_t channel_bytes) {
   set_up_library();
   const char* format = format_of(file);
-  if (!format) return bad(name, "its content is no image that is supported (PNG, JPEG, WebP, BMP, HDR, EXR)");
+  if (!format) return bad(name, "its content is not a supported image (PNG, JPEG, WebP, BMP, HDR, EXR)");
   if (std::string_view(format) == "openexr")
     if (const Status header = check_exr_header(file); !header) return bad(name, header.error().message);
   OpenImage image;

@@ -66,7 +66,8 @@ Expected<std::optional<Record>> from_settings(const BakeSettings& settings, std:
   if (const auto radiance = parse_radiance(settings.environment)) {
     for (const double r : *radiance)
       if (!(r >= 0) || !std::isfinite(static_cast<float>(r)))
-        return fail(ErrorKind::kUsage, text("environment {}: {} is no radiance", settings.environment, r));
+        return fail(ErrorKind::kUsage,
+                    text("environment {}: {} is not a valid radiance", settings.environment, r));
     if (*radiance == std::vector<double>{0, 0, 0}) return std::optional<Record>();
     return make_record(settings, "environment " + settings.environment, *radiance, "full");
   }
@@ -122,7 +123,7 @@ Expected<std::optional<Record>> from_extras(const ImportContext& context, const 
                                             std::vector<Texture>& textures, ImportNotes& notes) {
   const std::string who = "extras.kiln.environment of the scene";
   const GltfValue* uri = environment.find("image");
-  if (!uri || uri->word.empty()) return context.bad(text("{}: image is no URI", who));
+  if (!uri || uri->word.empty()) return context.bad(text("{}: image is not a URI", who));
   double factor[2] = {1, 0};
   const char* names[2] = {"strength", "rotation"};
   for (int i = 0; i < 2; ++i) {
@@ -169,7 +170,7 @@ Expected<std::optional<Record>> from_file(const ImportContext& context, const Gl
   if (!faces || !(intensity >= 0) || !std::isfinite(static_cast<float>(intensity))) {
     add_note(notes, Kind::kWarning,
              text("{} is left out: {}; --environment gives another", who,
-                  faces ? text("intensity {} is no intensity", intensity) : faces.error().message));
+                  faces ? text("intensity {} is not a valid intensity", intensity) : faces.error().message));
     return std::optional<Record>();
   }
   const auto q = light.numbers("rotation", 4).value_or(std::vector<double>{0, 0, 0, 1});

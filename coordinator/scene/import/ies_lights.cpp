@@ -79,12 +79,12 @@ Expected<Record> make_record(const ImportContext& context, const PlacedNode& at,
   std::vector<double> color{1, 1, 1};
   if (use.find("color")) {
     const auto file = use.numbers("color", 3);
-    if (!file) return context.bad(text("{}: the color of its {} is no three numbers", who, kExtension));
+    if (!file) return context.bad(text("{}: the color of its {} is not three numbers", who, kExtension));
     for (size_t c = 0; c < 3; ++c) color[c] = std::clamp((*file)[c], 0.0, 1.0);  // as the extension specifies
   }
   const double multiplier = use.number_or("multiplier", 1);
   if (!(multiplier >= 0) || !std::isfinite(static_cast<float>(multiplier)))
-    return context.bad(text("{}: multiplier {} is no scale", who, multiplier));
+    return context.bad(text("{}: multiplier {} is not a valid scale", who, multiplier));
   put_numbers(record, "color", color);
   put_numbers(record, "intensity", {multiplier});
   put_numbers(record, "vertical", profile.table.vertical);

@@ -40,7 +40,7 @@ class Reader {
     double value = 0;
     const auto [end, code] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
     if (code != std::errc() || end != digits.data() + digits.size() || !std::isfinite(value))
-      return bad(text("{} {} is '{}', which is no number", what, index, word.substr(0, 40)));
+      return bad(text("{} {} is '{}', which is not a number", what, index, word.substr(0, 40)));
     return value;
   }
   Status numbers(const char* what, size_t count, std::vector<double>& out) {
@@ -89,7 +89,7 @@ Expected<std::string_view> find_tilt(Reader& r, int& version) {
     while (!line.empty() && (line.back() == ' ' || line.back() == '\t')) line.remove_suffix(1);
     return line;
   }
-  return bad("it has no line TILT=: this is no IES profile");
+  return bad("it has no line TILT=: this is not an IES profile");
 }
 
 // Lamp-to-luminaire geometry, then a count of angles and factors.
@@ -139,7 +139,7 @@ Status unfold(IesProfile& p) {
     all.emplace_back(360.0, 0);  // the last plane, which some files omit, equals the first
   } else if (!(first == 0 && last == 360)) {
     return bad(
-        text("horizontal angles from {} to {} are no symmetry of type C (0 to 0, 90, 180 or 360, or 90 "
+        text("horizontal angles from {} to {} are not a symmetry of type C (0 to 0, 90, 180 or 360, or 90 "
              "to 270)",
              first, last));
   }
@@ -175,7 +175,7 @@ Expected<IesProfile> parse_ies(std::string_view file) {
                     : h[5] == 3 ? "A (3)"
                                 : text("{}", h[5])));
   const double factor = h[2] * h[10] * (version <= 1995 ? h[11] : 1.0);
-  if (!(factor >= 0)) return bad(text("its factors {}, {} and {} are no scale", h[2], h[10], h[11]));
+  if (!(factor >= 0)) return bad(text("its factors {}, {} and {} are not a valid scale", h[2], h[10], h[11]));
   KILN_TRY_STATUS(r.numbers("vertical angle", vertical, p.vertical));
   KILN_TRY_STATUS(r.numbers("horizontal angle", horizontal, p.horizontal));
   KILN_TRY_STATUS(check_rising(p.vertical, "vertical"));

@@ -37,7 +37,8 @@ void put_volume(const GltfValue& extension, MaterialReader& reader) {
   if (!(distance > 0)) {
     reader.note(
         Kind::kWarning,
-        text("attenuationDistance {} is no distance: nothing is absorbed until it is above 0", distance));
+        text("attenuationDistance {} is not a valid distance: nothing is absorbed until it is above 0",
+             distance));
     return;
   }
   std::vector<double> absorption;

@@ -157,7 +157,7 @@ Status LevelReader::claim(uint32_t set) {
     const bool is_root = !context_.model.scenes.empty() &&
                          std::find(tree_.roots.begin(), tree_.roots.end(), level) != tree_.roots.end();
     if (parent != tree_.parent[r.node] && (parent != NodeTree::kNone || is_root))
-      return bad(text("{} is a level of {} and stands elsewhere: it must have the same parent or none",
+      return bad(text("{} is a level of {} and is placed elsewhere: it must have the same parent or none",
                       name(level), name(r.node)));
   }
   if (r.proxy == kNone) return {};

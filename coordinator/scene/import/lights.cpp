@@ -37,7 +37,7 @@ Expected<Record> read_light(const ImportContext& context, uint32_t node, size_t 
     if (!(c >= 0) || !std::isfinite(static_cast<float>(c)))
       return context.bad(text("{}: its color has the component {}", who, c));
   if (!(light.intensity >= 0) || !std::isfinite(static_cast<float>(light.intensity)))
-    return context.bad(text("{}: intensity {} is no intensity", who, light.intensity));
+    return context.bad(text("{}: intensity {} is not a valid intensity", who, light.intensity));
   put_numbers(record, "color", color);
   put_numbers(record, "intensity", {light.intensity});
   if (light.type == "directional") put_numbers(record, "angle", {context.settings.sun_angle});

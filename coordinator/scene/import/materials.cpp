@@ -60,9 +60,9 @@ void put_emission(const GltfMaterial& material, MaterialReader& reader, Record& 
   for (const double f : material.emissive) {
     const double radiance = f * strength;
     if (!(radiance >= 0) || !std::isfinite(static_cast<float>(radiance)))
-      reader.note(
-          Kind::kWarning,
-          text("its emission {} is no radiance: taken as 0 until it is a number from 0 on", radiance));
+      reader.note(Kind::kWarning,
+                  text("its emission {} is not a valid radiance: taken as 0 until it is a number from 0 on",
+                       radiance));
     emission.push_back(radiance >= 0 && std::isfinite(static_cast<float>(radiance)) ? radiance : 0);
   }
   put_numbers(record, "emission", emission);
