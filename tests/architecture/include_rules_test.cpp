@@ -7,24 +7,11 @@
 #include <set>
 #include <sstream>
 
+#include "tests/architecture/sources.h"
+
 namespace kiln {
 namespace {
 namespace fs = std::filesystem;
-
-using Rooms = std::map<std::string, std::set<std::string>>;
-
-Rooms read_rooms() {
-  Rooms rooms;
-  std::ifstream in(test::binary_dir() / "rooms.txt");
-  for (std::string line; std::getline(in, line);) {
-    const size_t colon = line.find(':');
-    if (colon == std::string::npos) continue;
-    std::istringstream deps(line.substr(colon + 1));
-    auto& set = rooms[line.substr(0, colon)];
-    for (std::string dep; deps >> dep;) set.insert(dep);
-  }
-  return rooms;
-}
 
 // A room's own dependencies and theirs.
 std::set<std::string> closure(const Rooms& rooms, const std::string& room) {
@@ -47,15 +34,6 @@ std::string room_of(const fs::path& relative, const Rooms& rooms) {
     folder = folder.parent_path();
   }
   return {};
-}
-
-std::vector<fs::path> product_sources() {
-  std::vector<fs::path> files;
-  for (const char* top : {"common", "coordinator", "worker"})
-    for (const auto& entry : fs::recursive_directory_iterator(test::source_dir() / top))
-      if (entry.path().extension() == ".h" || entry.path().extension() == ".cpp")
-        files.push_back(fs::relative(entry.path(), test::source_dir()));
-  return files;
 }
 
 template <class Visit>

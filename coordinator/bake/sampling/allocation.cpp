@@ -71,7 +71,7 @@ void ConvergenceRate::observe(const SampleState& before, const SampleState& afte
     if (!is_lit(before, i) || !is_lit(after, i) || after.samples[i] <= before.samples[i]) continue;
     if (!(before.standard_error[i] > 0 && after.standard_error[i] > 0)) continue;
     errors_ += 2 * std::log(double{before.standard_error[i]} / after.standard_error[i]);
-    samples_ += std::log(double{after.samples[i]} / before.samples[i]);
+    samples_ += std::log(static_cast<double>(after.samples[i]) / before.samples[i]);
   }
 }
 

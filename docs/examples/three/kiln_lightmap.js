@@ -10,7 +10,7 @@ const SHADER = new URL('../../shaders/kiln_lightmap.glsl', import.meta.url);
 
 function uniformsOf(description) {
   const value = (v) => ({ value: v });
-  return { kilnView: value(0), kilnLight: value(description.basis.name === 'sh_l1' ? 1 : 0),
+  return { kilnView: value(0), kilnLight: value(description.basis?.name === 'sh_l1' ? 1 : 0),
            kilnFilmic: value(true), kilnSpecularOn: value(false), kilnPlain: value(false),
            kilnExposure: value(description.exposure ?? 1), kilnMostSamples: value(1) };
 }
@@ -18,6 +18,13 @@ function uniformsOf(description) {
 // Those that can be read here: DDS files hold what KTX2 files hold too.
 export const readable = (description) => description.encodings.filter((e) => e.container !== 'dds');
 export const encodingName = ({ name, container }) => (name === 'masters' ? name : `${name} ${container}`);
+
+// Ambient occlusion, sky visibility and bent normals are shown from the masters: they need not be loaded twice.
+const responsePlanes = (description) => new Set((description.responses ?? []).flatMap((r) => r.planes));
+const holds = (texture, planes) => texture.channels.some(({ plane }) => planes.has(plane));
+function withoutResponses(encoding, planes) {
+  return { ...encoding, textures: encoding.textures.filter((t) => !holds(t, planes)) };
+}
 
 // The maps of the encoding called `name`, by itself or with its container. Without a name the first one that this
 // graphics card and the scene's coordinates allow.
@@ -28,7 +35,8 @@ async function loadMaps(description, folder, renderer, name) {
   let error;
   for (const encoding of asked.length ? asked : all) {
     try {
-      const maps = await loadEncoding(encoding, folder, renderer, description.pages);
+      const light = withoutResponses(encoding, responsePlanes(description));
+      const maps = await loadEncoding(light, folder, renderer, description.pages);
       if (description.chartTable && maps.some((slot) => slot.perPage))
         throw new Error('a scene with a chart table needs maps that are texture arrays: choose others');
       return { encoding, maps };
@@ -41,19 +49,21 @@ async function loadMaps(description, folder, renderer, name) {
 
 async function loadLightmap(description, folder, renderer, name) {
   const masters = description.encodings.find((e) => e.name === 'masters') ?? description.encodings.at(-1);
-  const { pages } = description;
-  const [glsl, master, diagnostics] = await Promise.all([
+  const { pages } = description, planes = responsePlanes(description);
+  const shown = new Set(['error', 'samples', 'validity']);
+  const [glsl, master, responses, diagnostics] = await Promise.all([
     fetchOrThrow(SHADER).then((r) => r.text()),
-    loadEncoding(masters, folder, renderer, pages),
-    loadEncoding({ textures: description.diagnostics ?? [] }, folder, renderer, pages)]);
+    loadEncoding(withoutResponses(masters, planes), folder, renderer, pages),
+    loadEncoding({ textures: masters.textures.filter((t) => holds(t, planes)) }, folder, renderer, pages, true),
+    loadEncoding({ textures: (description.diagnostics ?? []).filter((t) => holds(t, shown)) }, folder, renderer, pages)]);
   for (const slot of diagnostics) {  // classes have no mean
     const { texture } = slot.byPage(0);
     texture.magFilter = texture.minFilter = THREE.NearestFilter;
   }
   const loaded = await loadMaps(description, folder, renderer, name);
   const maps = loaded.encoding === masters ? master : loaded.maps;
-  const lightmap = { description, glsl, masters: master, diagnostics, maps, encoding: encodingName(loaded.encoding),
-                     hasBasis: description.basis.name === 'sh_l1', uniforms: uniformsOf(description) };
+  const lightmap = { description, glsl, masters: master, responses, diagnostics, maps, encoding: encodingName(loaded.encoding),
+                     hasBasis: description.basis?.name === 'sh_l1', uniforms: uniformsOf(description) };
   for (const slot of diagnostics) slot.channels.forEach(({ plane }, c) => {
     if (plane !== 'samples') return;
     const { data } = slot.byPage(0).texture.image;

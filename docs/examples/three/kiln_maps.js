@@ -25,13 +25,14 @@ function setUp(texture) {
 }
 
 // Masters: every named channel of all pages, four to a texture array.
-async function loadExr(descriptions, folder, pages) {
+// `pack`: whatever their names.
+async function loadExr(descriptions, folder, pages, pack) {
   const files = await Promise.all(descriptions.map(async (d) =>
     ({ d, exr: await readExrPlanes(await (await fetchOrThrow(folder + d.uri)).arrayBuffer()) })));
   const names = [...new Set(descriptions.flatMap((d) => d.channels.map((c) => c.plane)))].filter((n) => n !== 'set');
   const groups = [];  // R, G, B of one function share a texture
   for (const name of names) {
-    const stem = name.split('.')[0];
+    const stem = pack ? '' : name.split('.')[0];
     let group = groups.find((g) => g.stem === stem && g.channels.length < 4);
     if (!group) groups.push(group = { stem, channels: [] });
     group.channels.push({ plane: name });
@@ -81,9 +82,9 @@ async function loadOthers(descriptions, folder, renderer, pages) {
 }
 
 // Slots of an encoding: {channels, unpack, range, byPage(page) -> {texture, first}}.
-export async function loadEncoding(encoding, folder, renderer, pages) {
+export async function loadEncoding(encoding, folder, renderer, pages, pack = false) {
   const exr = encoding.textures.filter((t) => t.container === 'exr');
-  return exr.length ? loadExr(exr, folder, pages)
+  return exr.length ? loadExr(exr, folder, pages, pack)
                     : loadOthers(encoding.textures, folder, renderer, pages);
 }
 

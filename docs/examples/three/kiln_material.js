@@ -34,7 +34,9 @@ vec3 kilnChartColour(float n) {
   return kilnLinear(0.25 + 0.7 * h);
 }`;
 
-function fragmentGlsl(maps, masters, diagnostics, hasBasis) {
+function fragmentGlsl(maps, masters, responses, diagnostics, hasBasis) {
+  const known = (planes, name) => (planes.known.has(name) ? name.replace('.', '_') : '0.0');
+  const light = [maps, masters].find((planes) => planes.known.has('E.R'));
   const l1 = (planes) => ['L0', 'L1x', 'L1y', 'L1z'].map((f) =>
     planes.known.has(`${f}.R`) ? `vec3(${f}_R, ${f}_G, ${f}_B)` : 'vec3(0.0)').join(', ');
   const fetchL1 = (name, planes) =>
@@ -42,16 +44,24 @@ function fragmentGlsl(maps, masters, diagnostics, hasBasis) {
   return `
 ${maps.declarations}
 ${masters === maps ? '' : masters.declarations}
+${responses.declarations}
 ${diagnostics.declarations}
 ${hasBasis ? fetchL1('kilnFetch', maps) : 'KilnL1 kilnFetch(vec3 place) { return KilnL1(vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0)); }'}
 ${!hasBasis || masters === maps ? 'KilnL1 kilnFetchMaster(vec3 place) { return kilnFetch(place); }' : fetchL1('kilnFetchMaster', masters)}
-vec3 kilnFetchE(vec3 place) {
-${(maps.known.has('E.R') ? maps : masters).code}
-return vec3(E_R, E_G, E_B);
+vec3 kilnFetchE(vec3 place) {  // without light: as under a white sky
+${light ? `${light.code}\nreturn vec3(E_R, E_G, E_B);` : 'return vec3(KILN_PI);'}
+}
+vec2 kilnFetchVisibility(vec3 place) {
+${responses.code}
+return vec2(${known(responses, 'ao')}, ${known(responses, 'sky')});
+}
+vec3 kilnFetchBent(vec3 place) {
+${responses.code}
+return vec3(${['X', 'Y', 'Z'].map((axis) => known(responses, `bent.${axis}`)).join(', ')});
 }
 vec3 kilnFetchDiagnostics(vec3 place) {
 ${diagnostics.code}
-return vec3(error, samples, validity);
+return vec3(${known(diagnostics, 'error')}, samples, validity);
 }
 vec3 kilnIrradiance(KilnL1 s, vec3 n, vec3 place) {
   return kilnLight == 0 ? max(kilnFetchE(place), 0.0)
@@ -80,11 +90,12 @@ export function litMaterial(material, lightmap, page, charts = null) {
   const copy = material.clone();
   const maps = planesGlsl(lightmap.maps, 'kiln', page);
   const masters = lightmap.maps === lightmap.masters ? maps : planesGlsl(lightmap.masters, 'kilnMaster', page);
+  const responses = planesGlsl(lightmap.responses, 'kilnResponse', page);
   const diagnostics = planesGlsl(lightmap.diagnostics, 'kilnDiagnostic', page);
   const vertex = vertexGlsl(charts);
-  const fragment = fragmentGlsl(maps, masters, diagnostics, lightmap.hasBasis);
+  const fragment = fragmentGlsl(maps, masters, responses, diagnostics, lightmap.hasBasis);
   copy.onBeforeCompile = (shader) => {
-    Object.assign(shader.uniforms, maps.uniforms, masters.uniforms, diagnostics.uniforms, lightmap.uniforms,
+    Object.assign(shader.uniforms, maps.uniforms, masters.uniforms, responses.uniforms, diagnostics.uniforms, lightmap.uniforms,
                   { kilnPage: { value: page } }, charts ? { kilnCharts: { value: charts.texture } } : {});
     shader.vertexShader = shader.vertexShader
       .replace('#include <common>', `#include <common>\n${charts ? lightmap.glsl : ''}\n${vertex.head}`)
@@ -115,6 +126,9 @@ export function litMaterial(material, lightmap, page, charts = null) {
         else if (kilnView == 4) outgoingLight = kilnHeat(kilnStated.y / kilnMostSamples);
         else if (kilnView == 5) outgoingLight = kilnHeat(10.0 * kilnStated.x / max(kilnMean, 1e-20));
         else if (kilnView == 6) outgoingLight = kilnChartColour(vKilnColour);
+        else if (kilnView == 8) outgoingLight = kilnLinear(vec3(clamp(kilnFetchVisibility(kilnPlace).x, 0.0, 1.0)));
+        else if (kilnView == 9) outgoingLight = kilnLinear(vec3(clamp(kilnFetchVisibility(kilnPlace).y, 0.0, 1.0)));
+        else if (kilnView == 10) outgoingLight = kilnLinear(0.5 + 0.5 * kilnFetchBent(kilnPlace));
         else outgoingLight = kilnHeat(20.0 * length(kiln_irradiance_linear(kilnTexel, kilnNormal) - kilnMasterE) / max(length(kilnMasterE), 1e-20));
         #include <opaque_fragment>`);
   };

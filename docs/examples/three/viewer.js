@@ -8,7 +8,9 @@ const VIEWS = [['lit', ''], ['irradiance', 'on a grey of 0.5'],
   ['directions', 'where light comes from, as a colour; grey: from all sides'],
   ['validity', 'grey measured, orange pushed, yellow filled,\nblue dilated, magenta inside'],
   ['samples', 'dark few, red the most'], ['error', 'stated, of E: red is 10 % and more'],
-  ['charts', 'each in its colour'], ['encode-error', 'of E against the masters: red is 5 % and more']];
+  ['charts', 'each in its colour'], ['encode-error', 'of E against the masters: red is 5 % and more'],
+  ['ao', 'ambient occlusion: white is open'], ['sky', 'share of the sky that is seen'],
+  ['bent', 'bent normal times sky visibility, as a colour']];
 const LIGHTS = [['normal', 'E at the surface normal'], ['linear', 'L1, linear'], ['nonlinear', 'L1, non-linear']];
 
 const query = new URLSearchParams(location.search);
@@ -69,9 +71,17 @@ function applySwitches(scene, textures, normals) {
   });
 }
 
+// Those of what was baked.
+function viewsOf({ description }) {
+  const responses = new Set((description.responses ?? []).map((r) => r.name));
+  const light = ['irradiance', 'directions', 'error', 'encode-error'];
+  return VIEWS.filter(([name]) => (['ao', 'sky', 'bent'].includes(name) ? responses.has(name)
+                                                                         : description.basis || !light.includes(name)));
+}
+
 function addControls(state, lightmap, redraw) {
   const fill = (id, entries) => entries.forEach(([value, label]) => byId(id).append(new Option(label || value, value)));
-  fill('view', VIEWS.map(([name]) => [name]));
+  fill('view', viewsOf(lightmap).map(([name]) => [name]));
   fill('light', lightmap.hasBasis ? LIGHTS : LIGHTS.slice(0, 1));
   fill('encoding', readable(lightmap.description).map((e) => [encodingName(e)]));
   byId('encoding').value = lightmap.encoding;
@@ -96,7 +106,7 @@ function addControls(state, lightmap, redraw) {
     if (flip) state[flip] = !state[flip];
     else if (key === 'l' && lightmap.hasBasis) state.light = LIGHTS[(LIGHTS.findIndex(([n]) => n === state.light) + 1) % 3][0];
     else if (key === '[' || key === ']') state.exposure += key === '[' ? -0.25 : 0.25;
-    else if (key >= '1' && key <= String(VIEWS.length)) state.view = VIEWS[Number(key) - 1][0];
+    else if (key >= '1' && key <= '9' && viewsOf(lightmap)[key - 1]) state.view = viewsOf(lightmap)[key - 1][0];
     else if (key === 'h') byId('panel').classList.toggle('hidden');
     else return;
     show();
@@ -115,10 +125,11 @@ async function main() {
   const { camera, controls } = makeCamera(scene, renderer);
   const base = query.has('exposure') ? Number(query.get('exposure')) : lightmap.uniforms.kilnExposure.value;
   const plain = query.get('shading') === 'plain';  // base colour x E / pi alone, as in preview.png
-  const state = { view: query.get('view') ?? 'lit', exposure: 0, filmic: query.get('curve') !== 'srgb',
+  const first = lightmap.description.basis ? 'lit' : lightmap.description.responses[0].name;
+  const state = { view: query.get('view') ?? first, exposure: 0, filmic: query.get('curve') !== 'srgb',
     light: query.get('light') ?? (lightmap.hasBasis ? 'linear' : 'normal'), textures: on('textures', true),
     normals: on('normals', true), specular: on('specular', lightmap.hasBasis) && !plain };
-  if (!VIEWS.some(([n]) => n === state.view)) throw new Error(`there is no view '${state.view}'`);
+  if (!viewsOf(lightmap).some(([n]) => n === state.view)) throw new Error(`there is no view '${state.view}'`);
   if (!LIGHTS.some(([n]) => n === state.light)) throw new Error(`there is no light '${state.light}'`);
   let switches = '';
   let pending = false;

@@ -1,0 +1,142 @@
+// Measures of the code that may get better and never worse: whoever improves one tightens its bound here.
+#include <algorithm>
+#include <fstream>
+#include <regex>
+#include <set>
+#include <sstream>
+
+#include "tests/architecture/sources.h"
+
+namespace kiln {
+namespace {
+namespace fs = std::filesystem;
+
+constexpr size_t kMaxFunctionLines = 83, kMaxFileLines = 600, kMaxColumns = 121;
+constexpr double kMinChecksInCommon = 2.0, kMinChecksInFarm = 1.7;  // per thousand lines of code
+constexpr size_t kMaxBoxes = 14, kMaxArrows = 44, kMaxFloors = 9;   // of the drawing in docs/architecture.md
+
+std::vector<std::string> lines_of(const fs::path& file) {
+  std::ifstream in(test::source_dir() / file);
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(in, line);) lines.push_back(line);
+  return lines;
+}
+
+// Calls visit(first line, lines) for every function whose braces stand as clang-format puts them.
+template <class Visit>
+void for_each_function(const std::vector<std::string>& lines, const Visit& visit) {
+  static const std::regex other(R"(^\s*(namespace|class|struct|enum|union|extern)\b)");
+  std::map<size_t, size_t> begun;  // by indentation
+  for (size_t i = 0; i < lines.size(); ++i) {
+    const std::string& line = lines[i];
+    const size_t indent = line.find_first_not_of(' ');
+    if (indent == std::string::npos || indent > 2) continue;
+    if (line.back() == '{' && line.find('(') != std::string::npos && !std::regex_search(line, other))
+      begun[indent] = i;
+    if (line.substr(indent) == "}" && begun.count(indent)) {
+      visit(begun[indent], i - begun[indent] + 1);
+      begun.erase(indent);
+    }
+  }
+}
+
+TEST(Ratchets, FunctionsFilesAndLinesAreShort) {
+  size_t functions = 0;
+  for (const fs::path& file : product_sources()) {
+    const std::vector<std::string> lines = lines_of(file);
+    EXPECT_LE(lines.size(), kMaxFileLines) << file;
+    for (size_t i = 0; i < lines.size(); ++i) EXPECT_LE(lines[i].size(), kMaxColumns) << file << ":" << i + 1;
+    for_each_function(lines, [&](size_t first, size_t count) {
+      EXPECT_LE(count, kMaxFunctionLines) << file << ":" << first + 1;
+      ++functions;
+    });
+  }
+  EXPECT_GT(functions, 2000u);  // else it finds none
+}
+
+TEST(Ratchets, InvariantsAreChecked) {
+  const auto checks = [](const std::vector<std::string>& folders) {
+    double count = 0, code = 0;
+    for (const fs::path& file : product_sources()) {
+      const std::string name = file.generic_string();
+      if (std::none_of(folders.begin(), folders.end(), [&](const auto& f) { return name.rfind(f, 0) == 0; }))
+        continue;
+      for (const std::string& line : lines_of(file)) {
+        const size_t text = line.find_first_not_of(' ');
+        if (text == std::string::npos || line.compare(text, 2, "//") == 0) continue;
+        ++code;
+        count += line.find("KILN_CHECK(") != std::string::npos;
+      }
+    }
+    return 1000 * count / code;
+  };
+  EXPECT_GE(checks({"common/"}), kMinChecksInCommon);
+  EXPECT_GE(checks({"coordinator/farm/ledger/", "coordinator/farm/dispatch/"}), kMinChecksInFarm);
+}
+
+// A wing, or a room above the wings; all of common, and all of worker.
+std::string box_of(const std::string& room) {
+  const size_t first = room.find('/');
+  if (room.substr(0, first) != "coordinator") return room.substr(0, first);
+  return room.substr(0, room.find('/', first + 1));
+}
+
+TEST(Ratchets, TheHouseCanBeDrawn) {
+  std::map<std::string, std::set<std::string>> below;
+  for (const auto& [room, deps] : read_rooms())
+    for (const std::string& dep : deps) {
+      below[box_of(dep)];
+      if (box_of(dep) != box_of(room)) below[box_of(room)].insert(box_of(dep));
+    }
+  size_t arrows = 0, floors = 0;
+  std::map<std::string, size_t> floor;
+  // Boxes stand one floor above the highest that they use; in a circle nobody ever finds a floor.
+  for (bool changed = true; changed && floor.size() <= below.size();) {
+    changed = false;
+    for (const auto& [box, deps] : below) {
+      size_t height = 1;
+      for (const std::string& dep : deps) height = floor.count(dep) ? std::max(height, floor[dep] + 1) : 0;
+      if (std::any_of(deps.begin(), deps.end(), [&](const auto& d) { return !floor.count(d); })) continue;
+      if (floor.emplace(box, height).second) changed = true;
+    }
+  }
+  for (const auto& [box, deps] : below) {
+    arrows += deps.size();
+    EXPECT_TRUE(floor.count(box)) << box << " is part of a circle";
+    floors = std::max(floors, floor[box]);
+  }
+  EXPECT_LE(below.size(), kMaxBoxes);
+  EXPECT_LE(arrows, kMaxArrows);
+  EXPECT_LE(floors, kMaxFloors);
+}
+
+// Files and folders that docs and comments name are there.
+TEST(Ratchets, NamedFilesExist) {
+  static const std::regex file(
+      R"((^|[^\w/.-])((common|worker|coordinator|tests|docs|configs|docker)/[\w/.-]*?\.(h|cpp|py|md|sh|json|glsl))\b)");
+  static const std::regex folder(R"(`((common|worker|coordinator|tests|docs|configs|docker)/[\w/-]+)`)");
+  const std::set<std::string> generated = {"common/wire/messages_generated.h"};
+  size_t named = 0;
+  for (const char* top : {"common", "coordinator", "worker", "tests", "docs"})
+    for (const auto& entry : fs::recursive_directory_iterator(test::source_dir() / top)) {
+      const std::string extension = entry.path().extension();
+      if (entry.path().string().find("node_modules") != std::string::npos ||
+          (extension != ".h" && extension != ".cpp" && extension != ".md" && extension != ".py"))
+        continue;
+      for (const std::string& line : lines_of(fs::relative(entry.path(), test::source_dir()))) {
+        for (std::sregex_iterator it(line.begin(), line.end(), file), end; it != end; ++it, ++named)
+          EXPECT_TRUE(generated.count((*it)[2]) || fs::exists(test::source_dir() / (*it)[2].str()))
+              << entry.path() << " names " << (*it)[2];
+        for (std::sregex_iterator it(line.begin(), line.end(), folder), end; it != end; ++it, ++named) {
+          const fs::path path = test::source_dir() / (*it)[1].str();
+          EXPECT_TRUE(fs::exists(path) || fs::exists(path.string() + ".h") ||
+                      fs::exists(path.string() + ".cpp"))
+              << entry.path() << " names " << (*it)[1];
+        }
+      }
+    }
+  EXPECT_GT(named, 1000u);
+}
+
+}  // namespace
+}  // namespace kiln
