@@ -47,6 +47,8 @@ std::vector<Sheet> sheets() {
 }
 
 const Vec3 kReceivers[] = {{0, 0, -1}, {0.3f, -0.2f, -0.6f}, {1.5f, 0.4f, -0.5f}, {-3, 2, -4}, {0.1f, 3, -1}};
+// From where rectangles are sampled by area: they subtend less than a millionth.
+const Vec3 kFarReceivers[] = {{300, 400, -2000}, {900, -300, -500}};
 // Where the weight of samples by area would have no bound.
 const Vec3 kCloseReceivers[] = {{0.1f, 0.02f, -0.01f}, {0.45f, 0, -0.05f}, {0.7f, 0.1f, -0.02f}};
 
@@ -180,7 +182,9 @@ double disc_irradiance(double r, double d, double h) {
 TEST(AreaLight, GivesTheIrradianceOfTheClosedForms) {
   const DVec3 n(0, 0, 1);
   for (const Sheet& sheet : sheets())
-    for (const auto& list : {std::span<const Vec3>(kReceivers), std::span<const Vec3>(kCloseReceivers)})
+    for (const std::span<const Vec3> list :
+         {std::span<const Vec3>(kReceivers), std::span<const Vec3>(kFarReceivers),
+          std::span<const Vec3>(kCloseReceivers)})
       for (const Vec3& p : list) {
         const test::LitScene scene = sheet.lit();
         Mean mean;
