@@ -274,6 +274,31 @@ TEST(AreaLight, ExtremesStayFinite) {
     }
 }
 
+// Whatever side of the plane rounding puts a point of it on: a two-sided light on a wall does not light the
+// wall.
+TEST(AreaLight, GivesNothingInItsOwnPlane) {
+  Random random(6);
+  for (int k = 0; k < 100; ++k) {
+    const Frame frame(random.direction());
+    const Vec3 centre = random.in_box(Vec3(-3), Vec3(3));
+    SceneMaker m;
+    m.lambert(Vec3(0.5f));
+    m.quad({-1, 9, -1}, {0, 0, 2}, {2, 0, 0});
+    if (k % 2)
+      m.disc(centre, frame.n, 1, Vec3(1), 2);
+    else
+      m.rectangle(centre, frame.x, frame.y, {1, 2}, Vec3(1), 2);
+    const test::LitScene scene = test::light_up(m.take());
+    for (int i = 0; i < 50; ++i) {
+      const Vec3 on = random.in_box(Vec3(-1), Vec3(1));
+      const Vec3 p = centre + frame.x * on.x + frame.y * on.y, d = random.direction();
+      EXPECT_EQ(scene.lights.local.sample(*scene.surfaces, p, d, 0.5f, random.two()).weight, Vec3(0));
+      scene.lights.local.for_each_crossing(p, d, {p, d, -1e9, 1e9},
+                                           [](const LocalLights::Crossing&) { ADD_FAILURE(); });
+    }
+  }
+}
+
 TEST(AreaLight, OnlyAreaLightsWantAPoint) {
   for (const Sheet& sheet : sheets()) {
     const test::LitScene scene = sheet.lit();
