@@ -47,6 +47,8 @@ std::vector<Sheet> sheets() {
 }
 
 const Vec3 kReceivers[] = {{0, 0, -1}, {0.3f, -0.2f, -0.6f}, {1.5f, 0.4f, -0.5f}, {-3, 2, -4}, {0.1f, 3, -1}};
+// From where rectangles are sampled by area: they subtend less than a millionth.
+const Vec3 kFarReceivers[] = {{300, 400, -2000}, {900, -300, -500}};
 // Where the weight of samples by area would have no bound.
 const Vec3 kCloseReceivers[] = {{0.1f, 0.02f, -0.01f}, {0.45f, 0, -0.05f}, {0.7f, 0.1f, -0.02f}};
 
@@ -180,7 +182,9 @@ double disc_irradiance(double r, double d, double h) {
 TEST(AreaLight, GivesTheIrradianceOfTheClosedForms) {
   const DVec3 n(0, 0, 1);
   for (const Sheet& sheet : sheets())
-    for (const auto& list : {std::span<const Vec3>(kReceivers), std::span<const Vec3>(kCloseReceivers)})
+    for (const std::span<const Vec3> list :
+         {std::span<const Vec3>(kReceivers), std::span<const Vec3>(kFarReceivers),
+          std::span<const Vec3>(kCloseReceivers)})
       for (const Vec3& p : list) {
         const test::LitScene scene = sheet.lit();
         Mean mean;
@@ -268,6 +272,31 @@ TEST(AreaLight, ExtremesStayFinite) {
           });
       }
     }
+}
+
+// Whatever side of the plane rounding puts a point of it on: a two-sided light on a wall does not light the
+// wall.
+TEST(AreaLight, GivesNothingInItsOwnPlane) {
+  Random random(6);
+  for (int k = 0; k < 100; ++k) {
+    const Frame frame(random.direction());
+    const Vec3 centre = random.in_box(Vec3(-3), Vec3(3));
+    SceneMaker m;
+    m.lambert(Vec3(0.5f));
+    m.quad({-1, 9, -1}, {0, 0, 2}, {2, 0, 0});
+    if (k % 2)
+      m.disc(centre, frame.n, 1, Vec3(1), 2);
+    else
+      m.rectangle(centre, frame.x, frame.y, {1, 2}, Vec3(1), 2);
+    const test::LitScene scene = test::light_up(m.take());
+    for (int i = 0; i < 50; ++i) {
+      const Vec3 on = random.in_box(Vec3(-1), Vec3(1));
+      const Vec3 p = centre + frame.x * on.x + frame.y * on.y, d = random.direction();
+      EXPECT_EQ(scene.lights.local.sample(*scene.surfaces, p, d, 0.5f, random.two()).weight, Vec3(0));
+      scene.lights.local.for_each_crossing(p, d, {p, d, -1e9, 1e9},
+                                           [](const LocalLights::Crossing&) { ADD_FAILURE(); });
+    }
+  }
 }
 
 TEST(AreaLight, OnlyAreaLightsWantAPoint) {
