@@ -275,7 +275,7 @@ TEST(Irradiance, PointLight) {
 }
 
 TEST(Irradiance, ManyPointLightsChosenByPower) {
-  // Above the number that is looked at one by one: the other branch of the choice.
+  // Enough lamps for several levels of the light tree.
   SceneMaker m;
   m.lambert(Vec3(0.0f));
   m.quad({0, 0, 0}, {0, 0, 4}, {4, 0, 0});

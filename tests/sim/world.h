@@ -96,11 +96,11 @@ class World {
   Digest truth(JobId job, uint64_t unit) const;
   bool poison(JobId job, uint64_t unit) const { return poison_.count({job, unit}) > 0; }
 
-  // disk.cpp
+  // machines.cpp: the disk
   void write(std::function<void(Disk&)> change, std::function<void()> then);
   void flush();
 
-  // machines.cpp
+  // machines.cpp: the machines
   void connect(size_t machine);
   void cut(size_t machine, bool crashed);
   void to_machine(WorkerId worker, std::function<void(Machine&, size_t)> what);

@@ -22,8 +22,8 @@ usage: kiln-worker --connect HOST:PORT [options]
 
 the coordinator
   --connect HOST:PORT   its address                                             KILN_CONNECT
-  --token-file FILE     file that holds its token (or the token in KILN_TOKEN)  KILN_TOKEN_FILE
-  --ca FILE             PEM: who signed its certificate                         KILN_CA
+  --token-file FILE     file with its token (or the token in KILN_TOKEN)        KILN_TOKEN_FILE
+  --ca FILE             PEM: the authority that signed its certificate          KILN_CA
   --certificate FILE    PEM: this worker's certificate                          KILN_CERTIFICATE
   --key FILE            PEM: the key of that certificate                        KILN_KEY
                         (all three or none; with them the connection is TLS)
@@ -31,38 +31,38 @@ the coordinator
                         default 600
 
 this machine
-  --name NAME           for people; default: the machine's name                 KILN_NAME
-  --threads N           units baked at a time; default: all cores               KILN_THREADS
-  --memory MiB          for scenes kept ready and their chunks; default: half   KILN_MEMORY
-                        of the machine's or the control group's memory
-  --cache DIR           chunks of scenes are kept here, also for other workers  KILN_CACHE
-                        of this machine; "off": not at all; default:
+  --name NAME           display name; default: the machine's name               KILN_NAME
+  --threads N           concurrent units; default: all cores                    KILN_THREADS
+  --memory MiB          for ready scenes and their chunks; default: half of     KILN_MEMORY
+                        the machine's or the control group's memory
+  --cache DIR           folder for scene chunks, shared by the workers of this  KILN_CACHE
+                        machine; "off": no cache; default:
                         $XDG_CACHE_HOME/kiln-worker or ~/.cache/kiln-worker
-  --cache-size MiB      those used longest ago go above this; default 16384     KILN_CACHE_SIZE
-  --unit-limit S        a unit that runs longer is a hang: the worker says so   KILN_UNIT_LIMIT
-                        and ends with status 1, to be started anew;
+  --cache-size MiB      evict least recently used chunks above; default 16384   KILN_CACHE_SIZE
+  --unit-limit S        a unit that runs longer is hung: the worker reports it  KILN_UNIT_LIMIT
+                        and exits with status 1, to be restarted;
                         default 3600
-  --drain-limit S       how long running units may take after SIGTERM;          KILN_DRAIN_LIMIT
+  --drain-limit S       time for running units to finish after SIGTERM;         KILN_DRAIN_LIMIT
                         default 60
-  --log text|json       form of the lines on standard error; default text       KILN_LOG
-  --alive-file FILE     its time is set every second, for a supervisor's probe  KILN_ALIVE_FILE
+  --log text|json       format of log lines on standard error; default text     KILN_LOG
+  --alive-file FILE     touched every second, for a supervisor's probe          KILN_ALIVE_FILE
 
-  --replay FILE         bakes the one unit of FILE (named when a unit fails)
-                        from the chunks in the cache that it lies in, or in
+  --replay FILE         bakes the unit in FILE (printed when a unit fails) from
+                        the chunks in the cache that contains it, or in
                         --cache; prints digest, rays and seconds, or the error
   --canary ISA          prints this machine's numeric class for the kernels sse2,
                         sse4.2, avx, avx2 or avx512, and the engine
   --version             release and protocol
   --help                this text
 
-Variables stand at the right; the command line wins. Where a value is not a path, KILN_..._FILE names a file
-that holds it (KILN_TOKEN_FILE, KILN_CONNECT_FILE, KILN_NAME_FILE, ...).
+Variables are at the right; the command line takes precedence. Unless a value is a path, KILN_..._FILE names
+a file that contains it (KILN_TOKEN_FILE, KILN_CONNECT_FILE, KILN_NAME_FILE, ...).
 
 example: KILN_TOKEN=$(ssh render1 cat /etc/kiln/token) kiln-worker --connect render1:7800 --threads 16
 
-SIGTERM and SIGINT: finishes the units it has begun, hands the others back and ends with status 0.
-exit status: 0 told to go, 1 failed (no coordinator to be reached, a unit hangs), 2 wrong usage or refused by
-the coordinator
+SIGTERM and SIGINT: finishes running units, returns the others and exits with status 0.
+exit status: 0 dismissed, 1 failed (no coordinator reachable, a unit hangs), 2 wrong usage or refused by the
+coordinator
 )";
 
 tl::unexpected<Error> usage(std::string message) {

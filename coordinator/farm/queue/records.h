@@ -56,9 +56,9 @@ struct JobRecord {
   uint32_t preparations = 0;       // times a conductor started it: bounds a job that crashes its conductor
   int64_t submitted_ms = 0, started_ms = 0, ended_ms = 0;  // 0: not yet
   uint32_t passes_done = 0;
-  uint64_t units_done = 0, units_total = 0, texels = 0;
-  double worst_relative_error = 0;  // reported after the last pass
-  double converged_share = 0;       // of the texels, 0 to 1
+  uint64_t units_done = 0, units_total = 0, texels = 0;  // stored and served, never set
+  double worst_relative_error = 0;                       // never set
+  double converged_share = 0;                            // of the texels, 0 to 1
   std::vector<FileRecord> results;
   bool tainted = false;  // part of the result is unproved
   std::string taint;     // which part: one sentence
@@ -80,9 +80,8 @@ struct JobEvent {
 // A unit's result, to be made durable.
 struct UnitCommit {
   JobId job = 0;
-  uint64_t unit = 0;  // of the job
-  uint64_t shape =
-      0;  // XXH3 of first sample, count and sites: identifies results of units that were cut differently
+  uint64_t unit = 0;      // of the job
+  uint64_t shape = 0;     // unit_shape(): identifies results of units that were cut differently
   Digest digest;          // result_digest()
   std::string worker;     // identity of its worker
   bool verified = false;  // a second worker gave the same
