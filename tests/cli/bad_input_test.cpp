@@ -239,6 +239,18 @@ std::vector<Case> cases() {
     SmallScene().write(dir);
     return "x.gltf -o out --config job.json";
   });
+  add("unknown quantity", 2, {"--quantities", "'shadow'", "light, ao, sky, bent"}, [](const fs::path& dir) {
+    return spoiled(
+        dir, [](SmallScene&) {}, "--quantities light,shadow");
+  });
+  add("occlusion within no distance", 2, {"--ao-distance 0"}, [](const fs::path& dir) {
+    return spoiled(
+        dir, [](SmallScene&) {}, "--quantities ao --ao-distance 0");
+  });
+  add("charts sized by their light alone", 2, {"--two-pass", "ao", "leave it off"}, [](const fs::path& dir) {
+    return spoiled(
+        dir, [](SmallScene&) {}, "--quantities light,ao --two-pass on");
+  });
   add("value out of range", 2, {"--error", "-1"}, [](const fs::path& dir) {
     return spoiled(
         dir, [](SmallScene&) {}, "--error=-1");
