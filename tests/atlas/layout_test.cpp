@@ -10,7 +10,7 @@ bool mentions(const std::string& message, const std::string& part) {
   return message.find(part) != std::string::npos;
 }
 
-uint32_t placement_of(const Scene& scene, const Atlas& atlas, uint32_t instance, uint32_t triangle) {
+uint32_t placement_of(const Scene&, const Atlas& atlas, uint32_t instance, uint32_t triangle) {
   return atlas.instance_first_chart[instance] + atlas.of_instance(instance).chart_of_face[triangle];
 }
 
