@@ -109,9 +109,10 @@ TEST(ImageIo, AlphaDoesNotChangeColours) {
 
 TEST(ImageIo, WhatIsNoImageIsRefusedByName) {
   Bytes png = test::small_png(9, 9, 9, 64);
-  EXPECT_SAYS(test::message_of(decode_image({}, "empty.png")), "empty.png: its content is no image");
+  EXPECT_SAYS(test::message_of(decode_image({}, "empty.png")),
+              "empty.png: its content is not a supported image");
   EXPECT_SAYS(test::message_of(decode_image(bytes_of("hello, world"), "a.png")),
-              "a.png: its content is no image");
+              "a.png: its content is not a supported image");
   for (size_t size = 8; size + 12 < png.size(); size += 7)  // whatever stays, it must not crash
     (void)decode_image(std::span(png).first(size), "cut.png");
   EXPECT_FALSE(decode_image(std::span(png).first(40), "cut.png"));
