@@ -46,7 +46,7 @@ TEST(Receivers, PointsSeeTheSkyBesideAWall) {
   PathBaker<PointReceivers> baker(PointReceivers(points), settings);
   ASSERT_TRUE(baker.build(make.take(), 1));
   constexpr uint32_t kSamples = 1 << 14;
-  const auto result = baker.bake({1, 0, kSamples, {0, 1, 2, 3}});
+  const auto result = baker.bake({1, 0, kSamples, {0, 1, 2, 3}}, nullptr);
   ASSERT_TRUE(result);
   const size_t sky = MomentLayout(settings.basis, settings.quantities).response(0);
   for (size_t i = 0; i < points.size(); ++i) {

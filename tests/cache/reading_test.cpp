@@ -19,7 +19,7 @@ const Vec3 kKnown(3, 2, 1);           // of the cache: not what light there is
 
 TransportSettings paths() {
   TransportSettings s;
-  s.strategies = MisMode::kPaths;
+  s.mis_mode = MisMode::kPaths;
   return s;
 }
 
