@@ -386,7 +386,7 @@ const Setting kTable[] = {
      "light the bake samples no lights",
      parse_quantity_list, [](const B& b) { return print_quantities(b.quantities); }},
     {"ao-distance", "M", "metres", "maximum distance of occluders",
-     [](B& b, S s) { return store_number(b.ao_distance, s, 1e-6, 1e12); },
+     [](B& b, S s) { return store_number(b.ao_distance, s, 1e-4, 1e6); },
      [](const B& b) { return print(b.ao_distance); }},
     {"ao-falloff", "WORD", "",
      "falloff of occlusion with distance: none (full up to --ao-distance), linear, smooth", parse_falloff,

@@ -148,7 +148,7 @@ TEST(Levels, FilesThatMakeNoSenseAreRefusedByName) {
                     R"({"mesh": 1, "extensions": {"MSFT_lod": {"ids": [2]}}})", "[0, 1]"),
               "node 2 is a level of node 1 twice, or of node 0 too");
   EXPECT_SAYS(nodes(R"({"mesh": 0, "children": [1], "extensions": {"MSFT_lod": {"ids": [1]}}})"),
-              "node 1 is a level of node 0 and stands elsewhere");
+              "node 1 is a level of node 0 and is placed elsewhere");
   EXPECT_SAYS(nodes(R"({"mesh": 0, "children": [1], "extensions": {"MSFT_lod": {"ids": [2]}}})",
                     R"({"mesh": 1, "extras": {"kiln": {"proxy": 0}}})"),
               "node 0, the proxy of node 1, has levels or a proxy of its own");

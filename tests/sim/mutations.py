@@ -72,7 +72,7 @@ def main():
             subprocess.run(
                 [compiler, "-std=c++20", "-O1", "-w", "-I", source, mutated,
                  os.path.join(source, "tests/sim/farm_sim.cpp"), os.path.join(build, "tests/sim/libkiln_sim.a"),
-                 os.path.join(build, "coordinator/farm/ledger/libkiln_coordinator_ledger.a"),
+                 os.path.join(build, "coordinator/farm/ledger/libkiln_coordinator_farm_ledger.a"),
                  os.path.join(build, "common/base/libkiln_common_base.a"), "-lfmt", "-lspdlog", "-lcrypto", "-lxxhash",
                  "-o", program], check=True)
             try:

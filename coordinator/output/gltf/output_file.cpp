@@ -170,14 +170,16 @@ Json& GltfOutput::note(Json& object) {
 
 void GltfOutput::note_lightmap() {
   Json files = Json::array();
-  for (uint32_t page = 0; page < c_->atlas.pages; ++page)
+  const bool light = c_->settings.quantities.light;
+  for (uint32_t page = 0; light && page < c_->atlas.pages; ++page)
     files.push_back(page_name("irradiance", "exr", page, c_->atlas.pages));
-  note(doc) = {{"version", 1},
-               {"lightmap", files},
-               {"texcoord", 1},
-               {"quantity", "irradiance; a renderer shows base colour / pi x E"},
-               {"width", c_->atlas.width},
-               {"height", c_->atlas.height}};
+  Json& kiln = note(doc);
+  kiln = {{"version", 1},
+          {"lightmap", files},
+          {"texcoord", 1},
+          {"width", c_->atlas.width},
+          {"height", c_->atlas.height}};
+  if (light) kiln["quantity"] = "irradiance; a renderer shows base colour / pi x E";
   doc["asset"]["generator"] = "Kiln";
 }
 
