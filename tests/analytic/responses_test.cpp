@@ -127,7 +127,8 @@ TEST(Responses, OcclusionWithinADistance) {
         });
       });
     }
-    EXPECT_NEAR(mean, truth, 0.005 * truth) << falloff_name(falloff);
+    const double texels = static_cast<double>(r.bake.texels.size());
+    EXPECT_NEAR(texels - mean, texels - truth, 0.01 * (texels - truth)) << falloff_name(falloff);
   }
 }
 
