@@ -1,23 +1,12 @@
 #include "common/responses/basis.h"
 
 #include "common/base/format.h"
+#include "common/responses/basis_roster.h"
 
 namespace kiln {
 namespace {
 
-template <class... Basis>
-struct Roster {
-  static std::span<const BasisInfo> all() {
-    static const std::array<BasisInfo, sizeof...(Basis)> infos{Basis::info()...};
-    static_assert(((Basis::functions.size() <= size_t{kMaxBasisFunctions}) && ...));
-    return infos;
-  }
-  static void evaluate(uint32_t index, const Vec3& d, float* f) {
-    uint32_t i = 0;
-    ((i++ == index ? Basis::evaluate(d, f) : void()), ...);
-  }
-};
-using Bases = Roster<IrradianceOnly, ShL1>;  // one line to add a basis
+using Bases = BasisRoster<IrradianceOnly, ShL1>;  // one line to add a basis
 
 }  // namespace
 

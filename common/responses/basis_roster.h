@@ -1,0 +1,22 @@
+// What loops over the bases ask of a list of them.
+#pragma once
+
+#include "common/responses/basis.h"
+
+namespace kiln {
+
+template <class... Basis>
+struct BasisRoster {
+  static std::span<const BasisInfo> all() {
+    static const std::array<BasisInfo, sizeof...(Basis)> infos{Basis::info()...};
+    static_assert(((Basis::functions.size() <= size_t{kMaxBasisFunctions}) && ...));
+    return infos;
+  }
+  // f_i(d) of basis `index`, into f[0 .. functions.size()).
+  static void evaluate(uint32_t index, const Vec3& d, float* f) {
+    uint32_t i = 0;
+    ((i++ == index ? Basis::evaluate(d, f) : void()), ...);
+  }
+};
+
+}  // namespace kiln
