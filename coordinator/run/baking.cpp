@@ -433,7 +433,7 @@ class Baking {
       response_errors_.push_back(response_errors(sums_, k, charts_));
     if (!settings_.quantities.light) {
       errors_ = response_errors_.front();
-      samples_ = sums_.statistics_of(0, 0).samples;
+      samples_ = sums_.replicate_samples();
       return add_point();
     }
     const TexelStatistics statistics = sums_.statistics(false);

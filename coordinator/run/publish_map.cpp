@@ -42,6 +42,7 @@ BakeSettings picture_settings(const BakeRequest& request, const TimeBudget& budg
 
 bool complete_map(const BakeRun& run, Lightmap& map) {
   const BakeSettings& settings = run.request.settings;
+  const PostContext context{run.preflight.imported.scene, run.preflight.atlas, settings, &run.seams};
   const bool joins_seams = map.has_light && settings.seams && run.budget.has_time_for_seams();
   for (const PostStage& stage : post_stages()) {
     if (stage.name == "seams" && !joins_seams) {
@@ -52,10 +53,9 @@ bool complete_map(const BakeRun& run, Lightmap& map) {
     }
     const StageTimer timer(run.report.stages, std::string(stage.name));
     run.progress({.stage = std::string(stage.name)});
-    for (Figure& figure :
-         stage.run(map, {run.preflight.imported.scene, run.preflight.atlas, settings, &run.seams}))
-      run.report.post.push_back(std::move(figure));
+    for (Figure& figure : stage.run(map, context)) run.report.post.push_back(std::move(figure));
   }
+  complete_responses(map, context);
   return joins_seams;
 }
 

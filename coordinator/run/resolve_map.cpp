@@ -82,8 +82,15 @@ void resolve_light(const BakeRun& run, const Accumulator& sums, const SurfaceGra
   if (surface) warn_of_rough_cache(baked.errors, baked.first_cache_error, run.report);
 }
 
+// The figures of a map without light that light's would have counted.
+void count_sampled(const Accumulator& sums, MapStatement& statement) {
+  statement.texels = sums.sites();
+  for (uint32_t site = 0; site < sums.sites(); ++site) statement.never_sampled += sums.samples(site) == 0;
+}
+
 // The reported error of every response, as a plane and as figures.
-void resolve_responses(const BakeRun& run, std::span<const TexelErrors> errors, Lightmap& map) {
+void resolve_responses(const BakeRun& run, const Accumulator& sums, std::span<const TexelErrors> errors,
+                       Lightmap& map) {
   const Atlas& atlas = run.preflight.atlas;
   const BakeSettings& settings = run.request.settings;
   for (size_t k = 0; k < errors.size(); ++k) {
@@ -92,8 +99,8 @@ void resolve_responses(const BakeRun& run, std::span<const TexelErrors> errors, 
     for (size_t site = 0; site < errors[k].standard_error.size(); ++site)
       if (std::isfinite(errors[k].standard_error[site]))
         plane[atlas.sites.texel[site]] = errors[k].standard_error[site];
-    run.report.responses.push_back(
-        state_response(response, errors[k], settings.visibility_error, normal_interval(settings.confidence)));
+    run.report.responses.push_back(state_response(response, errors[k], sums, settings.visibility_error,
+                                                  normal_interval(settings.confidence)));
   }
 }
 
@@ -105,13 +112,11 @@ Lightmap resolve_map(const BakeRun& run, const Accumulator& sums, const SurfaceG
   const StageTimer timer(run.report.stages, stage);
   run.progress({.stage = stage});
   Lightmap map = sums.resolve(run.preflight.atlas);
-  if (map.has_light) resolve_light(run, sums, surface, light, baked, map);
-  if (!map.has_light)
-    for (uint32_t site = 0; site < sums.sites(); ++site) {
-      ++run.report.statement.texels;
-      run.report.statement.never_sampled += sums.samples(site) == 0;
-    }
-  resolve_responses(run, baked.responses, map);
+  if (map.has_light)
+    resolve_light(run, sums, surface, light, baked, map);
+  else
+    count_sampled(sums, run.report.statement);
+  resolve_responses(run, sums, baked.responses, map);
   return map;
 }
 

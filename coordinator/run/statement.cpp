@@ -53,12 +53,13 @@ MapStatement state_map(const TexelErrors& errors, const TexelStatistics& s, doub
   return out;
 }
 
-ResponseStatement state_response(const ResponseInfo& response, const TexelErrors& errors, double target,
-                                 double z) {
+ResponseStatement state_response(const ResponseInfo& response, const TexelErrors& errors,
+                                 const Accumulator& sums, double target, double z) {
   std::vector<double> all;
   uint64_t within = 0;
-  for (const float error : errors.standard_error) {
-    if (!std::isfinite(error)) continue;
+  for (uint32_t site = 0; site < sums.sites(); ++site) {
+    const double error = errors.standard_error[site];
+    if (!std::isfinite(error) && sums.samples(site) > 0) continue;  // inside geometry
     all.push_back(error);
     within += z * error <= target;
   }

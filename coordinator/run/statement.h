@@ -1,6 +1,7 @@
 // What is said of a finished map as a whole: the figures that people read first.
 #pragma once
 
+#include "coordinator/bake/merge/accumulator.h"
 #include "coordinator/bake/sampling/texel_errors.h"
 #include "coordinator/report/report.h"
 
@@ -9,9 +10,10 @@ namespace kiln {
 // `errors` by site, as published; z: half the width of the asked-for interval in standard errors.
 MapStatement state_map(const TexelErrors& errors, const TexelStatistics& statistics, double target, double z);
 
-// `errors` by site: absolute standard errors of a response.
-ResponseStatement state_response(const ResponseInfo& response, const TexelErrors& errors, double target,
-                                 double z);
+// `errors` by site: absolute standard errors of a response. Texels that were never sampled are not within any
+// target.
+ResponseStatement state_response(const ResponseInfo& response, const TexelErrors& errors,
+                                 const Accumulator& sums, double target, double z);
 
 // Counts that errors do not tell, as figures and warnings: texels lit by a few bright samples, texels that
 // met no light.

@@ -69,6 +69,20 @@ TEST_F(QuantitiesEndToEnd, WithoutLightNoneIsWritten) {
   EXPECT_EQ(glb_text().find("\"quantity\""), std::string::npos);
 }
 
+// The denoiser fills texels inside geometry with light, which says nothing about what they see.
+TEST_F(QuantitiesEndToEnd, TheDenoiserChangesNoResponse) {
+  std::vector<Bytes> files;
+  for (const char* denoise : {"on", "off"}) {
+    bake(std::string("--quantities light,ao,bent --encode none --contact-cuts off --denoise ") + denoise);
+    for (const char* file : {"ao.exr", "bent.exr", "error_ao.exr"}) {
+      const auto bytes = read_file(dir_.path() / "out" / file);
+      ASSERT_TRUE(bytes) << file;
+      files.push_back(*bytes);
+    }
+  }
+  for (size_t k = 0; k < 3; ++k) EXPECT_TRUE(files[k] == files[k + 3]) << k;
+}
+
 TEST_F(QuantitiesEndToEnd, EncodedAgainTheyAreTheSame) {
   bake("--quantities light,ao,bent --encode bc6h");
   const auto before = read_file(dir_.path() / "out/lightmap_bc6h_ao.dds");

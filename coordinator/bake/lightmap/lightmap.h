@@ -52,15 +52,8 @@ struct Lightmap {
   Planes band_error;
   // What responses store (response_plane()), and the standard error of each by its name.
   Planes responses, response_error;
-
-  // Calls visit(values of a plane) for all that is published and completed between texels: light and
-  // responses.
-  template <class Visit>
-  void for_each_plane(const Visit& visit) {
-    for (std::vector<float>& plane : planes.data) visit(plane);
-    for (std::vector<float>& plane : responses.data) visit(plane);
-    for (std::vector<float>& plane : response_error.data) visit(plane);
-  }
+  // Classes of the responses: as measured, since the denoiser fills texels with light alone.
+  std::vector<Validity> response_validity;
 };
 
 }  // namespace kiln

@@ -105,19 +105,24 @@ TexelStatistics Accumulator::statistics_of(size_t response, size_t component) co
   return statistics_of_planes(first, first + 1);
 }
 
+std::vector<uint32_t> Accumulator::replicate_samples() const {
+  std::vector<uint32_t> out(sites());
+  for (size_t site = 0; site < out.size(); ++site) out[site] = std::min(samples_[0][site], samples_[1][site]);
+  return out;
+}
+
 TexelStatistics Accumulator::statistics_of_planes(size_t first, size_t second) const {
   TexelStatistics out;
   const size_t count = sites();
   out.sites = count;
   out.variance.assign(count, 0.0f);
-  out.samples.assign(count, 0);
+  out.samples = replicate_samples();
   out.known.assign(count, 0);
   for (uint32_t r = 0; r < kReplicates; ++r) {
     out.luminance[r].assign(count, 0.0f);
   }
   for_each_index(count, 0, [&](size_t index) {
     const auto site = static_cast<uint32_t>(index);
-    out.samples[site] = std::min(samples_[0][site], samples_[1][site]);
     if (estimate(site).inside || out.samples[site] == 0) return;
     out.known[site] = 1;
     // Within the replicates: what the means differ by is not in it, but where there is next to nothing else.
@@ -194,6 +199,7 @@ Lightmap Accumulator::resolve(const Atlas& atlas) const {
 
 void Accumulator::resolve_responses(const Atlas& atlas, Lightmap& map) const {
   const std::vector<uint32_t>& list = layout_.quantities().responses;
+  if (!list.empty()) map.response_validity = map.validity;
   for (Planes* planes : {&map.responses, &map.response_error}) {
     planes->width = map.planes.width;
     planes->height = map.planes.height;

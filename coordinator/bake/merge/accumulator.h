@@ -28,6 +28,8 @@ class Accumulator {
     return samples_[0][site] + samples_[1][site];
   }  // of all replicates
   uint32_t samples(uint32_t site, uint32_t replicate) const { return samples_[replicate][site]; }
+  // By site, of each replicate: both have as many.
+  std::vector<uint32_t> replicate_samples() const;
   struct Estimate {
     double mean = 0, standard_error = 0;  // luminance of E
     bool inside = false;                  // more than half of the primary rays met back faces

@@ -64,24 +64,21 @@ class Crossing {
  private:
   // The mean of the other side's lookups at the points that read the texel.
   bool fill_texel(std::span<const SeamPoint> points, std::span<const Wanted> wanted) {
-    std::vector<std::vector<float>*> planes;
-    map_.for_each_plane([&](std::vector<float>& plane) {
-      if (&plane != &map_.planes.plane("samples")) planes.push_back(&plane);
-    });
-    std::vector<double> sums(planes.size(), 0.0);
+    std::vector<double> sums(map_.planes.data.size(), 0.0);
     double total = 0;
     for (const Wanted& at : wanted) {
       const SeamPoint& p = points[at.point];
       const int other = 1 - at.side;
       for_each_read(atlas_, p.page[other], p.texel[other], [&](size_t t, double w) {
         if (atlas_.owner[t] != p.placement[other] + 1 || !is_set(map_.validity[t])) return;
-        for (size_t k = 0; k < sums.size(); ++k) sums[k] += w * double{(*planes[k])[t]};
+        for (size_t k = 0; k < sums.size(); ++k) sums[k] += w * double{map_.planes.data[k][t]};
         total += w;
       });
     }
     if (!(total > 0)) return false;
+    const size_t samples = map_.planes.index("samples");
     for (size_t k = 0; k < sums.size(); ++k)
-      (*planes[k])[wanted[0].texel] = static_cast<float>(sums[k] / total);
+      if (k != samples) map_.planes.data[k][wanted[0].texel] = static_cast<float>(sums[k] / total);
     return true;
   }
 

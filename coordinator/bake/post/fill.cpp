@@ -45,7 +45,7 @@ Figures fill_invalid(Lightmap& map, const PostContext& context) {
     open = fill_rings(map, atlas, same_chart);
   // Texels that saw only back faces or nothing, without a better neighbour, stay black.
   for (const uint32_t t : open)
-    map.for_each_plane([t](std::vector<float>& plane) { plane[t] = 0.0f; });
+    for (std::vector<float>& plane : map.planes.data) plane[t] = 0.0f;
   if (alone == 0) return {};
   return {{"texels of charts without a measured one", static_cast<double>(alone), "texels"},
           {"of these black: no surface goes on from them", static_cast<double>(open.size()), "texels"}};

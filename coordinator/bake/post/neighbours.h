@@ -38,12 +38,12 @@ std::vector<uint32_t> fill_ring(Lightmap& map, const std::vector<uint32_t>& open
       continue;
     }
     done.push_back(texel);
-    map.for_each_plane([&](std::vector<float>& plane) {
-      if (&plane == samples) return;
+    for (std::vector<float>& plane : map.planes.data) {
+      if (&plane == samples) continue;
       double sum = 0;
       for (size_t n : from) sum += plane[n];
       plane[texel] = static_cast<float>(sum / static_cast<double>(from.size()));
-    });
+    }
   }
   for (const uint32_t texel : done) map.validity[texel] = made;
   return left;

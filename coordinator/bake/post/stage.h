@@ -45,4 +45,8 @@ Figures join_seams(Lightmap& map, const PostContext& context);
 // neighbours on any chart, settings.dilate times. Texels of charts get values from `fill`, or none.
 Figures dilate(Lightmap& map, const PostContext& context);
 
+// Fills and dilates the responses by their own classes: what light's stages did to a texel says nothing of
+// them.
+void complete_responses(Lightmap& map, const PostContext& context);
+
 }  // namespace kiln
