@@ -73,7 +73,7 @@ Expected<Baked> run_passes(const BakeRun& run, Workplace& workplace, const JobSp
 
 // Asks the budget for time for the denoiser; says so where there is none.
 bool plan_denoiser(const BakeSettings& settings, TimeBudget& budget, BakeReport& report) {
-  const bool denoises = settings.quantities.light && budget.take_time_for_denoiser();
+  const bool denoises = budget.take_time_for_denoiser();
   if (settings.denoise && settings.quantities.light && !denoises)
     report.warnings.push_back(
         "the map was not denoised: the time limit left no time for it; give it more, or a lower "

@@ -428,9 +428,7 @@ class Baking {
 
   // What is known after a pass: the errors, and the point of the curve.
   void record() {
-    response_errors_.clear();
-    for (size_t k = 0; k < settings_.quantities.responses.size(); ++k)
-      response_errors_.push_back(response_errors(sums_, k, charts_));
+    response_errors_ = response_errors(sums_, charts_);
     if (!settings_.quantities.light) {
       errors_ = response_errors_.front();
       samples_ = sums_.replicate_samples();

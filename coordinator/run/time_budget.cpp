@@ -24,7 +24,10 @@ constexpr double kMastersPerTexel = 4e-6, kQuickMastersPerTexel = 1.4e-6;
 constexpr double kTexturesPerTexel = 5.8e-6, kQuickTexturesPerTexel = 1.7e-6;  // of one encoding
 constexpr double kFilesShare =
     0.25;  // of what is left after the layout, at most: with less time files are written the quick way
-constexpr double kPictures = 1.0;  // the search for a camera, all but pixels
+constexpr double kResponseTexturePerTexel = 0.5e-6;  // of one response and encoding
+constexpr double kPlanesOfLight = 20;                // other planes take a plane's share of light's masters
+constexpr double kResponsePicture = 0.25;            // of the other pictures, for each response
+constexpr double kPictures = 1.0;                    // the search for a camera, all but pixels
 constexpr double kPicturesPerPixel = 8e-6;
 constexpr double kPage = 0.3;               // report.html
 constexpr double kScenePerTriangle = 1e-6;  // scene.glb, of one thread
@@ -54,7 +57,11 @@ TimeBudget::TimeBudget(const BakeRequest& request, const Preflight& pre, const S
       texels_(static_cast<double>(pre.atlas.texel_count())),
       triangles_(static_cast<double>(pre.imported.scene.triangle_count())),
       threads_(hardware_threads()),
-      denoises_(request.settings.denoise) {
+      light_(request.settings.quantities.light),
+      responses_(static_cast<double>(request.settings.quantities.responses.size())),
+      denoises_(request.settings.denoise && light_) {
+  for (const uint32_t response : request.settings.quantities.responses)
+    response_planes_ += static_cast<double>(response_roster()[response].stored.size() + 1);
   if (request.settings.time_limit > 0) slowness_ = std::clamp(probe_seconds() / kProbeSeconds, 0.9, 4.0);
   choose_levels();
   quick_ = request.settings.time_limit > 0 &&
@@ -107,20 +114,26 @@ void TimeBudget::denoise_took(double seconds, uint32_t levels) {
 }
 
 double TimeBudget::seams_seconds() const {
-  if (!request_.settings.seams) return 0;
+  if (!request_.settings.seams || !light_) return 0;
   return slowness_ * (kSeamsPerSite * sites_ / threads_ + kSeamsPerPoint * seam_points_);
 }
 
 double TimeBudget::textures_seconds(bool seams) const {
   double seconds = seams && request_.settings.seams ? slowness_ * kTexturesPerSeamPoint * seam_points_ : 0;
   for (const std::string& encoding : request_.settings.encodings)
-    if (encoding != "none")
-      seconds += slowness_ * (quick_ ? kQuickTexturesPerTexel : kTexturesPerTexel) * texels_ / threads_;
+    if (encoding != "none") {
+      const double light = quick_ ? kQuickTexturesPerTexel : kTexturesPerTexel;
+      seconds +=
+          slowness_ * ((light_ ? light : 0) + responses_ * kResponseTexturePerTexel) * texels_ / threads_;
+    }
   return seconds;
 }
 
 double TimeBudget::masters_seconds() const {
-  return slowness_ * ((quick_ ? kQuickMastersPerTexel : kMastersPerTexel) * texels_ / threads_ +
+  constexpr double kSamplesAndValidity = 2;  // where light's masters do not have them
+  const double share =
+      (light_ ? 1 : kSamplesAndValidity / kPlanesOfLight) + response_planes_ / kPlanesOfLight;
+  return slowness_ * (share * (quick_ ? kQuickMastersPerTexel : kMastersPerTexel) * texels_ / threads_ +
                       kScenePerTriangle * triangles_ + kPage);
 }
 
@@ -128,13 +141,14 @@ double TimeBudget::pictures_seconds(double scale) const {
   const BakeSettings& s = request_.settings;
   if (!request_.pictures || !s.preview) return 0;
   const double pixels = scale * scale * s.preview_width * s.preview_height;
-  return slowness_ * (kPictures + kPicturesPerPixel * pixels) / threads_;
+  const double pictures = 1 + kResponsePicture * responses_;
+  return slowness_ * pictures * (kPictures + kPicturesPerPixel * pixels) / threads_;
 }
 
 // Of what every map needs.
 double TimeBudget::least_seconds_after() const {
-  const double fill =
-      denoises_ ? kPlanesShare * denoise_seconds(last_levels_) : slowness_ * kFillPerSite * sites_ / threads_;
+  const double fill = (denoises_ ? kPlanesShare * denoise_seconds(last_levels_) : 0) +
+                      (!denoises_ || responses_ > 0 ? slowness_ * kFillPerSite * sites_ / threads_ : 0);
   return fill + slowness_ * kResolvePerSite * sites_ / threads_ + textures_seconds(false) + masters_seconds();
 }
 

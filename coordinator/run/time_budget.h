@@ -61,6 +61,8 @@ class TimeBudget {
   void choose_levels();
 
   double sites_ = 0, texels_ = 0, triangles_ = 0, threads_ = 1, seam_points_ = 0, joined_share_ = 1;
+  bool light_ = true;
+  double responses_ = 0, response_planes_ = 0;  // planes of their masters
   bool denoises_ = false;
   bool whole_ = true;
   bool quick_ = false;

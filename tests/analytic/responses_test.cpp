@@ -61,9 +61,7 @@ struct Responses2 {
 };
 Responses2 bake_responses(Scene scene, float texels_per_metre, uint32_t samples, const TransportSettings& s) {
   Responses2 out{test::bake(std::move(scene), texels_per_metre, samples, s, 0), {}};
-  const std::vector<uint32_t> charts = charts_of_sites(out.bake.atlas);
-  for (size_t k = 0; k < s.quantities.responses.size(); ++k)
-    out.errors.push_back(response_errors(*out.bake.sums, k, charts));
+  out.errors = response_errors(*out.bake.sums, charts_of_sites(out.bake.atlas));
   return out;
 }
 
@@ -210,6 +208,32 @@ TEST(Responses, OneMoreIsOneStructAndOneEntry) {
   WithOneMore::accumulate(1, ray, {}, sums);
   EXPECT_EQ(sums[0], 0.5);
   EXPECT_EQ(sums[1], 0.125);
+}
+
+// A chimney whose opening hardly any ray finds: few samples see no sky at all, and must not claim to be sure.
+TEST(Responses, SamplesThatAgreeProveLittle) {
+  SceneMaker make;
+  make.lambert(Vec3(0.5f));
+  make.quad(Vec3(0, 0, 1), Vec3(1, 0, 0), Vec3(0, 0, -1));
+  constexpr float kUp = 6;
+  make.quad(Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, kUp, 0));
+  make.quad(Vec3(1, 0, 1), Vec3(-1, 0, 0), Vec3(0, kUp, 0));
+  make.quad(Vec3(0, 0, 1), Vec3(0, 0, -1), Vec3(0, kUp, 0));
+  make.quad(Vec3(1, 0, 0), Vec3(0, 0, 1), Vec3(0, kUp, 0));
+  const Scene scene = make.take();
+  const Responses2 truth = bake_responses(scene, 8, 1 << 14, only({kSky}));
+  const Responses2 few = bake_responses(scene, 8, 4, only({kSky}));
+  ASSERT_EQ(truth.bake.texels.size(), few.bake.texels.size());
+  size_t within = 0, blind = 0;
+  for (const BakedTexel& t : few.bake.texels) {
+    const double exact = value(truth.bake, "sky", t.site), sky = value(few.bake, "sky", t.site);
+    blind += sky == 0;
+    EXPECT_GT(exact, 0);
+    within += std::abs(sky - exact) <= 1.96 * few.errors[0].standard_error[t.site];
+  }
+  const double texels = static_cast<double>(few.bake.texels.size());
+  EXPECT_GT(blind, 0.8 * texels);  // else it tests nothing
+  EXPECT_GE(within / texels, 0.95 - 3 * std::sqrt(0.95 * 0.05 / texels));
 }
 
 TEST(Responses, NothingSeenIsNoDirection) {

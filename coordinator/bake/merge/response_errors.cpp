@@ -1,12 +1,17 @@
 #include "coordinator/bake/merge/response_errors.h"
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "common/base/parallel.h"
 
 namespace kiln {
+namespace {
 
-TexelErrors response_errors(const Accumulator& sums, size_t response, std::span<const uint32_t> charts) {
+// `least`: by site, the smallest error that is reported.
+TexelErrors errors_of(const Accumulator& sums, size_t response, std::span<const uint32_t> charts,
+                      std::span<const float> least) {
   const ResponseInfo& r = response_roster()[sums.layout().quantities().responses[response]];
   std::vector<TexelErrors> components;
   for (size_t c = 0; c < r.components; ++c)
@@ -20,10 +25,24 @@ TexelErrors response_errors(const Accumulator& sums, size_t response, std::span<
       means[c] = components[c].mean[site];
       errors[c] = components[c].standard_error[site];
     }
-    if (!(errors[0] < std::numeric_limits<float>::infinity())) return;
+    if (!std::isfinite(errors[0])) return;
     out.mean[site] = 1.0f;
-    out.standard_error[site] = r.standard_error(means, errors);
+    out.standard_error[site] = std::max(least[site], r.standard_error(means, errors));
   });
+  return out;
+}
+
+}  // namespace
+
+std::vector<TexelErrors> response_errors(const Accumulator& sums, std::span<const uint32_t> charts) {
+  std::vector<TexelErrors> out;
+  const size_t responses = sums.layout().quantities().responses.size();
+  if (responses == 0) return out;
+  std::vector<float> least = samples_around(sums.statistics_of(0, 0), charts);
+  for (uint32_t site = 0; site < least.size(); ++site)
+    if (const double n = sums.samples(site); n > 0)
+      least[site] = static_cast<float>(1 / std::sqrt((least[site] + 1.0) * n));
+  for (size_t k = 0; k < responses; ++k) out.push_back(errors_of(sums, k, charts, least));
   return out;
 }
 

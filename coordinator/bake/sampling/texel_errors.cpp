@@ -107,6 +107,17 @@ std::vector<float> effective_samples(const TexelStatistics& s, std::span<const u
   return out;
 }
 
+std::vector<float> samples_around(const TexelStatistics& s, std::span<const uint32_t> chart_of_site) {
+  std::vector<float> out(s.sites, 0.0f);
+  for_each_index(s.sites, 0, [&](size_t i) {
+    if (!s.known[i]) return;
+    double count = s.samples[i];
+    for_each_near(s, chart_of_site, i, [&](size_t j) { count += s.samples[j]; });
+    out[i] = static_cast<float>(kReplicates * count);
+  });
+  return out;
+}
+
 std::vector<float> chart_errors(const TexelStatistics& s, std::span<const uint32_t> chart_of_site) {
   struct Sums {
     double light = 0, variance = 0, texels = 0;

@@ -43,6 +43,9 @@ constexpr double kFewSamples = 32;
 std::vector<float> effective_samples(const TexelStatistics& statistics,
                                      std::span<const uint32_t> chart_of_site);
 
+// Samples (of both replicates) of each site and its neighbourhood: what S above is pooled over.
+std::vector<float> samples_around(const TexelStatistics& statistics, std::span<const uint32_t> chart_of_site);
+
 // Relative error of the light of a texel's chart as a whole, by site, where the errors of its texels are
 // independent: what an irradiance cache made of these samples is wrong by, all texels alike. Paths that end
 // at it carry that on, however many they are; two replicates are two draws of it, which may agree by chance.
