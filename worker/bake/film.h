@@ -3,7 +3,7 @@
 // reported error.
 #pragma once
 
-#include <array>
+#include <algorithm>
 #include <vector>
 
 #include "common/job/unit.h"
@@ -18,7 +18,6 @@ class Film {
       : layout_(&layout), settings_(&settings), basis_(layout.basis()), functions_(layout.functions()) {
     sums_.resize(layout.planes());
   }
-  size_t planes() const { return sums_.size(); }
   void clear() { std::fill(sums_.begin(), sums_.end(), 0.0); }
 
   // Adds one sample. Returns false if a contribution was not finite: it is dropped, the others count.

@@ -6,7 +6,6 @@
 
 #include "common/base/clock.h"
 #include "common/base/format.h"
-#include "common/base/hash.h"
 #include "worker/bake/baker.h"
 #include "worker/bake/film.h"
 #include "worker/bake/receivers.h"
@@ -57,11 +56,11 @@ class PathBaker final : public Baker {
       if (site >= receivers_.size())
         return fail(ErrorKind::kInvalidInput,
                     text("unit {} names texel site {}, and there are {}", unit.id, site, receivers_.size()));
-    // Texels of few samples share a batch.
+    // Receivers of few samples share a batch.
     const size_t together = std::max(1u, kBatch / std::max(1u, unit.sample_count));
     run.films.assign(together, Film(layout_, settings_.response));
     for (size_t begin = 0; begin < unit.sites.size(); begin += together)
-      bake_texels(unit, begin, std::min(unit.sites.size(), begin + together), run);
+      bake_receivers(unit, begin, std::min(unit.sites.size(), begin + together), run);
     result.seconds = watch.seconds();
     return std::move(result);
   }
@@ -71,7 +70,7 @@ class PathBaker final : public Baker {
 
   // A unit in work.
   struct Run {
-    std::vector<Film> films;  // of texels that share a batch
+    std::vector<Film> films;  // one per receiver of a batch
     std::unique_ptr<Integrator::Workspace> workspace;
     UnitResult result;
     const KnownIrradiance* known;
@@ -81,33 +80,34 @@ class PathBaker final : public Baker {
     typename Receivers::Open points;
   };
 
-  // The unit's samples of sites [begin, end), each texel's added in their order.
-  void bake_texels(const WorkUnit& unit, size_t begin, size_t end, Run& run) const {
-    std::vector<Receiver> texels;
-    texels.reserve(end - begin);
+  // Takes the unit's samples of sites [begin, end); each receiver's are added in their order.
+  void bake_receivers(const WorkUnit& unit, size_t begin, size_t end, Run& run) const {
+    std::vector<Receiver> receivers;
+    receivers.reserve(end - begin);
     for (size_t i = begin; i < end; ++i)
-      texels.push_back({receivers_.key(unit.sites[i]),
-                        typename Receivers::Open(receivers_, *surfaces_, *tracer_, unit.sites[i])});
+      receivers.push_back({receivers_.key(unit.sites[i]),
+                           typename Receivers::Open(receivers_, *surfaces_, *tracer_, unit.sites[i])});
     for (Film& film : run.films) film.clear();
-    const uint32_t step = kBatch / static_cast<uint32_t>(texels.size());
+    const uint32_t step = kBatch / static_cast<uint32_t>(receivers.size());
     for (uint32_t done = 0; done < unit.sample_count; done += step)
-      sample(texels, unit.replicate, unit.first_sample + done, std::min(step, unit.sample_count - done), run);
+      sample(receivers, unit.replicate, unit.first_sample + done, std::min(step, unit.sample_count - done),
+             run);
     std::vector<double>& moments = run.result.moments;
-    for (size_t t = 0; t < texels.size(); ++t) {
+    for (size_t t = 0; t < receivers.size(); ++t) {
       const Film& film = run.films[t];
       moments.insert(moments.end(), film.sums().begin(), film.sums().end());
     }
   }
 
   // Samples that met a back face, from a site inside geometry, are taken again from outside. That is decided
-  // for each sample by itself, so that no cut of a texel's samples into ranges changes any of them.
-  void take_again(Receiver& texel, std::span<Integrator::Task> tasks, Film& film, Run& run) const {
+  // for each sample by itself, so that no cut of a receiver's samples into ranges changes any of them.
+  void take_again(Receiver& receiver, std::span<Integrator::Task> tasks, Film& film, Run& run) const {
     Integrator::Task again[kBatch];
     size_t from[kBatch], count = 0;
     for (size_t i = 0; i < tasks.size(); ++i) {
       if (!tasks[i].radiance.inside) continue;
       const std::optional<SitePlaces::Place> place =
-          texel.points.instead_of(tasks[i].stream, run.result.rays);
+          receiver.points.instead_of(tasks[i].stream, run.result.rays);
       if (!place) continue;
       again[count] = {place->point, tasks[i].stream, {}};
       again[count].radiance.rays = tasks[i].radiance.rays;
@@ -119,28 +119,28 @@ class PathBaker final : public Baker {
     for (size_t k = 0; k < count; ++k) tasks[from[k]] = again[k];
   }
 
-  // Samples [first, first + count) of some texels, together at most kBatch.
-  void sample(std::span<Receiver> texels, uint32_t replicate, uint32_t first, uint32_t count,
+  // Takes samples [first, first + count) of some receivers, at most kBatch in all.
+  void sample(std::span<Receiver> receivers, uint32_t replicate, uint32_t first, uint32_t count,
               Run& run) const {
     UnitResult& result = run.result;
     const uint64_t seed = replicate_seed(settings_.seed, replicate);
     Integrator::Task tasks[kBatch];
     size_t next = 0;
-    for (Receiver& texel : texels)
+    for (Receiver& receiver : receivers)
       for (uint32_t i = 0; i < count; ++i) {
-        const SampleStream stream(seed, texel.key, first + i, settings_.sampler);
-        tasks[next++] = {texel.points.at(stream), stream, {}};
+        const SampleStream stream(seed, receiver.key, first + i, settings_.sampler);
+        tasks[next++] = {receiver.points.at(stream), stream, {}};
       }
     integrator_->sample(std::span(tasks, next), *run.workspace, run.known);
-    for (size_t t = 0; t < texels.size(); ++t) {
+    for (size_t t = 0; t < receivers.size(); ++t) {
       const std::span<Integrator::Task> own(tasks + t * count, count);
       Film& film = run.films[t];
       if (std::any_of(own.begin(), own.end(), [](const auto& task) { return task.radiance.inside; }))
-        take_again(texels[t], own, film, run);
+        take_again(receivers[t], own, film, run);
       for (uint32_t i = 0; i < count; ++i) {
         result.rays += own[i].radiance.rays;
         if (!film.add(own[i].radiance, own[i].receiver.ns) && result.nonfinite++ == 0) {
-          result.nonfinite_texel = texels[t].key;
+          result.nonfinite_texel = receivers[t].key;
           result.nonfinite_sample = first + i;
         }
       }

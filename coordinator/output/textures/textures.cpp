@@ -234,25 +234,56 @@ Expected<TextureResult> make_textures(const EncodeTextures& request) {
   return result;
 }
 
-TextureNeeds texture_needs(const BakeSettings& settings, uint64_t texels) {
+namespace {
+
+uint64_t files_of(const Encoding& e, const BakeSettings& settings) {
+  return e.files == FileKind::kTexture ? (settings.ktx2 ? 1 : 0) + (settings.dds && e.dds ? 1 : 0) : 1;
+}
+
+uint64_t texture_bytes(TextureFormat format, uint64_t texels) {
+  return image_bytes(format, 4096, 4096) * texels >> 24;
+}
+
+// Textures of light on disk, and in `most` the number of them that are made together.
+uint64_t light_bytes(const Encoding& e, const BakeSettings& settings, uint64_t texels, uint64_t& most) {
   const BasisInfo& basis = basis_roster()[*find_basis(settings.basis)];
+  uint64_t bytes = 0;
+  for (const Quantity quantity : quantities(e, basis, settings)) {
+    const std::vector<TextureLayout> layouts = layouts_of(e, basis, quantity);
+    for (const TextureLayout& t : layouts) bytes += files_of(e, settings) * texture_bytes(t.format, texels);
+    bytes += 4 * texels;  // encode_error_NAME.exr
+    most = std::max<uint64_t>(most, layouts.size());
+  }
+  return bytes;
+}
+
+uint64_t response_bytes(const Encoding& e, const BakeSettings& settings, uint64_t texels) {
+  uint64_t bytes = 0;
+  if (!e.responses) return bytes;
+  for (const uint32_t response : settings.quantities.responses) {
+    const bool is_vector = response_roster()[response].stored.size() > 1;
+    const TextureFormat format = is_vector ? e.responses->vector : e.responses->scalar;
+    bytes += files_of(e, settings) * texture_bytes(format, texels) + 4 * texels;
+  }
+  return bytes;
+}
+
+}  // namespace
+
+TextureNeeds texture_needs(const BakeSettings& settings, uint64_t texels) {
   TextureNeeds needs;
-  if (settings.encodings.empty() || !settings.quantities.light) return needs;
-  uint64_t most = 0;
+  if (settings.encodings.empty()) return needs;
+  uint64_t most = settings.quantities.responses.empty() ? 0 : 1, planes = 0;
   for (const std::string& name : settings.encodings) {
     const Encoding& e = encoding(name);
-    const uint64_t files =
-        e.files == FileKind::kTexture ? (settings.ktx2 ? 1 : 0) + (settings.dds && e.dds ? 1 : 0) : 1;
-    for (const Quantity quantity : quantities(e, basis, settings)) {
-      const std::vector<TextureLayout> layouts = layouts_of(e, basis, quantity);
-      for (const TextureLayout& t : layouts)
-        needs.disk += files * image_bytes(t.format, 4096, 4096) * texels >> 24;
-      needs.disk += 4 * texels;  // encode_error_NAME.exr
-      most = std::max<uint64_t>(most, layouts.size());
-    }
+    if (settings.quantities.light) needs.disk += light_bytes(e, settings, texels, most);
+    needs.disk += response_bytes(e, settings, texels);
   }
   if (settings.mip_levels > 0) needs.disk += needs.disk / 3;
-  const uint64_t planes = 3 + 3 * basis.functions.size();
+  if (settings.quantities.light)
+    planes = 3 + 3 * basis_roster()[*find_basis(settings.basis)].functions.size();
+  for (const uint32_t response : settings.quantities.responses)
+    planes += response_roster()[response].stored.size();
   needs.memory = texels * (planes * 4 * 4 / 3 + most * 2 * 16 + 12 + 8);
   return needs;
 }
