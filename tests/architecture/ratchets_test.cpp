@@ -54,6 +54,20 @@ TEST(Ratchets, FunctionsFilesAndLinesAreShort) {
   EXPECT_GT(functions, 2000u);  // else it finds none
 }
 
+// Other versions format otherwise.
+constexpr const char* kFormatter = "clang-format version 14.";
+
+TEST(Ratchets, SourcesAreFormatted) {
+  if (test::run_command("clang-format --version").output.find(kFormatter) == std::string::npos)
+    GTEST_SKIP() << "there is no " << kFormatter;
+  const test::CommandResult result =
+      test::run_command("cd '" + test::source_dir().string() +
+                        "' && find common coordinator worker tests \\( -name '*.h' -o -name '*.cpp' \\) -not "
+                        "-path '*/node_modules/*' "
+                        "-print0 | xargs -0 -n 60 clang-format --dry-run -Werror");
+  EXPECT_EQ(result.exit_status, 0) << result.output;
+}
+
 TEST(Ratchets, InvariantsAreChecked) {
   const auto checks = [](const std::vector<std::string>& folders) {
     double count = 0, code = 0;

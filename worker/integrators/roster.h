@@ -1,6 +1,6 @@
 // The sets of features that integrators are compiled for: each combination of lights with Lambert materials,
-// each with layered ones, area lights with all other lights and layered materials, and everything at once. They
-// stand in files of their own, since each takes a while to compile.
+// each with layered ones, area lights with all other lights and layered materials, and everything at once.
+// They stand in files of their own, since each takes a while to compile.
 #pragma once
 
 #include <array>
