@@ -35,6 +35,105 @@ int64_t unix_ms() {
   return duration_cast<milliseconds>(system_clock::now().time_since_epoch()).count();
 }
 
+// One conversation with a server: hello, its answer, the status of its clock, goodbye.
+class Call {
+ public:
+  explicit Call(const DoctorPlan& plan) : plan_(plan) {}
+
+  Greeting run(const std::string& host, uint16_t port) {
+    std::shared_ptr<const TlsContext> tls;
+    if (!plan_.tls.ca.empty()) {
+      auto context = TlsContext::load(plan_.tls);
+      if (!context) return end(context.error().message), greeting_;
+      tls = *context;
+    }
+    limit_.after(kPatience, [this] { end("no answer came within 5 s"); });
+    connect_to(
+        loop_, host, port, kPatience,
+        [this](Expected<std::unique_ptr<Connection>> connected) {
+          connected ? begin(std::move(*connected)) : end(connected.error().message);
+        },
+        tls);
+    loop_.run_until([this] { return over_; });
+    if (connection_ && greeting_.end == Greeting::kWelcome) say_goodbye();
+    return greeting_;
+  }
+
+ private:
+  void end(std::string words) {
+    greeting_.words = std::move(words);
+    over_ = true;
+  }
+
+  void begin(std::unique_ptr<Connection> connection) {
+    connection_ = std::move(connection);
+    greeting_.certificate_until = connection_->peer_identity().not_after;
+    Connection::Handlers handlers;
+    handlers.on_frame = [this](const FrameHeader& header, std::span<const std::byte> payload) {
+      read(header, payload);
+    };
+    handlers.on_closed = [this](const std::string& reason) {
+      if (!over_ && greeting_.words.empty()) greeting_.words = reason;
+      over_ = true;
+    };
+    connection_->start(std::move(handlers), 1 << 20);
+    char name[256] = "";
+    ::gethostname(name, sizeof name - 1);
+    if (plan_.worker) {
+      Hello hello;
+      hello.version = KILN_VERSION;
+      hello.token = plan_.token;
+      hello.host = text("{} (kiln doctor)", name);
+      hello.pid = static_cast<uint32_t>(::getpid());
+      hello.instance = static_cast<uint64_t>(std::stoull(random_hex(7), nullptr, 16));
+      connection_->send(hello);
+    } else {
+      const char* user = ::getenv("USER");
+      connection_->send(ClientHello{KILN_VERSION, plan_.token, user ? user : "doctor", name});
+    }
+  }
+
+  void read(const FrameHeader& header, std::span<const std::byte> payload) {
+    const auto message = decode(header, payload);
+    if (!message) {
+      end(message.error().message);
+    } else if (const auto* refused = std::get_if<Refused>(&*message)) {
+      greeting_.end = Greeting::kRefused;
+      end(refused->reason);
+    } else if (std::holds_alternative<Welcome>(*message)) {
+      greeting_.end = Greeting::kWelcome;
+      greeting_.role = "worker";
+      over_ = true;
+    } else if (const auto* welcome = std::get_if<ClientWelcome>(&*message)) {
+      greeting_.end = Greeting::kWelcome;
+      greeting_.release = welcome->version;
+      greeting_.role = welcome->role;
+      greeting_.asked_ms = unix_ms();
+      connection_->accept_data();
+      connection_->send(Request{1, "status", "{}"});
+    } else if (const auto* reply = std::get_if<Reply>(&*message)) {
+      greeting_.answered_ms = unix_ms();
+      (reply->ok ? greeting_.document : greeting_.status_error) = reply->document;
+      over_ = true;
+    }
+  }
+
+  void say_goodbye() {
+    bool closed = false;
+    connection_->send(Goodbye{"the doctor is done"});
+    connection_->close_after_writes("seen enough");
+    limit_.after(std::chrono::milliseconds(300), [&] { closed = true; });
+    loop_.run_until([&] { return closed || connection_->queued_bytes() == 0; });
+  }
+
+  const DoctorPlan& plan_;
+  Greeting greeting_;
+  EventLoop loop_;
+  Timer limit_{loop_};
+  std::unique_ptr<Connection> connection_;
+  bool over_ = false;
+};
+
 }  // namespace
 
 Expected<ResolvedName> resolve_name(const std::string& host) {
@@ -79,87 +178,7 @@ Reached reach_port(const std::string& host, uint16_t port, int patience_ms) {
 }
 
 Greeting greet_server(const DoctorPlan& plan, const std::string& host, uint16_t port) {
-  Greeting greeting;
-  std::shared_ptr<const TlsContext> tls;
-  if (!plan.tls.ca.empty()) {
-    auto context = TlsContext::load(plan.tls);
-    if (!context) return greeting.words = context.error().message, greeting;
-    tls = *context;
-  }
-  EventLoop loop;
-  Timer limit(loop);
-  std::unique_ptr<Connection> connection;
-  bool over = false;
-  limit.after(kPatience, [&] {
-    greeting.words = "no answer came within 5 s";
-    over = true;
-  });
-  const auto on_frame = [&](const FrameHeader& header, std::span<const std::byte> payload) {
-    auto message = decode(header, payload);
-    if (!message) {
-      greeting.words = message.error().message;
-      over = true;
-    } else if (const auto* refused = std::get_if<Refused>(&*message)) {
-      greeting.end = Greeting::kRefused;
-      greeting.words = refused->reason;
-      over = true;
-    } else if (std::holds_alternative<Welcome>(*message)) {
-      greeting.end = Greeting::kWelcome;
-      greeting.role = "worker";
-      over = true;
-    } else if (const auto* welcome = std::get_if<ClientWelcome>(&*message)) {
-      greeting.end = Greeting::kWelcome;
-      greeting.release = welcome->version;
-      greeting.role = welcome->role;
-      greeting.asked_ms = unix_ms();
-      connection->accept_data();
-      connection->send(Request{1, "status", "{}"});
-    } else if (const auto* reply = std::get_if<Reply>(&*message)) {
-      greeting.answered_ms = unix_ms();
-      (reply->ok ? greeting.document : greeting.status_error) = reply->document;
-      over = true;
-    }
-  };
-  const auto on_connected = [&](Expected<std::unique_ptr<Connection>> connected) {
-    if (!connected) {
-      greeting.words = connected.error().message;
-      over = true;
-      return;
-    }
-    connection = std::move(*connected);
-    greeting.certificate_until = connection->peer_identity().not_after;
-    Connection::Handlers handlers;
-    handlers.on_frame = on_frame;
-    handlers.on_closed = [&](const std::string& reason) {
-      if (!over && greeting.words.empty()) greeting.words = reason;
-      over = true;
-    };
-    connection->start(std::move(handlers), 1 << 20);
-    char name[256] = "";
-    ::gethostname(name, sizeof name - 1);
-    if (plan.worker) {
-      Hello hello;
-      hello.version = KILN_VERSION;
-      hello.token = plan.token;
-      hello.host = text("{} (kiln doctor)", name);
-      hello.pid = static_cast<uint32_t>(::getpid());
-      hello.instance = static_cast<uint64_t>(std::stoull(random_hex(7), nullptr, 16));
-      connection->send(hello);
-    } else {
-      const char* user = ::getenv("USER");
-      connection->send(ClientHello{KILN_VERSION, plan.token, user ? user : "doctor", name});
-    }
-  };
-  connect_to(loop, host, port, kPatience, on_connected, tls);
-  loop.run_until([&] { return over; });
-  if (connection && greeting.end == Greeting::kWelcome) {
-    bool closed = false;
-    connection->send(Goodbye{"the doctor is done"});
-    connection->close_after_writes("seen enough");
-    limit.after(std::chrono::milliseconds(300), [&] { closed = true; });
-    loop.run_until([&] { return closed || connection->queued_bytes() == 0; });
-  }
-  return greeting;
+  return Call(plan).run(host, port);
 }
 
 }  // namespace kiln

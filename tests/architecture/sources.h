@@ -27,13 +27,20 @@ inline Rooms read_rooms() {
   return rooms;
 }
 
-// Headers and sources of the product, relative to the checkout.
+// Headers and sources below a folder, relative to the checkout.
+inline std::vector<std::filesystem::path> sources_below(const char* top) {
+  std::vector<std::filesystem::path> files;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(test::source_dir() / top))
+    if (entry.path().extension() == ".h" || entry.path().extension() == ".cpp")
+      files.push_back(std::filesystem::relative(entry.path(), test::source_dir()));
+  return files;
+}
+
+// Of the product.
 inline std::vector<std::filesystem::path> product_sources() {
   std::vector<std::filesystem::path> files;
   for (const char* top : {"common", "coordinator", "worker"})
-    for (const auto& entry : std::filesystem::recursive_directory_iterator(test::source_dir() / top))
-      if (entry.path().extension() == ".h" || entry.path().extension() == ".cpp")
-        files.push_back(std::filesystem::relative(entry.path(), test::source_dir()));
+    for (std::filesystem::path& file : sources_below(top)) files.push_back(std::move(file));
   return files;
 }
 

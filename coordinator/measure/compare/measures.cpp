@@ -136,10 +136,6 @@ double Comparison::rmse() const {
   return std::sqrt(std::max(0.0, mse));
 }
 
-double Comparison::rel_rmse() const {
-  return std::sqrt(std::max(0.0, rel_mse));
-}
-
 Expected<Comparison> compare_maps(const ErrorMap& a, const ErrorMap& b, const ErrorMap* b2,
                                   const CompareSettings& settings) {
   KILN_TRY_STATUS(check_layout(a, b));

@@ -54,7 +54,6 @@ struct Comparison {
   std::optional<Calibration> calibration;   // if `a` states its error
   std::vector<WorstTexel> worst;
   double rmse() const;  // 0 where mse is below 0
-  double rel_rmse() const;
 };
 constexpr double kComparePercentiles[] = {50, 90, 95, 99, 100};
 
