@@ -411,6 +411,20 @@ const Setting kTable[] = {
      [](const B& b) { return print_switch(b.denoise); }},
     {"basis", "NAME", "", "stored basis: irradiance or sh_l1", parse_basis,
      [](const B& b) { return b.basis; }},
+    {"sh-fit", "WORD", "",
+     "cap: L1 shows E itself at the surface's normal and fits normals within 60 degrees; project: the "
+     "projection of "
+     "the light, for code that adds or convolves it",
+     [](B& b, S s) {
+       return store_word(b.sh_fit, s, {"cap", "project"});
+     },
+     [](const B& b) { return b.sh_fit; }},
+    {"sh-evaluator", "WORD", "",
+     "with --sh-fit cap, what engines evaluate: linear, L0 + 2 L1.n; hazel, the non-linear form",
+     [](B& b, S s) {
+       return store_word(b.sh_evaluator, s, {"linear", "hazel"});
+     },
+     [](const B& b) { return b.sh_evaluator; }},
     {"seams", "WORD", "", "on: match both sides of chart borders, within and across objects",
      [](B& b, S s) { return store_switch(b.seams, s); },
      [](const B& b) { return std::string(b.seams ? "on" : "off"); }},
@@ -574,6 +588,14 @@ std::optional<std::vector<double>> parse_radiance(const std::string& value) {
     if (out.size() < 3 && (at == end || *at++ != ',')) return std::nullopt;
   }
   return at == end ? std::optional(out) : std::nullopt;
+}
+
+uint32_t basis_index(const BakeSettings& b) {
+  return *find_basis(b.basis, b.sh_fit, b.sh_evaluator);
+}
+
+const BasisInfo& basis_of(const BakeSettings& b) {
+  return basis_roster()[basis_index(b)];
 }
 
 Status check_settings(const BakeSettings& b) {

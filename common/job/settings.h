@@ -52,7 +52,7 @@ struct BakeSettings {
   uint32_t min_samples = 64, max_samples = 16384;
   double time_limit = 0;  // seconds; 0: none
   bool cache = true, denoise = true;
-  std::string basis = "sh_l1";
+  std::string basis = "sh_l1", sh_fit = "cap", sh_evaluator = "linear";
   Quantities quantities;
   double ao_distance = 1;  // metres
   Falloff ao_falloff = Falloff::kNone;
@@ -112,6 +112,9 @@ Status set_option(BakeSettings& settings, const std::string& name, const std::st
                   const std::string& source);
 // Parses the option environment as radiance R,G,B; nullopt if it is a path or empty.
 std::optional<std::vector<double>> parse_radiance(const std::string& value);
+// The stored basis, with its fit: index into basis_roster(), and the entry.
+uint32_t basis_index(const BakeSettings& settings);
+const BasisInfo& basis_of(const BakeSettings& settings);
 // Rules between options (min <= max, ...). Call once after the last set_option.
 Status check_settings(const BakeSettings& settings);
 

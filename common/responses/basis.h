@@ -1,7 +1,8 @@
 // ROOM: add a basis. A basis is a set of scalar functions of direction; a texel accumulates the moments
 //   M_i = integral over incident directions of radiance(d) * f_i(d) dw        (per colour channel)
-// which add over samples, chunks and machines. What is stored is a linear function of them, solved once
-// at resolve. After that everything is named planes and nobody asks which basis they came from.
+// which add over samples, chunks and machines; f may also depend on the surface's normal. What is stored are
+// the moments' means, to which finish() is applied once: after merging, denoising and joining, where their
+// sums are of no more use. After that everything is named planes and nobody asks which basis they came from.
 #pragma once
 
 #include <array>
@@ -25,6 +26,16 @@ struct BasisInfo {
   bool has_direction;
   std::string_view about;
   std::string_view convention{};  // how E follows from the functions; empty: they are none
+  // How the functions were chosen: "project" or "cap"; which evaluation of E they are for: "linear" or
+  // "hazel".
+  std::string_view fit{}, evaluator{};
+  // E(n) of one colour from its functions, as engines evaluate it; null without functions.
+  float (*irradiance)(const float* f, const Vec3& n) = nullptr;
+  // The means of moments already obey the bound of has_direction; else only what finish() returns does.
+  bool is_bounded = true;
+  // Turns one colour's moments into what is stored, given E at the unit normal n: irradiance(f, n) is e
+  // afterwards to 2e-5 of e, rounding. Null: moments are stored.
+  void (*finish)(float e, const Vec3& n, float* f) = nullptr;
 };
 
 constexpr int kMaxBasisFunctions = 4;
@@ -37,7 +48,7 @@ struct IrradianceOnly {
   static BasisInfo info() {
     return {"irradiance", functions, is_signed, degree, false, "E at the surface normal alone"};
   }
-  static void evaluate(const Vec3&, float*) {}
+  static void evaluate(const Vec3&, const Vec3&, float*) {}
 };
 
 // RGB L1 spherical harmonics in the convention of O'Donnell 2018 (Precomputed Global Illumination in
@@ -54,9 +65,15 @@ struct ShL1 {
             degree,
             true,
             "RGB L1 spherical harmonics of radiance, world axes",
-            "L0 = 1/(4 pi) integral L dw, L1 = 1/(4 pi) integral L d dw; E(n)/pi = L0 + 2 L1.n"};
+            "L0 = 1/(4 pi) integral L dw, L1 = 1/(4 pi) integral L d dw; E(n)/pi = L0 + 2 L1.n",
+            "project",
+            "linear",
+            irradiance};
   }
-  static void evaluate(const Vec3& d, float* f) {
+  static float irradiance(const float* f, const Vec3& n) {
+    return kPi * (f[0] + 2.0f * (f[1] * n.x + f[2] * n.y + f[3] * n.z));
+  }
+  static void evaluate(const Vec3& d, const Vec3&, float* f) {
     constexpr float k = 0.25f * kInvPi;
     f[0] = k;
     f[1] = k * d.x;
@@ -67,7 +84,8 @@ struct ShL1 {
 
 // Linear reconstruction of E(n) from one channel of L0, L1. Unit: that of E. May be negative (ringing).
 inline float sh_l1_irradiance(float l0, const Vec3& l1, const Vec3& n) {
-  return kPi * (l0 + 2.0f * dot(l1, n));
+  const float f[4] = {l0, l1.x, l1.y, l1.z};
+  return ShL1::irradiance(f, n);
 }
 
 // Functions of one degree: "L0", "L1".
@@ -79,10 +97,12 @@ std::vector<BasisBand> basis_bands(const BasisInfo& basis);
 
 // Roster: every basis, in the order of --help.
 std::span<const BasisInfo> basis_roster();
-// Index into the roster, or an error that lists the names.
-Expected<uint32_t> find_basis(std::string_view name);
-// f_i(d) of basis `index`, into f[0 .. functions.size()).
-void evaluate_basis(uint32_t index, const Vec3& direction, float* f);
+// Index into the roster, or an error that lists the names. Bases without fits or evaluators ignore these.
+Expected<uint32_t> find_basis(std::string_view name, std::string_view fit = "project",
+                              std::string_view evaluator = "linear");
+// f_i of basis `index` for light from a unit direction at a surface of unit normal, into f[0 ..
+// functions.size()).
+void evaluate_basis(uint32_t index, const Vec3& direction, const Vec3& normal, float* f);
 
 // Planes of a moment record (MomentLayout); without light those from kMomentER on are not there.
 enum MomentPlane : uint32_t {

@@ -12,10 +12,10 @@ struct BasisRoster {
     static_assert(((Basis::functions.size() <= size_t{kMaxBasisFunctions}) && ...));
     return infos;
   }
-  // f_i(d) of basis `index`, into f[0 .. functions.size()).
-  static void evaluate(uint32_t index, const Vec3& d, float* f) {
+  // f_i(d, n) of basis `index`, into f[0 .. functions.size()).
+  static void evaluate(uint32_t index, const Vec3& d, const Vec3& n, float* f) {
     uint32_t i = 0;
-    ((i++ == index ? Basis::evaluate(d, f) : void()), ...);
+    ((i++ == index ? Basis::evaluate(d, n, f) : void()), ...);
   }
 };
 

@@ -34,6 +34,19 @@ Expected<JsonValue> report_of(const fs::path& folder) {
   return std::move(*json);
 }
 
+// Settings that say what the numbers of a master mean: textures of another fit need another bake.
+bool is_of_masters(const std::string& name) {
+  return name == "sh-fit" || name == "sh-evaluator";
+}
+
+// Value of a row in the bake's report. Reports from before there were fits hold projections.
+std::string value_in(const JsonValue& rows, const std::string& name) {
+  const JsonValue* row = rows.find(name);
+  const JsonValue* value = row ? row->find("value") : nullptr;
+  if (value) return value->text;
+  return name == "sh-fit" ? "project" : "linear";
+}
+
 // The bake's settings, with what the caller set on top.
 Expected<BakeSettings> settings_of(const EncodeRequest& r, const JsonValue& json) {
   const JsonValue* rows = json.find("settings");
@@ -41,6 +54,16 @@ Expected<BakeSettings> settings_of(const EncodeRequest& r, const JsonValue& json
   BakeSettings out;
   for (const Setting& row : settings_table()) {
     const auto own = r.settings.source.find(row.name);
+    if (is_of_masters(row.name)) {
+      const std::string baked = value_in(*rows, row.name);
+      if (own != r.settings.source.end() && row.print(r.settings) != baked)
+        return refuse(
+            text("{}: its masters were baked with --{} {}, and --{} {} would read them as what they are "
+                 "not: leave the option out, or bake again",
+                 r.from.string(), row.name, baked, row.name, row.print(r.settings)));
+      KILN_TRY_STATUS(set_option(out, row.name, baked, "the bake"));
+      continue;
+    }
     if (own != r.settings.source.end()) {
       KILN_TRY_STATUS(set_option(out, row.name, row.print(r.settings), own->second));
       continue;
@@ -114,7 +137,7 @@ Status read_if_there(const fs::path& folder, const std::string& stem, const Atla
 Status read_light(const fs::path& folder, const Atlas& atlas, const BakeSettings& settings, Lightmap& map) {
   KILN_TRY_STATUS(
       read_master(folder, "irradiance", atlas, {{"R", "E.R"}, {"G", "E.G"}, {"B", "E.B"}}, map.planes));
-  const BasisInfo& basis = basis_roster()[*find_basis(settings.basis)];
+  const BasisInfo& basis = basis_of(settings);
   std::vector<std::pair<std::string, std::string>> names;
   for (const std::string_view function : basis.functions)
     for (const char* channel : {".R", ".G", ".B"})

@@ -135,11 +135,10 @@ std::vector<uint8_t> collapse_of(const ChartsToSize& charts, const Atlas& first,
 // what is black has met none either way.
 Expected<std::vector<ChartLight>> judge(const FirstPass& pass, const Atlas& atlas,
                                         const BakeSettings& settings) {
-  KILN_TRY(const uint32_t basis, find_basis(settings.basis));
   const std::vector<uint32_t> charts = charts_of_sites(atlas);
   std::vector<ChartLight> light =
       judge_charts(pass.whole, charts, atlas.placements.size(),
-                   {settings.error, normal_interval(settings.confidence), even_bands(basis_roster()[basis])});
+                   {settings.error, normal_interval(settings.confidence), even_bands(basis_of(settings))});
   const std::vector<uint8_t> black = black_charts(pass.gather, charts, light.size());
   for (size_t p = 0; p < light.size(); ++p)
     if (light[p].why == kUnlit && !black[p]) light[p].why = kNotCollapsed;

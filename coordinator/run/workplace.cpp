@@ -26,7 +26,7 @@ Expected<JobSpec> make_job(const Preflight& pre, const BakeSettings& settings, C
   JobSpec job;
   job.scene = write_scene(pre.imported.scene, chunks);
   job.atlas = chunks.add(write_atlas(pre.atlas));
-  KILN_TRY(job.transport.basis, find_basis(settings.basis));
+  job.transport.basis = basis_index(settings);
   job.transport.quantities = settings.quantities;
   job.transport.response = {static_cast<float>(settings.ao_distance), settings.ao_falloff};
   job.transport.direct = settings.direct;

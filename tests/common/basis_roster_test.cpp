@@ -10,7 +10,7 @@ struct TwoHalves {
   static constexpr std::array<bool, 2> is_signed{false, false};
   static constexpr std::array<uint32_t, 2> degree{0, 0};
   static BasisInfo info() { return {"two_halves", functions, is_signed, degree, false, "above and below"}; }
-  static void evaluate(const Vec3& d, float* f) {
+  static void evaluate(const Vec3& d, const Vec3&, float* f) {
     f[0] = d.y > 0 ? 1.0f : 0.0f;
     f[1] = 1.0f - f[0];
   }
@@ -21,7 +21,7 @@ TEST(BasisRoster, OneMoreIsOneStructAndOneEntry) {
   ASSERT_EQ(WithOneMore::all().size(), 2u);
   EXPECT_EQ(WithOneMore::all()[1].name, "two_halves");
   float f[kMaxBasisFunctions];
-  WithOneMore::evaluate(1, Vec3(0, 1, 0), f);
+  WithOneMore::evaluate(1, Vec3(0, 1, 0), Vec3(0, 0, 1), f);
   EXPECT_EQ(f[0], 1.0f);
   EXPECT_EQ(f[1], 0.0f);
   // Both functions are of one degree: one band.
@@ -37,7 +37,10 @@ TEST(BasisRoster, EntriesAreWhole) {
     EXPECT_EQ(basis.functions.size(), basis.degree.size()) << basis.name;
     EXPECT_FALSE(basis.about.empty()) << basis.name;
     EXPECT_TRUE(!basis.has_direction || basis.functions.size() >= 4) << basis.name;
-    EXPECT_EQ(*find_basis(basis.name), static_cast<uint32_t>(&basis - basis_roster().data()));
+    EXPECT_EQ(*find_basis(basis.name, basis.fit, basis.evaluator),
+              static_cast<uint32_t>(&basis - basis_roster().data()));
+    EXPECT_EQ(basis.irradiance == nullptr, basis.functions.empty()) << basis.name;
+    EXPECT_TRUE(basis.is_bounded || basis.finish) << basis.name;
   }
 }
 

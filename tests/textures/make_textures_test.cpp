@@ -2,11 +2,11 @@
 #include <fstream>
 #include <map>
 
+#include "common/atlas/texel_normals.h"
 #include "common/base/files.h"
 #include "coordinator/output/container/container.h"
 #include "coordinator/output/textures/encodings.h"
 #include "coordinator/output/textures/texel_codec.h"
-#include "coordinator/output/textures/texel_normals.h"
 #include "coordinator/output/textures/textures.h"
 #include "coordinator/scene/imageio/exr.h"
 #include "coordinator/scene/imageio/imageio.h"
@@ -66,7 +66,7 @@ TEST(MakeTextures, FilesDecodeToWhatTheReportSays) {
       EXPECT_EQ(c.times, layouts[k].times[0]);
       decoded.push_back({&layouts[k], {c.scale, c.bias}, texels[k]});
     }
-    const TextureError again = measure_texture_error(level, normals, decoded, decoded);
+    const TextureError again = measure_texture_error(level, &basis, normals, decoded, decoded);
     EXPECT_EQ(again.rel_mse, error[e.name]) << e.name << " " << e.container;
   }
   // A half is within 2^-12 of its value, evenly: (2^-12)^2 / 3 for each of four terms.
@@ -113,7 +113,7 @@ TEST(MakeTextures, ImagesDecodeToWhatTheReportSays) {
         for (const char* channel : {"R", "G", "B", "R"}) texels.push_back(file.plane(channel)[i]);
     }
     const DecodedTexture decoded{&layout, {t.channels[0].scale, t.channels[0].bias}, texels};
-    const TextureError again = measure_texture_error(level, {}, {&decoded, 1}, {&decoded, 1});
+    const TextureError again = measure_texture_error(level, nullptr, {}, {&decoded, 1}, {&decoded, 1});
     // Filtering before or after a product of two floats: a rounding.
     EXPECT_NEAR(again.rel_mse, made.result->figures[k].error.rel_mse, 1e-5 * again.rel_mse) << e.name;
   }

@@ -1,6 +1,6 @@
 // Scales, ratios and lookups of textures, and the error that is stated of them.
+#include "common/atlas/texel_normals.h"
 #include "coordinator/output/textures/texel_codec.h"
-#include "coordinator/output/textures/texel_normals.h"
 #include "coordinator/output/textures/texture_error.h"
 #include "coordinator/output/textures/texture_values.h"
 #include "tests/textures/maps.h"
@@ -104,7 +104,7 @@ TEST(TextureError, IsNothingForWhatIsExact) {
   const MapLevel level = map_levels(b.map, b.atlas, 0)[0];
   const Laid laid("bc6h-plain", level);
   const std::vector<Vec3> normals = texel_normals(b.scene, b.atlas);
-  const TextureError e = measure_texture_error(level, normals, laid.decoded(), laid.decoded());
+  const TextureError e = measure_texture_error(level, &sh_l1(), normals, laid.decoded(), laid.decoded());
   EXPECT_EQ(e.rel_mse_texels, 0);
   // Means of four in another order of roundings.
   EXPECT_LT(e.rel_mse_between, 1e-12);
@@ -121,11 +121,15 @@ TEST(TextureError, IsWhatWasPutIn) {
   const Laid exact = laid;
   for (float& v : laid.values[0]) v *= 1.01f;
   std::vector<float> picture;
-  const TextureError e = measure_texture_error(level, texel_normals(b.scene, b.atlas), laid.decoded(),
-                                               exact.decoded(), &picture);
+  const TextureError e = measure_texture_error(level, &sh_l1(), texel_normals(b.scene, b.atlas),
+                                               laid.decoded(), exact.decoded(), &picture);
   // E = 2 pi everywhere: (0.01)^2 / (1 + 1e-4).
   const double want = 1e-4 / 1.0001;
   EXPECT_NEAR(e.rel_mse, want, want * 1e-4);
+  for (const TextureError::AtNormal& at : e.at_normal) {
+    EXPECT_NEAR(at.rms, std::sqrt(want), 1e-4 * std::sqrt(want)) << at.degrees;
+    EXPECT_NEAR(at.bias, std::sqrt(want), 1e-4 * std::sqrt(want)) << at.degrees;
+  }
   EXPECT_NEAR(e.worst_block.error, std::sqrt(want), 1e-5);
   EXPECT_NEAR(e.worst_texel.error, std::sqrt(want), 1e-5);
   EXPECT_NEAR(*std::max_element(picture.begin(), picture.end()), std::sqrt(want), 1e-5);
@@ -142,7 +146,7 @@ TEST(TextureError, KnowsWhatFilteringApartCosts) {
   const MapLevel level = map_levels(b.map, b.atlas, 0)[0];
   const Laid laid("bc6h", level), plain("bc6h-plain", level);
   const std::vector<Vec3> normals = texel_normals(b.scene, b.atlas);
-  const TextureError e = measure_texture_error(level, normals, laid.decoded(), laid.decoded());
+  const TextureError e = measure_texture_error(level, &sh_l1(), normals, laid.decoded(), laid.decoded());
   EXPECT_LT(e.rel_mse_texels, 1e-12);
   double want = 0;
   uint64_t count = 0;
@@ -172,7 +176,8 @@ TEST(TextureError, KnowsWhatFilteringApartCosts) {
   want /= static_cast<double>(count);
   EXPECT_NEAR(e.rel_mse_filter, want, 1e-4 * want);
   EXPECT_NEAR(e.rel_mse_between, want, 1e-4 * want);
-  EXPECT_LT(measure_texture_error(level, normals, plain.decoded(), plain.decoded()).rel_mse_filter, 1e-12);
+  EXPECT_LT(measure_texture_error(level, &sh_l1(), normals, plain.decoded(), plain.decoded()).rel_mse_filter,
+            1e-12);
 }
 
 TEST(TexelNormals, AreTheFacesOutwardNormals) {

@@ -45,7 +45,7 @@ class Film {
       }
       e = with;
       float f[kMaxBasisFunctions];
-      evaluate_basis(basis_, d, f);
+      evaluate_basis(basis_, d, normal, f);
       for (size_t k = 0; k < functions_; ++k)
         for (int channel = 0; channel < 3; ++channel)
           sums_[kMomentBasis + 3 * k + channel] += double{f[k]} * double{c[channel]};

@@ -175,7 +175,8 @@ Lightmap Accumulator::resolve(const Atlas& atlas) const {
     for (size_t p : {kMomentER, kMomentEG, kMomentEB}) source.push_back(p);
     for (size_t p = 0; p < 3 * layout_.functions(); ++p) source.push_back(kMomentBasis + p);
     for (size_t p : source) map.planes.add(moments[p]);
-    map.bounds = direction_bounds(basis_roster()[layout_.basis()]);
+    const BasisInfo& basis = basis_roster()[layout_.basis()];
+    if (basis.is_bounded) map.bounds = direction_bounds(basis);
     map.planes.add("error");
   }
   map.planes.add("samples");

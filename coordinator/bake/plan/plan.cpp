@@ -85,7 +85,7 @@ std::vector<std::string> find_left_out(const Scene& scene, const BakeSettings& s
   if (!shared) out.push_back("no mesh repeats: one flat tree, no instancing level");
   if (!settings.indirect || settings.max_bounces == 0)
     out.push_back("no indirect light asked for: paths end at the first surface");
-  if (basis_roster()[*find_basis(settings.basis)].functions.empty())
+  if (basis_of(settings).functions.empty())
     out.push_back("no directional basis asked for: only E is accumulated and sent");
   return out;
 }
@@ -128,7 +128,7 @@ Plan make_plan(const Scene& scene, const Atlas& atlas, const BakeSettings& setti
     scene_bytes += m.positions.size() * 24 + m.triangles.size() * 16 + (m.uv[0].size() + m.uv[1].size()) * 8;
   }
   for (const Texture& t : scene.textures) scene_bytes += t.texels.size();
-  const uint64_t planes = MomentLayout(*find_basis(settings.basis), settings.quantities).planes();
+  const uint64_t planes = MomentLayout(basis_index(settings), settings.quantities).planes();
   const TexelMemory texel = texel_memory(settings);
   // Unsampled texels of a page still have planes.
   const uint64_t unsampled =

@@ -1,5 +1,5 @@
 // ROOM: add a stage. Stages turn measured texels into a map that can be filtered; they see planes and
-// classes, never a basis. One file and one line in the roster.
+// classes; `fit` alone asks the basis. One file and one line in the roster.
 #pragma once
 
 #include <span>
@@ -40,6 +40,11 @@ Figures fill_invalid(Lightmap& map, const PostContext& context);
 // Makes bilinear lookups on both sides of seams agree (coordinator/bake/seams), unless settings.seams is off.
 // Runs before dilate, so that empty texels copy the matched values.
 Figures join_seams(Lightmap& map, const PostContext& context);
+
+// Applies the basis' finish() to every texel of a chart, with E as filled and joined, so that engines that
+// evaluate the basis at the surface's normal show E. Texels outside charts copy the result (dilate). Nothing
+// for bases without finish().
+Figures fit_basis(Lightmap& map, const PostContext& context);
 
 // Fills empty texels outside every chart's bilinear footprint (Atlas::owner 0) with the mean of their set 3x3
 // neighbours on any chart, settings.dilate times. Texels of charts get values from `fill`, or none.

@@ -42,7 +42,7 @@ Expected<std::vector<std::string>> write_irradiance(const OutputContext& c) {
 
 Expected<std::vector<std::string>> write_basis(const OutputContext& c) {
   if (!c.lightmap.has_light) return std::vector<std::string>{};
-  const BasisInfo& basis = basis_roster()[*find_basis(c.settings.basis)];
+  const BasisInfo& basis = basis_of(c.settings);
   std::vector<NamedPlane> planes;
   for (std::string_view function : basis.functions)
     for (const char* channel : {".R", ".G", ".B"}) {

@@ -88,6 +88,8 @@ Json basis_json(const BasisInfo& basis) {
   Json out = {{"name", basis.name}, {"functions", Json::array()}};
   for (const std::string_view function : basis.functions) out["functions"].push_back(function);
   if (!basis.convention.empty()) out["convention"] = basis.convention;
+  if (!basis.fit.empty()) out["fit"] = basis.fit;
+  if (!basis.evaluator.empty()) out["evaluator"] = basis.evaluator;
   out["axes"] = "world";
   return out;
 }
@@ -131,7 +133,7 @@ void use_extension(Json& doc, const char* name) {
 }
 
 void GltfOutput::attach_kiln_lightmap(bool by_table) {
-  const BasisInfo& basis = basis_roster()[*find_basis(c_->settings.basis)];
+  const BasisInfo& basis = basis_of(c_->settings);
   Json map = {{"width", c_->atlas.width},   {"height", c_->atlas.height},
               {"pages", c_->atlas.pages},   {"texCoord", 1},
               {"encodings", Json::array()}, {"diagnostics", diagnostics_json(*c_)}};

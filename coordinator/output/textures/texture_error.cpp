@@ -5,7 +5,8 @@
 #include <cmath>
 
 #include "common/base/parallel.h"
-#include "coordinator/output/textures/texel_normals.h"
+#include "common/math/frame.h"
+#include "common/math/trig.h"
 
 namespace kiln {
 namespace {
@@ -13,21 +14,45 @@ namespace {
 constexpr size_t kMaxPlanes = 12;
 constexpr double kLogFloor = 1.0 / 1024;
 
-// E(n) from planes: L0 and three of L1, or E itself.
-Vec3 light(const float* planes, bool directional, const Vec3& n) {
-  if (!directional) return {planes[0], planes[1], planes[2]};
+// E(n) from planes: the functions of a basis, or E itself.
+Vec3 light(const float* planes, const BasisInfo* basis, const Vec3& n) {
+  if (!basis) return {planes[0], planes[1], planes[2]};
   Vec3 e;
-  for (int c = 0; c < 3; ++c)
-    e[c] = kPi * (planes[c] + 2 * (planes[3 + c] * n.x + planes[6 + c] * n.y + planes[9 + c] * n.z));
+  float f[kMaxBasisFunctions];
+  for (int c = 0; c < 3; ++c) {
+    for (size_t k = 0; k < basis->functions.size(); ++k) f[k] = planes[3 * k + c];
+    e[c] = basis->irradiance(f, n);
+  }
   return e;
 }
+
+// Normals 15, 35 and 60 degrees off the z axis.
+const std::array<std::array<Vec3, 4>, 3> kTurned = [] {
+  std::array<std::array<Vec3, 4>, 3> out;
+  constexpr float kSine[] = {0.258819045f, 0.573576436f, 0.866025404f};
+  for (int k = 0; k < 3; ++k) {
+    const float s = kSine[k], c = std::sqrt(1 - s * s);
+    out[k] = {Vec3(s, 0, c), Vec3(0, s, c), Vec3(-s, 0, c), Vec3(0, -s, c)};
+  }
+  return out;
+}();
 
 struct Sums {
   double texels = 0, between = 0, filter = 0, log = 0;
   uint64_t texel_count = 0, between_count = 0, log_count = 0;
   double low = 1e300, high = -1e300;  // of the logarithm
+  struct AtNormal {
+    double signed_error = 0, squares = 0;
+    uint64_t count = 0;
+  };
+  AtNormal at_normal[4];
 
   void add(const Sums& o) {
+    for (int k = 0; k < 4; ++k) {
+      at_normal[k].signed_error += o.at_normal[k].signed_error;
+      at_normal[k].squares += o.at_normal[k].squares;
+      at_normal[k].count += o.at_normal[k].count;
+    }
     texels += o.texels, between += o.between, filter += o.filter, log += o.log;
     texel_count += o.texel_count, between_count += o.between_count, log_count += o.log_count;
     low = std::min(low, o.low), high = std::max(high, o.high);
@@ -36,14 +61,15 @@ struct Sums {
 
 class Meter {
  public:
-  Meter(const MapLevel& level, std::span<const Vec3> normals, std::span<const DecodedTexture> textures,
-        std::span<const DecodedTexture> exact)
+  Meter(const MapLevel& level, const BasisInfo* basis, std::span<const Vec3> normals,
+        std::span<const DecodedTexture> textures, std::span<const DecodedTexture> exact)
       : level_(level),
+        basis_(basis),
         normals_(normals),
         textures_(textures),
         exact_(exact),
-        directional_(textures.size() == 4),
-        normal_count_(directional_ ? kErrorNormals : 1) {
+        normal_count_(basis ? kErrorNormals : 1) {
+    for (const char* plane : {"E.R", "E.G", "E.B"}) irradiance_.push_back(&level.planes.plane(plane));
     for (const DecodedTexture& t : textures)
       for (const std::string& plane : t.layout->plane) master_.push_back(&level.planes.plane(plane));
     mean_ = map_mean();
@@ -64,16 +90,16 @@ class Meter {
     const bool filtered = texel.size() == 4;
     if (filtered) lookup_planes(exact_, texel, weight, plain);
     Vec3 n[kErrorNormals] = {Vec3(0.0f)};
-    if (directional_) hemisphere_normals(normals_[texel[0]], n);
+    if (basis_) hemisphere_normals(normals_[texel[0]], n);
     std::array<Vec3, kErrorNormals> e;
     double mean = 0, squares = 0, plain_squares = 0;
     for (int k = 0; k < normal_count_; ++k) {
-      e[k] = light(truth, directional_, n[k]);
-      const Vec3 d = light(got, directional_, n[k]) - e[k];
+      e[k] = light(truth, basis_, n[k]);
+      const Vec3 d = light(got, basis_, n[k]) - e[k];
       squares += double{dot(d, d)} / 3;
       mean += luminance(e[k]);
       if (filtered) {
-        const Vec3 f = light(plain, directional_, n[k]) - e[k];
+        const Vec3 f = light(plain, basis_, n[k]) - e[k];
         plain_squares += double{dot(f, f)} / 3;
       }
       if (mean_ > 0) {
@@ -83,6 +109,7 @@ class Meter {
         ++sums.log_count;
       }
     }
+    add_at_normals(texel, weight, truth, got, sums);
     mean /= normal_count_;
     const double by = (mean * mean + 1e-4 * mean_ * mean_) * normal_count_;
     if (!(by > 0)) return {};
@@ -90,7 +117,7 @@ class Meter {
   }
 
   bool counts(size_t t) const {
-    return level_.owner[t] != 0 && level_.weight[t] == 1 && (!directional_ || normals_[t] != Vec3(0.0f));
+    return level_.owner[t] != 0 && level_.weight[t] == 1 && (!basis_ || normals_[t] != Vec3(0.0f));
   }
   // Texels t, right, below and diagonal, if all are on one chart.
   bool square(size_t t, std::array<size_t, 4>& four) const {
@@ -103,6 +130,34 @@ class Meter {
   }
 
  private:
+  void add_at_normal(const Vec3& truth, const Vec3& shown, Sums::AtNormal& sum) const {
+    const double by = std::pow(double{luminance(truth)}, 2) + 1e-4 * mean_ * mean_;
+    if (!(by > 0)) return;
+    const Vec3 d = shown - truth;
+    sum.signed_error += luminance(d) / std::sqrt(by);
+    sum.squares += double{dot(d, d)} / (3 * by);
+    ++sum.count;
+  }
+
+  // `truth`, `got`: planes at the mean of those texels.
+  void add_at_normals(std::span<const size_t> texel, std::span<const float> weight, const float* truth,
+                      const float* got, Sums& sums) const {
+    Vec3 e(0.0f), normal(0.0f);
+    for (size_t i = 0; i < texel.size(); ++i) {
+      for (int c = 0; c < 3; ++c) e[c] += weight[i] * (*irradiance_[c])[texel[i]];
+      if (basis_) normal += normals_[texel[i]];
+    }
+    if (!basis_) return add_at_normal(e, light(got, nullptr, normal), sums.at_normal[0]);
+    normal = normalize_or(normal, normals_[texel[0]]);
+    add_at_normal(e, light(got, basis_, normal), sums.at_normal[0]);
+    const Frame frame(normal);
+    for (int k = 1; k < 4; ++k)
+      for (int way = 0; way < 4; ++way) {
+        const Vec3 n = frame.to_world(kTurned[k - 1][way]);
+        add_at_normal(light(truth, basis_, n), light(got, basis_, n), sums.at_normal[k]);
+      }
+  }
+
   double logarithm(const Vec3& e) const {
     return std::log2(std::max(0.0, double{luminance(e)}) + kLogFloor * mean_);
   }
@@ -115,15 +170,15 @@ class Meter {
       sum += luminance(Vec3((*master_[0])[t], (*master_[1])[t], (*master_[2])[t]));
       ++count;
     }
-    return count ? (directional_ ? double{kPi} : 1.0) * sum / static_cast<double>(count) : 0;
+    return count ? (basis_ ? double{kPi} : 1.0) * sum / static_cast<double>(count) : 0;
   }
 
   const MapLevel& level_;
+  const BasisInfo* basis_;
   std::span<const Vec3> normals_;
   std::span<const DecodedTexture> textures_, exact_;
-  const bool directional_;
   const int normal_count_;
-  std::vector<const std::vector<float>*> master_;
+  std::vector<const std::vector<float>*> master_, irradiance_;
   double mean_ = 0;
 };
 
@@ -176,12 +231,27 @@ double TextureError::relative_rms() const {
   return std::sqrt(rel_mse);
 }
 
-TextureError measure_texture_error(const MapLevel& level, std::span<const Vec3> normals,
-                                   std::span<const DecodedTexture> textures,
+void hemisphere_normals(const Vec3& normal, Vec3 out[kErrorNormals]) {
+  static const auto kSet = [] {
+    std::array<Vec3, kErrorNormals> set;
+    constexpr float kGoldenAngle = 2.39996323f;
+    for (int i = 0; i < kErrorNormals; ++i) {
+      const float z = 1 - (static_cast<float>(i) + 0.5f) / kErrorNormals, r = std::sqrt(1 - z * z);
+      const float phi = kGoldenAngle * static_cast<float>(i);
+      set[i] = Vec3(r * std::cos(phi), r * std::sin(phi), z);
+    }
+    return set;
+  }();
+  const Frame frame(normal);
+  for (int i = 0; i < kErrorNormals; ++i) out[i] = frame.to_world(kSet[i]);
+}
+
+TextureError measure_texture_error(const MapLevel& level, const BasisInfo* basis,
+                                   std::span<const Vec3> normals, std::span<const DecodedTexture> textures,
                                    std::span<const DecodedTexture> exact, std::vector<float>* picture,
                                    uint32_t every) {
   if (picture) picture->assign(level.owner.size(), 0);
-  const Meter meter(level, normals, textures, exact);
+  const Meter meter(level, basis, normals, textures, exact);
   const uint32_t rows = (level.page_height + 3) / 4;
   std::vector<Strip> strips(size_t{rows} * level.pages);
   parallel_for(strips.size(), [&](size_t i) {
@@ -195,6 +265,10 @@ TextureError measure_texture_error(const MapLevel& level, std::span<const Vec3> 
     s.add(strip.sums);
     if (strip.worst_block.error > out.worst_block.error) out.worst_block = strip.worst_block;
     if (strip.worst_texel.error > out.worst_texel.error) out.worst_texel = strip.worst_texel;
+  }
+  for (int k = 0; k < 4; ++k) {
+    out.at_normal[k].bias = share(s.at_normal[k].signed_error, s.at_normal[k].count);
+    out.at_normal[k].rms = std::sqrt(share(s.at_normal[k].squares, s.at_normal[k].count));
   }
   out.texels = s.texel_count;
   out.between = s.between_count;

@@ -2,13 +2,13 @@
 
 #include <algorithm>
 
+#include "common/atlas/texel_normals.h"
 #include "common/base/clock.h"
 #include "common/base/files.h"
 #include "common/base/format.h"
 #include "coordinator/output/textures/efforts.h"
 #include "coordinator/output/textures/response_textures.h"
 #include "coordinator/output/textures/texel_codec.h"
-#include "coordinator/output/textures/texel_normals.h"
 #include "coordinator/output/textures/texture_files.h"
 #include "coordinator/scene/imageio/exr.h"
 
@@ -31,8 +31,7 @@ std::vector<Quantity> quantities(const Encoding& e, const BasisInfo& basis, cons
 // Shared by all encodings of a bake.
 class Maker {
  public:
-  explicit Maker(const EncodeTextures& request)
-      : r_(request), basis_(basis_roster()[*find_basis(request.settings.basis)]) {}
+  explicit Maker(const EncodeTextures& request) : r_(request), basis_(basis_of(request.settings)) {}
 
   Expected<TextureResult> run() {
     TextureResult result;
@@ -212,7 +211,8 @@ class Maker {
       decoded.push_back({&textures[k].layout, textures[k].scale, texels[k]});
       exact.push_back({&plain[k], textures[k].scale, textures[k].values});
     }
-    figures.error = measure_texture_error(levels_[0], normals_, decoded, exact, &picture, r_.measure_every);
+    figures.error = measure_texture_error(levels_[0], directional ? &basis_ : nullptr, normals_, decoded,
+                                          exact, &picture, r_.measure_every);
     return {};
   }
 
@@ -246,7 +246,7 @@ uint64_t texture_bytes(TextureFormat format, uint64_t texels) {
 
 // Textures of light on disk, and in `most` the number of them that are made together.
 uint64_t light_bytes(const Encoding& e, const BakeSettings& settings, uint64_t texels, uint64_t& most) {
-  const BasisInfo& basis = basis_roster()[*find_basis(settings.basis)];
+  const BasisInfo& basis = basis_of(settings);
   uint64_t bytes = 0;
   for (const Quantity quantity : quantities(e, basis, settings)) {
     const std::vector<TextureLayout> layouts = layouts_of(e, basis, quantity);
@@ -280,8 +280,7 @@ TextureNeeds texture_needs(const BakeSettings& settings, uint64_t texels) {
     needs.disk += response_bytes(e, settings, texels);
   }
   if (settings.mip_levels > 0) needs.disk += needs.disk / 3;
-  if (settings.quantities.light)
-    planes = 3 + 3 * basis_roster()[*find_basis(settings.basis)].functions.size();
+  if (settings.quantities.light) planes = 3 + 3 * basis_of(settings).functions.size();
   for (const uint32_t response : settings.quantities.responses)
     planes += response_roster()[response].stored.size();
   needs.memory = texels * (planes * 4 * 4 / 3 + most * 2 * 16 + 12 + 8);

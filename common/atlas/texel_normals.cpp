@@ -1,8 +1,6 @@
-#include "coordinator/output/textures/texel_normals.h"
+#include "common/atlas/texel_normals.h"
 
 #include "common/base/parallel.h"
-#include "common/math/frame.h"
-#include "common/math/trig.h"
 
 namespace kiln {
 namespace {
@@ -50,21 +48,6 @@ std::vector<Vec3> texel_normals(const Scene& scene, const Atlas& atlas) {
     open = std::move(left);
   }
   return normals;
-}
-
-void hemisphere_normals(const Vec3& normal, Vec3 out[kErrorNormals]) {
-  static const auto kSet = [] {
-    std::array<Vec3, kErrorNormals> set;
-    constexpr float kGoldenAngle = 2.39996323f;
-    for (int i = 0; i < kErrorNormals; ++i) {
-      const float z = 1 - (static_cast<float>(i) + 0.5f) / kErrorNormals, r = std::sqrt(1 - z * z);
-      const float phi = kGoldenAngle * static_cast<float>(i);
-      set[i] = Vec3(r * std::cos(phi), r * std::sin(phi), z);
-    }
-    return set;
-  }();
-  const Frame frame(normal);
-  for (int i = 0; i < kErrorNormals; ++i) out[i] = frame.to_world(kSet[i]);
 }
 
 }  // namespace kiln
