@@ -6,7 +6,7 @@
 namespace kiln {
 namespace {
 
-using Bases = BasisRoster<IrradianceOnly, ShL1>;  // one line to add a basis
+using Bases = BasisRoster<IrradianceOnly, ShL1>;  // add a basis here
 
 }  // namespace
 
