@@ -15,7 +15,7 @@ Expected<Environment> Environment::create(const Record* record, const Scene& sce
   RecordReader r(*record);
   e.bake_ = parse_bake(r);
   const TextureUse image = r.texture("image");
-  // With an image the radiance scales it, and is 1 where nothing is said.
+  // With an image, radiance scales it and defaults to 1.
   e.constant_ = glm::max(r.vec3("radiance", Vec3(image.texture < 0 ? 0.0f : 1.0f)), Vec3(0.0f));
   const float turns = r.number("rotation", 0.0f) / 360.0f;
   e.turn_ = turns - std::floor(turns);
@@ -41,7 +41,7 @@ Expected<Environment> Environment::create(const Record* record, const Scene& sce
       return fail(ErrorKind::kInvalidInput,
                   text("environment image '{}' has a texel that is no radiance", t.name));
   }
-  const auto versine = [&](uint32_t rows) {  // of the angle of so many rows
+  const auto versine = [&](uint32_t rows) {  // of the angle spanned by that many rows
     const double s = std::sin(0.5 * M_PI * rows / t.height);
     return 2.0 * s * s;
   };

@@ -6,7 +6,7 @@
 namespace kiln {
 namespace {
 
-constexpr float kAngleError = 2e-7f;  // of atan2_turns, and of the table's angles in floats
+constexpr float kAngleError = 2e-7f;  // error of atan2_turns and of float table angles
 
 std::vector<float> turns(const std::vector<double>& degrees) {
   std::vector<float> out;
@@ -20,7 +20,7 @@ bool rises_within(const std::vector<float>& angles, float low, float high) {
   return !angles.empty();
 }
 
-// The interval that holds x, and how far x is along it. There are at least two angles.
+// The interval that contains x, and the fraction of x along it. Requires at least two angles.
 struct Place {
   size_t index;
   float along;
@@ -104,7 +104,7 @@ double IesLight::power() const {
 }
 
 LightBounds IesLight::bounds() const {
-  // The vertical angles between which it shines.
+  // The range of vertical angles with light.
   size_t first = vertical_.size(), last = 0;
   for (size_t v = 0; v < vertical_.size(); ++v)
     for (size_t h = 0; h < horizontal_.size(); ++h)

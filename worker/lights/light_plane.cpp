@@ -6,7 +6,7 @@
 namespace kiln {
 namespace {
 
-// Of a record's unit axes, which are floats: their own rounding, with room for a rotation that was.
+// Tolerance for a record's unit axes: float rounding, with room for a previous rotation.
 constexpr double kAxisError = 1e-5;
 
 }  // namespace
@@ -27,7 +27,7 @@ Expected<LightPlane> LightPlane::parse(RecordReader& r, const Record& record, do
   l.shine_ = glm::normalize(glm::dot(z, DVec3(m[2])) < 0 ? z : -z);
   l.y_ = glm::normalize(y - l.x_ * glm::dot(l.x_, y));
   l.reach_ = reach;
-  // As reach_error() of surfaces: a step of 2^-17 of the largest magnitude.
+  // Like reach_error() of surfaces: a step of 2^-17 of the largest magnitude.
   const DVec3 far = glm::abs(l.centre_) + DVec3(reach);
   l.margin_ = 0x1p-17 * std::max({far.x, far.y, far.z});
   l.radiance_ = r.vec3("radiance", Vec3(0.0f));

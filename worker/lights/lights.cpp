@@ -12,7 +12,7 @@ Expected<Lights> Lights::create(const Surfaces& surfaces, std::vector<std::strin
     RecordReader r(record);
     KILN_TRY(const bool local, lights.local.add(r, record, surfaces.scene()));
     if (local) {
-      // Parsed.
+      // Parsed lights.
     } else if (record.type == DirectionalLights::kType) {
       lights.directional.add(r, record.to_world);
     } else if (record.type == Environment::kType) {
