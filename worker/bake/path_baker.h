@@ -1,4 +1,4 @@
-// The bake of any kind of receivers: points, paths, sums.
+// Bakes receivers of any kind: points, paths, sums.
 #pragma once
 
 #include <algorithm>
@@ -15,7 +15,7 @@
 
 namespace kiln {
 
-// Units index the receivers; receivers.h has the concept.
+// Units index the receivers; receivers.h defines the concept.
 template <ReceiverKind Receivers>
 class PathBaker final : public Baker {
  public:
@@ -57,7 +57,7 @@ class PathBaker final : public Baker {
       if (site >= receivers_.size())
         return fail(ErrorKind::kInvalidInput,
                     text("unit {} names texel site {}, and there are {}", unit.id, site, receivers_.size()));
-    // Texels of few samples share a batch.
+    // Texels with few samples share a batch.
     const size_t together = std::max(1u, kBatch / std::max(1u, unit.sample_count));
     run.films.assign(together, Film(layout_, settings_.response));
     for (size_t begin = 0; begin < unit.sites.size(); begin += together)
@@ -69,9 +69,9 @@ class PathBaker final : public Baker {
  private:
   static constexpr uint32_t kBatch = Integrator::kBatch;
 
-  // A unit in work.
+  // A unit being baked.
   struct Run {
-    std::vector<Film> films;  // of texels that share a batch
+    std::vector<Film> films;  // films of the texels that share a batch
     std::unique_ptr<Integrator::Workspace> workspace;
     UnitResult result;
     const KnownIrradiance* known;
@@ -81,7 +81,7 @@ class PathBaker final : public Baker {
     typename Receivers::Open points;
   };
 
-  // The unit's samples of sites [begin, end), each texel's added in their order.
+  // The unit's samples of sites [begin, end); each texel's samples are added in order.
   void bake_texels(const WorkUnit& unit, size_t begin, size_t end, Run& run) const {
     std::vector<Receiver> texels;
     texels.reserve(end - begin);
@@ -99,8 +99,8 @@ class PathBaker final : public Baker {
     }
   }
 
-  // Samples that met a back face, from a site inside geometry, are taken again from outside. That is decided
-  // for each sample by itself, so that no cut of a texel's samples into ranges changes any of them.
+  // Samples from a site inside geometry whose primary ray hit a back face are repeated from outside. Each
+  // sample decides for itself, so cutting a texel's samples into ranges differently changes none of them.
   void take_again(Receiver& texel, std::span<Integrator::Task> tasks, Film& film, Run& run) const {
     Integrator::Task again[kBatch];
     size_t from[kBatch], count = 0;
@@ -119,7 +119,7 @@ class PathBaker final : public Baker {
     for (size_t k = 0; k < count; ++k) tasks[from[k]] = again[k];
   }
 
-  // Samples [first, first + count) of some texels, together at most kBatch.
+  // Samples [first, first + count) of some texels, at most kBatch in total.
   void sample(std::span<Receiver> texels, uint32_t replicate, uint32_t first, uint32_t count,
               Run& run) const {
     UnitResult& result = run.result;
