@@ -1,5 +1,6 @@
 // What flat lights share: a plane with a shining side, seen from a receiver.
-// | Area lights are sheets that only emit: they neither block nor reflect rays. Paths find them as
+//
+// Area lights are sheets that only emit: they neither block nor reflect rays. Paths find them as
 // crossings between two surfaces (LocalLights::for_each_crossing).
 #pragma once
 
