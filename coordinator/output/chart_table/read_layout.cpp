@@ -1,5 +1,5 @@
-// A charts.json may come from anywhere: every field that is used is checked, and no number in it decides how
-// much memory is asked for.
+// A charts.json may come from anywhere: every field read is checked, and no number in it decides
+// how much memory is allocated.
 #include <charconv>
 #include <nlohmann/json.hpp>
 
@@ -13,7 +13,7 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr uint64_t kMaxFile = uint64_t{1} << 31;
-constexpr uint32_t kMaxSide = 16384, kMaxPages = 64;  // as --page-size and the packer
+constexpr uint32_t kMaxSide = 16384, kMaxPages = 64;  // as for --page-size and the packer
 constexpr uint32_t kAny = ~0u;
 
 class LayoutReader {
@@ -51,7 +51,7 @@ class LayoutReader {
         text("{}: {} {}: --keep-layout wants the charts.json of an earlier bake", name_, field, what));
   }
 
-  // An element of an object or, for a number as `at`, of an array.
+  // A member of an object or, if `at` is a number, an element of an array.
   template <class At>
   Expected<uint32_t> number(const Json& in, const At& at, const std::string& field, uint32_t low,
                             uint32_t high) const {
@@ -98,7 +98,7 @@ class LayoutReader {
     return chart;
   }
 
-  // Takes the instance's charts; those before `used` have been taken.
+  // Reads the instance's charts; those before `used` are taken already.
   Status object(const Json& in, const std::string& field, const std::vector<PackedChart>& charts,
                 size_t& used, PreviousLayout& layout) const {
     if (!in.is_object()) return bad(field, "is not an object");
