@@ -13,12 +13,12 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kPage = "/docs/examples/three/index.html?folder=/bake/";
-// The page runs what is served here and nothing else; three's zstd decoder is WebAssembly in a data URL.
+// The page may run only what is served here; three's zstd decoder is WebAssembly in a data URL.
 constexpr const char* kPolicy =
     "default-src 'none'; script-src 'self' 'unsafe-inline' 'wasm-unsafe-eval'; style-src 'unsafe-inline'; "
     "connect-src 'self' data: blob:; img-src 'self' data: blob:";
 
-// A page of elsewhere whose name was made to lead here must not read the folder.
+// DNS rebinding: a foreign page whose name resolves to this address must not read the folder.
 bool is_loopback_host(const std::string& host) {
   const std::string name = host.substr(0, host.find(':'));
   return name == "localhost" || name == "127.0.0.1";
@@ -28,7 +28,7 @@ bool is_loopback_host(const std::string& host) {
 
 struct ViewServer::Impl final : httplib::Server {
   explicit Impl(const ViewSettings& s) : settings(s) {
-    // Not SO_REUSEPORT, the library's choice: a second server on the port is an error.
+    // Not SO_REUSEPORT, the library's default: a second server on the port must fail.
     set_socket_options([](socket_t fd) {
       const int on = 1;
       ::setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
@@ -76,7 +76,7 @@ struct ViewServer::Impl final : httplib::Server {
     const auto file = open_below(folder, path);
     if (!file) return say(response, 404, file.error().message);
     if ((*file)->size() == 0) return response.set_content("", mime_type_of(path));
-    // In pieces: lightmaps may be larger than memory. The library answers Range by asking for a part.
+    // Streamed: lightmaps may be larger than memory. For Range requests the library asks for a part.
     response.set_content_provider((*file)->size(), mime_type_of(path),
                                   [held = *file](size_t offset, size_t length, httplib::DataSink& sink) {
                                     std::array<char, 1 << 16> piece;
