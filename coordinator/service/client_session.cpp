@@ -15,8 +15,8 @@ namespace kiln {
 namespace {
 
 constexpr size_t kMaxRequests = 32;
-constexpr size_t kMaxWaitingBytes = 32u << 20;  // of requests and pieces that wait for a thread
-constexpr size_t kMaxFiles = 4096;              // that wait to be sent
+constexpr size_t kMaxWaitingBytes = 32u << 20;  // requests and pieces waiting for a thread
+constexpr size_t kMaxFiles = 4096;              // waiting to be sent
 constexpr size_t kReadBytes = 1u << 20;
 
 struct Download {
@@ -49,13 +49,13 @@ Expected<ChunkPiece> read_piece(const BlobStore& blobs, const Download& download
 
 }  // namespace
 
-// Outlives the session while threads of the pool work for it.
+// Outlives the session while pool threads work for it.
 struct ClientSession::Shared : std::enable_shared_from_this<Shared> {
   Shared(ServiceImpl& s, const Caller& c, ClientLink& l)
       : service(s), caller(c), link(&l), files(s.blobs()) {}
   ServiceImpl& service;
   const Caller caller;
-  ClientLink* link;  // farm's thread only; null: the connection has ended
+  ClientLink* link;  // farm's thread only; null: connection closed
   ClientFiles files;
 
   std::mutex mutex;
@@ -109,7 +109,7 @@ void ClientSession::on_request(Request request) {
 }
 
 void ClientSession::on_piece(ChunkPiece piece) {
-  if (shared_->caller.access < Access::kSubmit) return;  // no upload can have been begun
+  if (shared_->caller.access < Access::kSubmit) return;  // an upload cannot have been started
   bool full = false;
   {
     const std::lock_guard lock(shared_->mutex);
@@ -180,7 +180,7 @@ void ClientSession::Shared::answer_request(const Request& request) {
   });
 }
 
-// One piece is read at a time, and only while little is queued.
+// Pieces are read one at a time, and only while little is queued.
 void ClientSession::Shared::read_next() {
   if (reading || downloads.empty() || !link || link->queued_bytes() >= kChunkWriteBudget) return;
   reading = true;
@@ -191,7 +191,7 @@ void ClientSession::Shared::read_next() {
       if (!self->link) return;
       if (!piece) {
         log_warning(piece.error().message);
-        self->link->send(Reply{0, false, piece.error().kind, piece.error().message});  // 0: of no request
+        self->link->send(Reply{0, false, piece.error().kind, piece.error().message});  // 0: no request
         self->downloads.pop_front();
       } else {
         self->downloads.front().offset += piece->bytes.size();

@@ -11,7 +11,7 @@ namespace {
 
 using Kind = JsonValue::Kind;
 
-// Decide nothing about the result, or name folders of another machine.
+// Settings that do not affect the result, or that name folders of another machine.
 bool stays_behind(std::string_view name) {
   return name == "unwrap-cache" || name == "workers" || name == "threads" || name == "lease-ms";
 }

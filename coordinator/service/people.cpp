@@ -11,7 +11,7 @@ namespace {
 constexpr size_t kMaxUser = 64;
 constexpr uint64_t kMaxTokenBytes = 4096;
 
-// The file's first line; made with a new token if there is no file.
+// The first line of the file; if there is no file, one with a new token is made.
 Expected<std::string> token_in(const std::filesystem::path& file) {
   std::error_code code;
   if (!std::filesystem::exists(file, code)) {

@@ -8,7 +8,7 @@ namespace {
 
 constexpr int64_t kMaxId = int64_t{1} << 62;
 
-// The job that is meant, if it is the caller's to change.
+// The job named in the request, if the caller may change it.
 Expected<JobId> own_job(const Ask& ask) {
   KILN_TRY(const int64_t number, number_field(ask.document, "id", 1, kMaxId));
   const auto id = static_cast<JobId>(number);
