@@ -12,7 +12,7 @@ namespace {
 constexpr float kUsualFov = 1.0f;  // radians
 constexpr double kDegrees = 57.29577951308232;
 
-// "1,2,3:4,5,6:50" as seven numbers, or six without the last.
+// Parses "1,2,3:4,5,6:50" as seven numbers, or six without the last.
 std::optional<std::vector<double>> numbers_of(const std::string& wish) {
   std::vector<double> out;
   const char *at = wish.data(), *const end = at + wish.size();

@@ -57,7 +57,7 @@ Expected<std::string> maps(const BakeReport& r, const Lightmap& map) {
   return a + b;
 }
 
-// Errors of decoded textures, to 10 % in yellow, logarithmic from 0.01 %.
+// Errors of decoded textures, logarithmic from 0.01 % to 10 % (yellow).
 Expected<std::string> texture_maps(const BakeReport& r, const Lightmap& map,
                                    std::span<const std::vector<float>> errors) {
   std::string out;
