@@ -98,7 +98,7 @@ Expected<BakeSettings> settings_of_run(const BakeSettings& base, const Configura
   KILN_TRY_STATUS(unless_said("encode", "none"));
   KILN_TRY_STATUS(unless_said("seams", "off"));
   KILN_TRY_STATUS(unless_said("dilate", "0"));
-  KILN_TRY_STATUS(unless_said("error-norm", "mean-square"));  // what relMSE is the measure of
+  KILN_TRY_STATUS(unless_said("error-norm", "mean-square"));  // the norm that relMSE measures
   for (const auto& [key, value] : configuration.settings)
     KILN_TRY_STATUS(set_option(s, key, value, "--set " + configuration.name));
   if (configuration.by_samples) {
