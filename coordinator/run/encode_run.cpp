@@ -34,7 +34,7 @@ Expected<JsonValue> report_of(const fs::path& folder) {
   return std::move(*json);
 }
 
-// The bake's settings, with what the caller set on top.
+// The bake's settings, overridden by those that the caller set.
 Expected<BakeSettings> settings_of(const EncodeRequest& r, const JsonValue& json) {
   const JsonValue* rows = json.find("settings");
   if (!rows) return refuse(text("{}: its report has no settings", r.from.string()));
@@ -48,7 +48,7 @@ Expected<BakeSettings> settings_of(const EncodeRequest& r, const JsonValue& json
     const JsonValue* stored = rows->find(row.name);
     const JsonValue* value = stored ? stored->find("value") : nullptr;
     const JsonValue* set_by = stored ? stored->find("set_by") : nullptr;
-    // Defaults may print as what they do not parse (no sun: an empty text).
+    // Some defaults print as text that does not parse (no sun: an empty string).
     if (!value || (set_by && set_by->text == "default")) continue;
     KILN_TRY_STATUS(set_option(out, row.name, value->text, "the bake"));
   }
@@ -56,7 +56,7 @@ Expected<BakeSettings> settings_of(const EncodeRequest& r, const JsonValue& json
   return out;
 }
 
-// Of a bake with --two-pass light decided on the layout: the report says how.
+// Bakes with --two-pass have a layout that depends on light: the report records it.
 LayoutWish layout_of(const JsonValue& json) {
   const JsonValue* atlas = json.find("atlas");
   const JsonValue* two_pass = atlas ? atlas->find("two_pass") : nullptr;
@@ -70,14 +70,14 @@ LayoutWish layout_of(const JsonValue& json) {
     if (const JsonValue* list = collapsed->find(name)) lists[why] = list->text;
   wish.collapse = [lists](const ChartsToSize& charts) {
     std::vector<uint8_t> out(charts.texels.size(), kNotCollapsed);
-    // What cannot be read is of another scene: check_layout says so.
+    // A master that cannot be read belongs to another scene: check_layout reports it.
     for (const auto& [why, list] : lists) static_cast<void>(read_charts(list, why, out));
     return out;
   };
   return wish;
 }
 
-// One master, its pages stacked into planes of the map; `names`: (channel of the file, plane of the map).
+// Reads one master, pages stacked, into planes of the map; `names`: (channel of the file, plane).
 Status read_master(const fs::path& folder, const std::string& stem, const Atlas& atlas,
                    const std::vector<std::pair<std::string, std::string>>& names, Planes& planes) {
   std::vector<std::vector<float>> all(names.size());
@@ -99,7 +99,7 @@ Status read_master(const fs::path& folder, const std::string& stem, const Atlas&
   return {};
 }
 
-// A master that not every bake has.
+// An optional master.
 Status read_if_there(const fs::path& folder, const std::string& stem, const Atlas& atlas,
                      const std::vector<std::string>& channels, Planes& planes) {
   std::error_code code;
@@ -171,8 +171,8 @@ Expected<Lightmap> read_lightmap(const fs::path& folder, const Atlas& atlas, con
   return map;
 }
 
-// The layout of the masters is the one just built: every measured texel lies on a chart, and the table is
-// equal.
+// Checks that the masters have the layout just built: every measured texel lies on a chart, and the
+// chart table is equal.
 Status check_layout(const EncodeRequest& r, const Preflight& pre, const Lightmap& map) {
   const auto other = [&](const char* what) {
     return refuse(

@@ -12,9 +12,9 @@ void NonfiniteLog::add(const WorkUnit& unit, const UnitResult& result) {
   count_ += result.nonfinite;
   const auto site = std::find_if(unit.sites.begin(), unit.sites.end(),
                                  [&](uint32_t s) { return atlas_.sites.texel[s] == result.nonfinite_texel; });
-  if (site == unit.sites.end()) return;  // a place that the unit does not have says nothing
+  if (site == unit.sites.end()) return;  // a position outside the unit is ignored
   const uint32_t texel = result.nonfinite_texel, row = texel / atlas_.width;
-  const uint32_t instance = atlas_.sites.words[atlas_.sites.first_word[*site] + 4];  // of the first triangle
+  const uint32_t instance = atlas_.sites.words[atlas_.sites.first_word[*site] + 4];  // first triangle
   NonfinitePlace place{texel % atlas_.width,
                        row % atlas_.height,
                        row / atlas_.height,

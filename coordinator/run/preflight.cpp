@@ -50,7 +50,7 @@ std::string unseen_text(const AtlasStatistics& s) {
       unseen.charts, s.charts, unseen.texels, unseen.from, 100 * s.share(unseen.from));
 }
 
-// What --unseen auto has come to.
+// Reports the result of --unseen auto.
 void note_unseen(const BakeSettings& settings, Preflight& pre) {
   if (settings.unseen != "auto") return;
   const auto say = [&](ImportNote::Kind kind, std::string what) {
@@ -66,7 +66,7 @@ void note_unseen(const BakeSettings& settings, Preflight& pre) {
   say(ImportNote::Kind::kNote, unseen_text(pre.atlas.statistics));
 }
 
-// Settings of layout pack say nothing to a scene whose own atlas is used.
+// Warns of layout pack settings that have no effect on a scene's own atlas.
 void warn_of_unused(const BakeSettings& settings, Atlas& atlas) {
   if (atlas.packed) return;
   if (!settings.keep_layout.empty())
@@ -79,7 +79,7 @@ void warn_of_unused(const BakeSettings& settings, Atlas& atlas) {
     atlas.warnings.push_back("--instanced is not used: the lightmap is the file's own atlas (--layout pack)");
 }
 
-// The atlas and what is said of it. Leaves `layout` as advice on it wants it.
+// Builds the atlas and its findings. Updates `layout` as the advice on it needs.
 Status make_atlas(const BakeSettings& settings, const LayoutWish& wish, AtlasSettings& layout,
                   Preflight& pre) {
   DensityFactors factors = density_factors(pre.imported.scene, pre.imported.density, settings);
@@ -114,7 +114,7 @@ Status make_atlas(const BakeSettings& settings, const LayoutWish& wish, AtlasSet
   return {};
 }
 
-// Levels and proxies on the atlas.
+// Projects levels and proxies onto the atlas.
 Status project_levels(const std::filesystem::path& scene, const BakeSettings& settings, Preflight& pre) {
   LodSettings lods;
   lods.distance = settings.lod_distance;
@@ -158,7 +158,7 @@ Status lay_out_again(const std::filesystem::path& scene, const BakeSettings& set
     progress({.stage = "atlas"});
     KILN_TRY_STATUS(make_atlas(settings, wish, layout, pre));
   }
-  // What has no texels has none for its levels either: those stay as the file has them.
+  // Objects without texels have none for their levels either: those stay as in the file.
   std::erase_if(pre.imported.display.shown, [&](const DisplayMesh& m) {
     const std::vector<uint32_t>& from = pre.imported.display.sets[m.set].sources;
     return std::none_of(from.begin(), from.end(), [&](uint32_t i) { return pre.atlas.receives(i); });
