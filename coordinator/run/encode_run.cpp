@@ -28,7 +28,8 @@ Expected<JsonValue> report_of(const fs::path& folder) {
   const fs::path path = folder / "report.json";
   const auto text_of = read_file(path, kMaxReportBytes);
   if (!text_of)
-    return refuse(text("{}: it is no output folder of a bake: {}", folder.string(), text_of.error().message));
+    return refuse(
+        text("{}: this is not an output folder of a bake: {}", folder.string(), text_of.error().message));
   auto json = parse_json(std::string_view(reinterpret_cast<const char*>(text_of->data()), text_of->size()));
   if (!json) return refuse(text("{}: {}", path.string(), json.error().message));
   return std::move(*json);
@@ -165,7 +166,7 @@ Expected<Lightmap> read_lightmap(const fs::path& folder, const Atlas& atlas, con
   KILN_TRY_STATUS(read_master(folder, "validity", atlas, {{"Y", "class"}}, classes));
   for (const float v : classes.data[0]) {
     if (!(v >= 0 && v < kValidityClasses) || v != std::floor(v))
-      return refuse(text("{}: validity.exr has a class {} that there is not", folder.string(), v));
+      return refuse(text("{}: validity.exr has an unknown class {}", folder.string(), v));
     map.validity.push_back(static_cast<Validity>(v));
   }
   return map;

@@ -30,7 +30,7 @@ void NonfiniteLog::add(const WorkUnit& unit, const UnitResult& result) {
 
 std::string NonfiniteLog::sentence() const {
   if (count_ == 0) return "";
-  std::string out = text("{} samples hold light beyond what a float holds, which is left out", count_);
+  std::string out = text("{} samples exceed the range of a float and were dropped", count_);
   if (places_.empty()) return out;
   const NonfinitePlace& p = places_.front();
   return out + text(": the first at texel ({}, {}) of page {}, '{}', sample {}", p.x, p.y, p.page, p.instance,

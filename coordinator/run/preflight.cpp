@@ -58,11 +58,11 @@ void note_unseen(const BakeSettings& settings, Preflight& pre) {
   };
   if (!pre.atlas.packed)
     return say(ImportNote::Kind::kIgnored,
-               "--unseen auto is not heeded: the file's own atlas decides, --layout pack heeds it");
+               "--unseen auto has no effect on the file's own atlas: use --layout pack");
   if (!pre.unseen_decides)
-    return say(
-        ImportNote::Kind::kWarning,
-        "--unseen auto changes nothing: the scene has neither camera nor light; add one, or take it away");
+    return say(ImportNote::Kind::kWarning,
+               "--unseen auto has no effect: the scene has neither a camera nor a light; add one, or drop "
+               "the option");
   say(ImportNote::Kind::kNote, unseen_text(pre.atlas.statistics));
 }
 
@@ -70,13 +70,11 @@ void note_unseen(const BakeSettings& settings, Preflight& pre) {
 void warn_of_unused(const BakeSettings& settings, Atlas& atlas) {
   if (atlas.packed) return;
   if (!settings.keep_layout.empty())
-    atlas.warnings.push_back(
-        "--keep-layout is not used: the lightmap is the file's own atlas (--layout pack)");
+    atlas.warnings.push_back("--keep-layout has no effect on the file's own atlas: use --layout pack");
   if (settings.two_pass)
-    atlas.notes.push_back(
-        "--two-pass on is not heeded: the file's own atlas decides, --layout pack heeds it");
+    atlas.notes.push_back("--two-pass on has no effect on the file's own atlas: use --layout pack");
   if (settings.instanced)
-    atlas.warnings.push_back("--instanced is not used: the lightmap is the file's own atlas (--layout pack)");
+    atlas.warnings.push_back("--instanced has no effect on the file's own atlas: use --layout pack");
 }
 
 // Builds the atlas and its findings. Updates `layout` as the advice on it needs.
@@ -171,7 +169,7 @@ Status lay_out_again(const std::filesystem::path& scene, const BakeSettings& set
   if (!pre.atlas.packed && !layout.density.empty())
     pre.imported.notes.push_back(
         {ImportNote::Kind::kIgnored,
-         "densities of objects are asked for, but the file's own atlas decides: --layout pack heeds them"});
+         "densities of objects have no effect on the file's own atlas: use --layout pack"});
   const unsigned workers = settings.workers ? settings.workers : 1;
   pre.plan = make_plan(pre.imported.scene, pre.atlas, settings,
                        settings.threads ? settings.threads * workers : hardware_threads());

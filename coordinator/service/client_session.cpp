@@ -127,8 +127,7 @@ void ClientSession::on_piece(ChunkPiece piece) {
 Status ClientSession::on_chunk_request(ChunkRequest request) {
   for (const Digest& digest : request.ids) {
     const auto from = shared_->files.take_download(digest);
-    if (!from)
-      return fail(ErrorKind::kUsage, "a file was asked for that was not fetched by its job and path before");
+    if (!from) return fail(ErrorKind::kUsage, "request the file by its job and path first");
     if (shared_->downloads.size() >= kMaxFiles)
       return fail(ErrorKind::kUsage, text("more than {} files were asked for at once", kMaxFiles));
     shared_->downloads.push_back({digest, *from});
@@ -171,7 +170,7 @@ void ClientSession::Shared::answer_request(const Request& request) {
   if (document && document->size() > kMaxDocumentBytes)
     document = fail(
         ErrorKind::kUsage,
-        text("the answer has {} bytes, more than fit a message: ask for fewer at a time", document->size()));
+        text("the answer has {} bytes, more than fit a message: request fewer at a time", document->size()));
   reply.ok = document.has_value();
   if (!document) reply.kind = document.error().kind;
   reply.document = document ? std::move(*document) : document.error().message;

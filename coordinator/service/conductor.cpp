@@ -108,7 +108,7 @@ Expected<std::unique_ptr<FarmJob>> ServiceImpl::open_job(const JobRecord& begun,
   KILN_TRY(const std::vector<CommitRow> rows, store_->commits(id));
   for (const CommitRow& row : rows)
     open.known.push_back({row.unit, row.shape, row.digest, row.worker, row.settled, row.verified});
-  if (!rows.empty()) note(id, text("{} results of units are there already", rows.size()));
+  if (!rows.empty()) note(id, text("{} unit results are already stored", rows.size()));
   KILN_TRY(std::unique_ptr<FarmJob> opened, farm_->open_job(open));
   // Apply requests that came between reading the record and now.
   if (active.stop) return fail(ErrorKind::kUnavailable, "the job was stopped");

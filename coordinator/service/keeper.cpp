@@ -48,13 +48,13 @@ void ServiceImpl::keep() {
 void ServiceImpl::end_waits() {
   for (const WaitEnd& end : ended_waits(store_->jobs())) {
     const Status s = store_->change(end.job, [&](JobRecord& job) -> Status {
-      if (job.state != JobState::kWaiting) return fail(ErrorKind::kUsage, "it waits no more");
+      if (job.state != JobState::kWaiting) return fail(ErrorKind::kUsage, "no longer waiting");
       job.state = end.failure.empty() ? JobState::kQueued : JobState::kFailed;
       job.reason = end.failure;
       if (!end.failure.empty()) job.ended_ms = unix_ms();
       return {};
     });
-    if (s) note(end.job, end.failure.empty() ? "what it waited for is done" : end.failure);
+    if (s) note(end.job, end.failure.empty() ? "the job it waited for is done" : end.failure);
     if (s && !end.failure.empty()) wake();
   }
 }

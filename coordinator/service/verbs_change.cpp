@@ -15,7 +15,7 @@ Expected<JobId> own_job(const Ask& ask) {
   const auto job = ask.service.store().job(id);
   if (!job) return fail(ErrorKind::kInvalidInput, text("there is no job {}", id));
   if (ask.caller.access < Access::kAdmin && job->user != ask.caller.user)
-    return fail(ErrorKind::kUsage, text("job {} is {}'s: {} may change own jobs only, an admin all", id,
+    return fail(ErrorKind::kUsage, text("job {} is {}'s: {} may change only their own jobs, an admin any", id,
                                         job->user, ask.caller.user));
   return id;
 }

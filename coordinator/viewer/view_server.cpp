@@ -57,19 +57,19 @@ struct ViewServer::Impl final : httplib::Server {
     response.set_header("Content-Security-Policy", kPolicy);
     if (request.method != "GET" && request.method != "HEAD") {
       response.set_header("Allow", "GET, HEAD");
-      return say(response, 405, "files are read here, nothing else");
+      return say(response, 405, "only GET and HEAD are served");
     }
     if (!is_loopback_host(request.get_header_value("Host")))
-      return say(response, 421, "this server speaks for localhost only");
+      return say(response, 421, "this server answers requests for localhost only");
     if (request.path == "/") return response.set_redirect(kPage);
-    if (request.ranges.size() > 1) return say(response, 416, "ask for one range at a time");
+    if (request.ranges.size() > 1) return say(response, 416, "request one range at a time");
     const std::pair<std::string_view, fs::path> folders[] = {
         {"/bake/", settings.bake},
         {"/docs/examples/three/", settings.share / "examples/three"},
         {"/docs/shaders/", settings.share / "shaders"}};
     for (const auto& [prefix, folder] : folders)
       if (request.path.starts_with(prefix)) return send(folder, request.path.substr(prefix.size()), response);
-    say(response, 404, "here are /, /bake/, /docs/examples/three/ and /docs/shaders/");
+    say(response, 404, "only /, /bake/, /docs/examples/three/ and /docs/shaders/ are served");
   }
 
   static void send(const fs::path& folder, const std::string& path, httplib::Response& response) {

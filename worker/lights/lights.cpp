@@ -18,7 +18,7 @@ Expected<Lights> Lights::create(const Surfaces& surfaces, std::vector<std::strin
     } else if (record.type == Environment::kType) {
       if (environment)
         return fail(ErrorKind::kInvalidInput,
-                    text("'{}' is a second environment; there can be one", record.name));
+                    text("'{}' is a second environment; there can be only one", record.name));
       environment = &record;
       continue;  // reads and reports its own properties
     } else {

@@ -20,11 +20,10 @@ std::vector<std::string> parts_of(const std::string& list) {
 }
 
 tl::unexpected<Error> refuse(const std::string& given, const std::string& why) {
-  return fail(
-      ErrorKind::kUsage,
-      text("--set {}: {}: NAME:key=value,key=value is wanted, with settings as 'kiln bake --help' lists them "
-           "and ladder=error or ladder=samples",
-           given, why));
+  return fail(ErrorKind::kUsage, text("--set {}: {}: NAME:key=value,key=value is expected, with settings as "
+                                      "'kiln bake --help' lists them "
+                                      "and ladder=error or ladder=samples",
+                                      given, why));
 }
 
 Configuration known(const std::string& text) {

@@ -80,7 +80,7 @@ Expected<std::vector<double>> read_plane(const fs::path& folder, const std::stri
   for (const fs::path& path : files) {
     KILN_TRY(const Planes p, read_exr(path));
     if (p.names.size() != 1)
-      return refuse(text("{} has {}: one channel is wanted", path.string(), listed(p)));
+      return refuse(text("{} has {}: one channel is expected", path.string(), listed(p)));
     if (p.width != map.width || p.height != map.page_height)
       return refuse(text("{} has {}x{} texels, irradiance.exr beside it {}x{}: they are of two bakes",
                          path.string(), p.width, p.height, map.width, map.page_height));

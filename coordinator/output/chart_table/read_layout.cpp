@@ -48,7 +48,7 @@ class LayoutReader {
   tl::unexpected<Error> bad(const std::string& field, const std::string& what) const {
     return fail(
         ErrorKind::kInvalidInput,
-        text("{}: {} {}: --keep-layout wants the charts.json of an earlier bake", name_, field, what));
+        text("{}: {} {}: --keep-layout needs the charts.json of an earlier bake", name_, field, what));
   }
 
   // A member of an object or, if `at` is a number, an element of an array.
@@ -131,7 +131,7 @@ Expected<KeptLayout> read_layout(const std::filesystem::path& path) {
   const Json root = Json::parse(begin, begin + file.size(), nullptr, false);
   if (root.is_discarded())
     return fail(ErrorKind::kInvalidInput,
-                text("{}: its JSON does not parse: --keep-layout wants the charts.json of an earlier bake",
+                text("{}: its JSON does not parse: --keep-layout needs the charts.json of an earlier bake",
                      path.string()));
   KILN_TRY(PreviousLayout layout, LayoutReader(path.string()).read(root));
   return KeptLayout{std::move(layout), sha256(file)};
