@@ -16,13 +16,13 @@
 
 namespace kiln {
 
-// A basis of a roster: the number of functions, the names of their planes and whether a plane is signed.
+// A roster entry: the number of functions, the names of their planes and whether a plane is signed.
 struct BasisInfo {
   std::string_view name;
   std::span<const std::string_view> functions;  // plane prefixes: "L0", "L1x", ...
   std::span<const bool> is_signed;
-  std::span<const uint32_t> degree;  // of each function: those of one degree form a band
-  // Function 0 bounds the length of the vector of functions 1, 2 and 3, in each colour.
+  std::span<const uint32_t> degree;  // of each function; functions of one degree form a band
+  // Function 0 bounds the length of the vector of functions 1, 2 and 3, in each colour channel.
   bool has_direction;
   std::string_view about;
   std::string_view convention{};  // how E follows from the functions; empty: they are none
@@ -40,7 +40,7 @@ struct BasisInfo {
 
 constexpr int kMaxBasisFunctions = 4;
 
-// Only E at the surface normal, which every bake has: no functions of its own.
+// Only E at the surface normal, which every bake has: no additional functions.
 struct IrradianceOnly {
   static constexpr std::array<std::string_view, 0> functions{};
   static constexpr std::array<bool, 0> is_signed{};
@@ -82,13 +82,13 @@ struct ShL1 {
   }
 };
 
-// Linear reconstruction of E(n) from one channel of L0, L1. Unit: that of E. May be negative (ringing).
+// Linear reconstruction of E(n) from one channel of L0 and L1, in the unit of E. May be negative (ringing).
 inline float sh_l1_irradiance(float l0, const Vec3& l1, const Vec3& n) {
   const float f[4] = {l0, l1.x, l1.y, l1.z};
   return ShL1::irradiance(f, n);
 }
 
-// Functions of one degree: "L0", "L1".
+// Functions of the same degree: "L0", "L1".
 struct BasisBand {
   std::string name;
   std::vector<size_t> functions;
@@ -104,14 +104,14 @@ Expected<uint32_t> find_basis(std::string_view name, std::string_view fit = "pro
 // functions.size()).
 void evaluate_basis(uint32_t index, const Vec3& direction, const Vec3& normal, float* f);
 
-// Planes of a moment record (MomentLayout); without light those from kMomentER on are not there.
+// Planes of a moment record (MomentLayout); without light, those from kMomentER on are absent.
 enum MomentPlane : uint32_t {
   kMomentInside,  // primary rays that met a back face
   kMomentPushed,  // samples taken from a place moved out of geometry
   kMomentER,      // radiance x cosine / pdf at the surface normal
   kMomentEG,
   kMomentEB,
-  kMomentLum,   // luminance of E's sample
+  kMomentLum,   // luminance of the E sample
   kMomentLum2,  // its square
   kMomentBasis,
 };

@@ -1,4 +1,4 @@
-// What loops over the bases ask of a list of them.
+// What code that loops over the bases needs from a list of them.
 #pragma once
 
 #include "common/responses/basis.h"

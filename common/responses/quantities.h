@@ -1,4 +1,4 @@
-// What a bake is asked for, and how the sums of it lie in a unit result.
+// The quantities a bake is asked for, and the layout of their sums in a unit result.
 #pragma once
 
 #include "common/responses/basis.h"
@@ -6,7 +6,7 @@
 
 namespace kiln {
 
-// --quantities: light, and entries of the roster of responses.
+// --quantities: light, and entries of the response roster.
 struct Quantities {
   bool light = true;
   std::vector<uint32_t> responses{};  // indices into response_roster(), ascending
@@ -17,16 +17,16 @@ struct Quantities {
 Expected<Quantities> parse_quantities(std::string_view list);
 std::string print_quantities(const Quantities& quantities);
 
-// The planes of a texel's moment record: "inside" and "pushed"; E, its luminance and the square of that, and
-// the basis (function major, R G B), where light is asked for; then each response's components, sum and sum
-// of squares.
+// The planes of a texel's moment record: "inside" and "pushed"; if light is asked for, E, its
+// luminance, the square of that, and the basis (function major, R G B); then the sum and the sum of
+// squares of each response's components.
 class MomentLayout {
  public:
   explicit MomentLayout(uint32_t basis = 0, const Quantities& quantities = {});
   size_t planes() const { return planes_; }
   bool has_light() const { return quantities_.light; }
   uint32_t basis() const { return basis_; }
-  size_t functions() const { return functions_; }  // of the basis; 0 without light
+  size_t functions() const { return functions_; }  // in the basis; 0 without light
   const Quantities& quantities() const { return quantities_; }
   // First plane of entry k of quantities().responses.
   size_t response(size_t k) const { return first_[k]; }

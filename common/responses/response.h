@@ -1,7 +1,7 @@
-// ROOM: add a response. A response is what a texel accumulates of what its primary rays find: a few
-// components, each a function of one sample. A unit result carries the sum of every component and of its
-// square, linear in the samples, so that units of any cut, order and machine add up. `light` (irradiance and
-// the basis) is the response that needs whole paths; those of this header need the first ray alone.
+// ROOM: add a response. A response is a quantity that a texel accumulates from its primary rays: a few
+// components, each a function of one sample. A unit result holds the sum of every component and of its
+// square. Both are linear in the samples, so units of any cut, order and machine add up. `light` (irradiance
+// and the basis) is the response that needs whole paths; those of this header need only the first ray.
 #pragma once
 
 #include <array>
@@ -19,7 +19,7 @@
 
 namespace kiln {
 
-// How occlusion falls with the distance d to the occluder, for a maximum distance D.
+// How occlusion falls off with the distance d to the occluder, for a maximum distance D.
 enum class Falloff : uint32_t {
   kNone,    // 1 up to D
   kLinear,  // 1 - d/D
@@ -41,35 +41,35 @@ struct PrimaryRay {
   // cosine / (pi x density) at the shading normal; 0 where the direction lies below the geometric horizon
   // and no ray was traced. Its mean over the samples of an open sky is 1.
   float weight = 0.0f;
-  // Metres to the surface that ended the ray, glass that it passed left aside; infinite where it escaped.
+  // Metres to the surface that ended the ray, not counting glass passed; infinite if the ray escaped.
   float distance = std::numeric_limits<float>::infinity();
-  // Luminance of what the glass on its way lets through; 1 without glass.
+  // Luminance of the transmittance of the glass passed; 1 without glass.
   float transmittance = 1.0f;
   bool escaped() const { return distance == std::numeric_limits<float>::infinity(); }
 };
 
-// `components` are accumulated, `stored` are what resolve() makes of their means; both are below.
+// `components` are accumulated, `stored` are what resolve() computes from their means.
 struct ResponseInfo {
-  std::string_view name;  // in --quantities, of its master and its textures
+  std::string_view name;  // in --quantities, and of its master and textures
   size_t components;
   std::span<const std::string_view> stored;  // channels of the master: "Y"; "X", "Y", "Z"
   bool is_signed;                            // stored values may be negative
   std::string_view about;
-  // Stored values from the components' means, and their standard error (of the vector, where there are
-  // several) from the components' errors. Run once, after the last merge.
+  // Stored values from the components' means, and their standard error (of the vector, if there are
+  // several) from the components' errors. Called once, after the last merge.
   void (*resolve)(const float* means, float* stored);
   float (*standard_error)(const float* means, const float* errors);
 };
 
 constexpr size_t kMaxComponents = 4;
 
-// Of responses that store their means.
+// For responses that store their means.
 struct StoredAsIs {
   static void resolve(const float* means, float* stored) { stored[0] = means[0]; }
   static float standard_error(const float*, const float* errors) { return errors[0]; }
 };
 
-// Share of the hemisphere, weighted by the cosine, without an occluder closer than ao_distance. [0, 1].
+// Cosine-weighted share of the hemisphere without an occluder closer than ao_distance. [0, 1].
 struct AmbientOcclusion : StoredAsIs {
   static constexpr size_t kComponents = 1;
   static constexpr std::array<std::string_view, 1> stored{"Y"};
@@ -87,8 +87,8 @@ struct AmbientOcclusion : StoredAsIs {
   }
 };
 
-// Share of the hemisphere, weighted by the cosine, from which the sky is seen; alpha masks, blending and
-// glass let through what they let through. [0, 1]: a sky of constant radiance L gives E = pi L sky.
+// Cosine-weighted share of the hemisphere that sees the sky; alpha masks, blending and glass count
+// by their transmittance. [0, 1]: a sky of constant radiance L gives E = pi L sky.
 struct SkyVisibility : StoredAsIs {
   static constexpr size_t kComponents = 1;
   static constexpr std::array<std::string_view, 1> stored{"Y"};
@@ -118,8 +118,8 @@ struct BentNormal {
     const float length = std::sqrt(dot(m, m)), scale = length > 0.0f ? means[3] / length : 0.0f;
     for (int c = 0; c < 3; ++c) stored[c] = m[c] * scale;
   }
-  // To first order: what the length is wrong by, and what the direction turns by times the length. The part
-  // of the vector's error that lies along it turns nothing, so this is an upper estimate.
+  // To first order: the error of the length, and the rotation of the direction times the length.
+  // Errors along the vector do not rotate it, so this is an upper estimate.
   static float standard_error(const float* means, const float* errors) {
     const Vec3 m(means[0], means[1], means[2]), e(errors[0], errors[1], errors[2]);
     const float square = dot(m, m), turn = square > 0.0f ? means[3] * means[3] / square * dot(e, e) : 0.0f;
@@ -127,7 +127,7 @@ struct BentNormal {
   }
 };
 
-// A list of response types with what loops over them ask.
+// A list of response types, with what code that loops over them needs.
 template <class... Response>
 struct ResponseRoster {
   static std::span<const ResponseInfo> all() {
@@ -160,7 +160,7 @@ struct ResponseRoster {
     }
   }
 };
-using Responses = ResponseRoster<AmbientOcclusion, SkyVisibility, BentNormal>;  // one entry to add one
+using Responses = ResponseRoster<AmbientOcclusion, SkyVisibility, BentNormal>;  // add a response here
 
 std::span<const ResponseInfo> response_roster();
 // Plane of a stored value: "ao", or "bent.X" where there are several.

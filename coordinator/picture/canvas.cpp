@@ -30,7 +30,7 @@ std::string escaped(const std::string& s) {
   return out;
 }
 
-// Of a point from the piece of a line.
+// Distance of a point from a line segment.
 double distance(double x, double y, double x0, double y0, double x1, double y1) {
   const double dx = x1 - x0, dy = y1 - y0, square = dx * dx + dy * dy;
   const double t = square > 0 ? std::clamp(((x - x0) * dx + (y - y0) * dy) / square, 0.0, 1.0) : 0;
@@ -92,7 +92,7 @@ void PixelCanvas::dot(double x, double y, double radius, const InkColor& ink) {
 }
 
 void PixelCanvas::word(double x, double y, Anchor anchor, const std::string& what, const InkColor& ink) {
-  std::string small = what;  // the letters that labels have
+  std::string small = what;  // labels have small letters only
   for (char& c : small) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   const auto scale = static_cast<uint32_t>(scale_);
   const double width = label_width(scale, small);

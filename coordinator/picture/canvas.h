@@ -1,4 +1,4 @@
-// Lines, dots and words, as SVG or as pixels: one drawing, both files.
+// Lines, dots and words, as SVG or as pixels: one drawing makes both files.
 #pragma once
 
 #include <memory>
@@ -11,7 +11,7 @@ namespace kiln {
 enum class Anchor { kStart, kMiddle, kEnd };
 using InkColor = std::array<uint8_t, 3>;
 
-// Coordinates are in units of a pixel of SVG, y downwards; what lies outside is cut off.
+// Coordinates are in SVG pixels, y downwards; anything outside is clipped.
 class Canvas {
  public:
   virtual ~Canvas() = default;
@@ -27,7 +27,7 @@ class SvgCanvas final : public Canvas {
   void line(double x0, double y0, double x1, double y1, double width, const InkColor& ink) override;
   void dot(double x, double y, double radius, const InkColor& ink) override;
   void word(double x, double y, Anchor anchor, const std::string& text, const InkColor& ink) override;
-  std::string take();  // the file; once
+  std::string take();  // the file; call once
 
  private:
   std::string out_;
@@ -35,7 +35,7 @@ class SvgCanvas final : public Canvas {
 
 class PixelCanvas final : public Canvas {
  public:
-  PixelCanvas(double width, double height, uint32_t scale);  // `scale` pixels a unit
+  PixelCanvas(double width, double height, uint32_t scale);  // `scale` pixels per unit
   void line(double x0, double y0, double x1, double y1, double width, const InkColor& ink) override;
   void dot(double x, double y, double radius, const InkColor& ink) override;
   void word(double x, double y, Anchor anchor, const std::string& text, const InkColor& ink) override;

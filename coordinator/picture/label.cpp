@@ -5,7 +5,7 @@ namespace {
 
 struct Glyph {
   char letter;
-  uint8_t rows[kLabelHeight];  // bit 4: left
+  uint8_t rows[kLabelHeight];  // bit 4 is leftmost
 };
 
 constexpr Glyph kGlyphs[] = {

@@ -1,4 +1,4 @@
-// Small words in pictures.
+// Short labels in pictures.
 #pragma once
 
 #include <string_view>
@@ -7,8 +7,8 @@
 
 namespace kiln {
 
-// Letters a to z, digits, space and .,:;_+-/%, 5 x 7 dots of `scale` pixels, 6 apart; others are left blank.
-// What reaches over the picture is cut off.
+// Letters a to z, digits, space and .,:;_+-/%, in 5 x 7 dots of `scale` pixels, 6 apart; other
+// characters are blank. Clipped at the picture's edges.
 void draw_label(Picture& picture, uint32_t left, uint32_t top, uint32_t scale, std::string_view text,
                 const std::array<uint8_t, 3>& color);
 uint32_t label_width(uint32_t scale, std::string_view text);

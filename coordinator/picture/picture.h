@@ -1,4 +1,4 @@
-// 8-bit pictures and what previews share in making them.
+// 8-bit pictures and what previews share to make them.
 #pragma once
 
 #include <array>
@@ -9,7 +9,7 @@
 
 namespace kiln {
 
-// Row 0 on top.
+// Row 0 is the top row.
 struct Picture {
   Picture() = default;
   Picture(uint32_t w, uint32_t h, uint8_t grey) : width(w), height(h), rgb(size_t{w} * h * 3, grey) {}
@@ -25,13 +25,13 @@ struct Picture {
 
 constexpr uint32_t kSupersample = 2;  // per side
 
-// A picture of the mean of fine^2 pixels each: `color` gives pixel i of the large one, 0 to 255. The mean is
-// of displayed values, so that bright edges are smooth.
+// A picture in which each pixel is the mean of fine^2 pixels; `color` gives pixel i of the large
+// picture, 0 to 255. Displayed values are averaged, so that bright edges are smooth.
 Picture supersampled(uint32_t width, uint32_t height, uint32_t fine,
                      const std::function<Vec3(size_t)>& color);
 
-// The pages of the atlas side by side, scaled to at most `size` a side. Shrinks by any factor, grows by whole
-// ones: small maps show their texels.
+// The atlas pages side by side, scaled to at most `size` pixels a side. Shrinks by any factor but
+// grows by integer factors only, so that small maps show their texels.
 Picture page_sheet(const Lightmap& map, uint32_t size,
                    const std::function<std::array<uint8_t, 3>(size_t texel)>& color);
 

@@ -1,4 +1,4 @@
-// A perceptually even ramp for maps.
+// A perceptually uniform colour ramp for maps.
 #pragma once
 
 #include "common/math/vec.h"

@@ -50,7 +50,7 @@ class Projector {
     return {dot(d, x_), dot(d, y_), dot(d, z_)};
   }
   Vec2 to_pixels(const Vec3& c) const { return half_ + Vec2(c.x, -c.y) * (focal_ / -c.z); }
-  // Are all three points, in camera space, beyond one side of the picture, or before the near plane?
+  // Whether all three points (camera space) are outside one side of the view or before the near plane.
   bool outside(const std::array<ClipVertex, 3>& v, float near) const {
     const auto all = [&](const auto& beyond) { return beyond(v[0].p) && beyond(v[1].p) && beyond(v[2].p); };
     return all([&](const Vec3& p) { return -p.z < near; }) ||
@@ -117,13 +117,13 @@ std::vector<ScreenTriangle> project(const Scene& scene, const Projector& project
   return out;
 }
 
-// In double: a triangle cut at the near plane has corners a million pixels away.
+// In double: a triangle clipped at the near plane may have corners a million pixels away.
 double edge(const Vec2& a, const Vec2& b, const Vec2& p) {
   return (double{b.x} - a.x) * (double{p.y} - a.y) - (double{b.y} - a.y) * (double{p.x} - a.x);
 }
 
-// Pixels of a row that may lie inside: of [left, right) those on the inner side of every edge, one more at
-// each end for the rounding here.
+// The pixels of a row in [left, right) that may lie inside: those on the inner side of every edge,
+// plus one at each end for rounding.
 std::pair<uint32_t, uint32_t> inside_row(const ScreenTriangle& s, double area, uint32_t left, uint32_t right,
                                          float y) {
   double low = left, high = right;
@@ -174,7 +174,7 @@ void fill(const ScreenTriangle& s, View& view, uint32_t row_begin, uint32_t row_
   }
 }
 
-// The triangles that reach into each band of rows, in order.
+// The triangles that overlap each band of rows, in order.
 std::vector<std::vector<uint32_t>> bands_of(const std::vector<ScreenTriangle>& triangles, size_t bands,
                                             uint32_t height) {
   std::vector<std::vector<uint32_t>> lists(bands);
@@ -197,7 +197,7 @@ std::vector<std::vector<uint32_t>> bands_of(const std::vector<ScreenTriangle>& t
 View rasterise(const Scene& scene, const Camera& camera, uint32_t width, uint32_t height,
                const std::function<bool(const Fragment&)>& visible) {
   View view{width, height, std::vector<Fragment>(size_t{width} * height)};
-  // A near plane that is small for the scene: a ten-thousandth of the distance to its far corner.
+  // The near plane: a ten-thousandth of the distance to the scene's far corner.
   float reach = 0;
   for (const Instance& i : scene.instances)
     reach = std::max(reach, length(i.to_world[3] - camera.to_world[3]));

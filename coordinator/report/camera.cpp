@@ -1,6 +1,6 @@
-// In two stages. Places spread over the scene look around with a few rays; the best look all around, and
-// every direction of that panorama is scored as a view. The best views, some steps back from each, and views
-// from outside are then scored as pictures.
+// Two stages. First, points spread over the scene look around with a few rays; the best of them
+// render a panorama, and every direction of it is scored as a view. Then the best views, some steps
+// back from each, and views from outside are scored as pictures.
 #include "coordinator/report/camera.h"
 
 #include <algorithm>
@@ -12,10 +12,10 @@
 namespace kiln {
 namespace {
 
-constexpr float kFov = 1.0f;  // vertical, radians; 16 to 9 makes 1.54 of it across
+constexpr float kFov = 1.0f;  // vertical, radians; 1.54 rad across at 16:9
 constexpr float kTurn = 6.28318530718f;
 constexpr size_t kPlaces = 192, kPanoramas = 40, kFine = 14;
-constexpr uint32_t kAround = 48, kUp = 14;  // directions of a panorama
+constexpr uint32_t kAround = 48, kUp = 14;  // directions in a panorama
 constexpr float kLowest = -0.95f, kHighest = 0.65f;
 
 struct Bounds {
@@ -27,8 +27,8 @@ struct Candidate {
   double score = 0;
 };
 
-// Of all vertices, and of those within the middle 98 % of each axis: detail is where things are to be seen,
-// but a plain room around one fine statue has few vertices.
+// Bounds of all vertices, and of those within the middle 98 % of each axis: details attract
+// vertices, but a plain room around one fine statue has few.
 struct Extent {
   Bounds whole, busy;
 };
@@ -59,14 +59,14 @@ Extent extent_of(const Scene& scene) {
   return extent;
 }
 
-// The whole, but no further from what is busy than that is wide: a ground plane is not where to stand.
+// The whole scene, but no further from the busy part than its width: do not stand far out on a ground plane.
 Bounds near_busy(const Extent& e) {
   const Vec3 centre = 0.5f * (e.busy.low + e.busy.high), half = 0.5f * (e.busy.high - e.busy.low);
   const Vec3 reach = glm::max(2.0f * half, Vec3(0.5f * max_component(half)));
   return {glm::max(e.whole.low, centre - reach), glm::min(e.whole.high, centre + reach)};
 }
 
-// Halton's sequence.
+// Halton sequence.
 float radical_inverse(uint32_t index, uint32_t base) {
   float result = 0, digit = 1.0f / static_cast<float>(base);
   for (; index; index /= base, digit /= static_cast<float>(base))
@@ -126,7 +126,7 @@ class Chooser {
     return *middle;
   }
 
-  // The free way up and down from a point; no surface: size_.
+  // Free distance up and down from a point; size_ if there is no surface.
   struct Room {
     float down, up;
     float height(float size) const { return up >= size ? 2 * size : down + up; }
@@ -135,8 +135,8 @@ class Chooser {
     return {watcher_.free_way(p, Vec3(0, -1, 0), size_), watcher_.free_way(p, Vec3(0, 1, 0), size_)};
   }
 
-  // Half-way up where there is a floor and a ceiling, else not far above the floor. Below what is lower than
-  // `least` (a table, a chair) nobody stands: above it then.
+  // Half-way up between floor and ceiling, otherwise a little above the floor. Places lower than
+  // `least` (under a table or chair) are left for the space above.
   Vec3 at_eye_level(Vec3 p, float least) const {
     Room room = room_at(p);
     for (int k = 0; k < 3 && room.height(size_) < least; ++k) {
@@ -160,7 +160,7 @@ class Chooser {
     return out;
   }
 
-  // A share of what heights below ceilings are, tables aside.
+  // A share of the usual room height, ignoring tables.
   float least_height(const std::vector<Vec3>& at) const {
     std::vector<float> heights(at.size());
     parallel_for(at.size(), [&](size_t i) { heights[i] = room_at(at[i]).height(size_); });
@@ -182,7 +182,7 @@ class Chooser {
       for (size_t k = 0; k < kRays; ++k)
         sights.push_back(watcher_.along(places[i].eye, sphere_direction(k, kRays)));
       places[i].score = view_score(sights, usual_, size_);
-      for (const Sight& s : sights)  // pressed against something
+      for (const Sight& s : sights)  // too close to something
         if (s.kind != Sight::Kind::kNothing && s.distance < 0.01f * size_) places[i].score *= 0.8;
     });
     std::stable_sort(places.begin(), places.end(),
@@ -191,7 +191,7 @@ class Chooser {
     return places;
   }
 
-  // The best view of each place, then the best of those and steps back from them.
+  // The best view of each place, then the best of those with steps back from them.
   std::vector<Candidate> best_views(const std::vector<Place>& places) const {
     std::vector<Candidate> views(places.size());
     parallel_for(places.size(), [&](size_t i) { views[i] = best_view(places[i].eye); });

@@ -1,4 +1,4 @@
-// Where pictures are seen from.
+// Chooses the camera of pictures.
 #pragma once
 
 #include <string>
@@ -9,18 +9,18 @@
 
 namespace kiln {
 
-// What --camera asks for: a camera of the file by name, or "X,Y,Z:X,Y,Z[:FOV]" (place, target, vertical
-// degrees). Nothing is asked for: the first camera of the file that shows something, else one that is chosen
-// by what it shows: objects, surfaces and distances of many kinds, light and shadow, few back faces. Rays of
-// the coordinator find that out; the same camera for any number of threads. Errors (kUsage): a name that no
-// camera has, which lists those there are; coordinates that are none.
+// The camera that --camera asks for: a camera of the file by name, or "X,Y,Z:X,Y,Z[:FOV]" (position, target,
+// vertical degrees). By default the first camera of the file that shows something, otherwise one chosen by
+// what it shows: many kinds of objects, surfaces and distances, light and shadow, few back faces. The search
+// traces rays in the coordinator; its result does not depend on the number of threads. Errors (kUsage): an
+// unknown camera name, with a list of those that exist; invalid coordinates.
 Expected<Camera> preview_camera(const ImportResult& imported, const Atlas& atlas, const Lightmap& map,
                                 const std::string& wish = "");
 
-// Before any ray: would preview_camera refuse the wish?
+// Checks without rays whether preview_camera would refuse --camera.
 Status check_camera(const ImportResult& imported, const std::string& wish);
 
-// The one that is chosen, whatever cameras the file has.
+// The camera chosen by search, whatever cameras the file has.
 Camera choose_camera(const ImportResult& imported, const Atlas& atlas, const Lightmap& map);
 
 // At `eye`, looking along `forward`, upright.

@@ -12,7 +12,7 @@ namespace {
 constexpr float kUsualFov = 1.0f;  // radians
 constexpr double kDegrees = 57.29577951308232;
 
-// "1,2,3:4,5,6:50" as seven numbers, or six without the last.
+// Parses "1,2,3:4,5,6:50" as seven numbers, or six without the last.
 std::optional<std::vector<double>> numbers_of(const std::string& wish) {
   std::vector<double> out;
   const char *at = wish.data(), *const end = at + wish.size();
@@ -31,7 +31,8 @@ std::optional<std::vector<double>> numbers_of(const std::string& wish) {
 
 Expected<Camera> camera_of(const std::string& wish, const std::vector<double>& n) {
   const Vec3 eye(DVec3(n[0], n[1], n[2])), target(DVec3(n[3], n[4], n[5]));
-  if (eye == target) return fail(ErrorKind::kUsage, text("--camera {}: it looks at its own place", wish));
+  if (eye == target)
+    return fail(ErrorKind::kUsage, text("--camera {}: position and target are the same", wish));
   if (n.size() == 7 && !(n[6] >= 1 && n[6] <= 170))
     return fail(ErrorKind::kUsage, text("--camera {}: a view of {} degrees is outside 1 to 170", wish, n[6]));
   return look_along(eye, target - eye, n.size() == 7 ? static_cast<float>(n[6] / kDegrees) : kUsualFov,

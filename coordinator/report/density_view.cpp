@@ -16,14 +16,14 @@ namespace {
 constexpr uint32_t kScaleHeight = 56;
 const Vec3 kBackground(24), kNoTexels(96), kWords(230);
 
-// Of a pixel's part.
+// One subsample of a pixel.
 struct Sample {
   bool surface = false;
   float density = 0;  // texels per metre; 0: none
   float light = 1;
 };
 
-// Decades of two.
+// A logarithmic scale in powers of two.
 struct Scale {
   double low = 1, high = 2;  // texels per metre
 
@@ -32,7 +32,7 @@ struct Scale {
   }
 };
 
-// The scene's own density is a tick, and the ends are where 2 % of what is seen lie beyond.
+// The scene's own density is a tick; the ends leave 2 % of the visible samples outside on each side.
 Scale scale_of(const std::vector<Sample>& samples, double density) {
   constexpr double kMaxOctaves = 8;
   std::vector<float> seen;
@@ -43,7 +43,7 @@ Scale scale_of(const std::vector<Sample>& samples, double density) {
   const auto at = [&](double q) {
     return double{seen[static_cast<size_t>(q * static_cast<double>(seen.size() - 1))]};
   };
-  // A fifth of an octave is what rounding charts to whole texels does to them.
+  // Rounding charts to whole texels changes densities by a fifth of an octave.
   const double low = std::floor(std::log2(at(0.02) / density) + 0.2);
   const double high = std::ceil(std::log2(at(0.98) / density) - 0.2);
   return {density * std::exp2(std::clamp(low, -kMaxOctaves, -1.0)),
@@ -72,7 +72,7 @@ class Shader {
     s.light = 0.45f + 0.55f * cosine;
     if (!(s.density > 0)) return s;
     const DVec2 texel = lookup_.at(f.instance, f.triangle, f.b1, f.b2).texels;
-    const double pixels = focal_ * f.inverse_depth / s.density * std::sqrt(double{cosine});  // a texel's side
+    const double pixels = focal_ * f.inverse_depth / s.density * std::sqrt(double{cosine});  // texel side
     const double shown = std::clamp((pixels - 3) / 5, 0.0, 1.0);
     const bool odd =
         (static_cast<int64_t>(std::floor(texel.x)) + static_cast<int64_t>(std::floor(texel.y))) & 1;
@@ -81,7 +81,7 @@ class Shader {
   }
 
  private:
-  // Cosine between the face and the way to the eye.
+  // Cosine between the face normal and the direction to the eye.
   float facing(const Fragment& f) const {
     const Instance& instance = scene_.instances[f.instance];
     const Mesh& mesh = scene_.meshes[instance.mesh];
@@ -126,7 +126,7 @@ void draw_scale(Picture& picture, const Scale& scale, uint32_t top) {
   draw_label(picture, right + 32, top + 10, kZoom, unit, bytes_of(kWords));
 }
 
-// Texels per metre that the layout was made with, or, for the file's own, those of the whole.
+// Density that the layout was made with; for the file's own atlas, its overall density.
 double scene_density(const ImportResult& imported, const Atlas& atlas) {
   if (atlas.packed && atlas.statistics.texels_per_metre > 0) return atlas.statistics.texels_per_metre;
   double area = 0, texels = 0;
@@ -155,7 +155,7 @@ Lightmap unbaked_lightmap(const Atlas& atlas) {
 
 Picture density_view(const ImportResult& imported, const Atlas& atlas, const Camera& camera, uint32_t width,
                      uint32_t height) {
-  const Lightmap none;  // only materials are asked
+  const Lightmap none;  // only materials are needed
   const SurfaceLook look(imported.scene, atlas, none);
   const View view = rasterise(imported.scene, camera, width * kSupersample, height * kSupersample,
                               [&](const Fragment& f) { return look.visible(f); });

@@ -1,4 +1,4 @@
-// Where the texels are: the scene coloured by texels per metre, with the texels themselves as squares.
+// Texel density: the scene coloured by texels per metre, with texels drawn as squares.
 #pragma once
 
 #include "common/atlas/atlas.h"
@@ -9,15 +9,15 @@
 
 namespace kiln {
 
-// Every texel with a site has E = 1: what previews show before a bake.
+// E = 1 in every texel with a site: shown by previews before a bake.
 Lightmap unbaked_lightmap(const Atlas& atlas);
 
-// Seen by `camera`, with a scale below; nothing is traced. Colours are logarithmic, from the power of two
-// times the scene's density below most of what is seen to the one above. Squares fade out where a texel is
-// smaller than a few pixels; faces without texels are grey.
+// Seen from `camera`, with a scale below; no rays are traced. Colours are logarithmic; the scale
+// runs between powers of two times the scene's density that enclose most of what is seen. Squares
+// fade out where a texel is smaller than a few pixels; faces without texels are grey.
 Picture density_view(const ImportResult& imported, const Atlas& atlas, const Camera& camera, uint32_t width,
                      uint32_t height);
-// Of what has been rasterised for that camera; fine^2 of its pixels make one of the picture.
+// From fragments rasterised for that camera; fine^2 of their pixels make one pixel of the picture.
 Picture density_picture(const ImportResult& imported, const Atlas& atlas, const Camera& camera,
                         const View& view, uint32_t fine);
 

@@ -1,4 +1,4 @@
-// Pieces that the pages share.
+// Parts shared by the HTML pages.
 #pragma once
 
 #include <span>
@@ -11,14 +11,14 @@
 namespace kiln {
 
 std::string escape(std::string_view s);
-// A PNG inside of the page.
+// A PNG embedded in the page.
 std::string embedded(std::span<const std::byte> png, std::string_view caption);
-// Up to the title inside of the body.
+// Everything up to and including the title in the body.
 std::string page_head(const std::string& title);
-// The objects with the most texels, and what the others have together.
+// A table of the objects with the most texels, and the total of the others.
 std::string objects_table_html(const std::vector<ObjectPlan>& objects);
 
-// Indices of objects, most texels first, equals by instance.
+// Indices of objects by descending texel count, ties by instance.
 std::vector<size_t> by_texels(const std::vector<ObjectPlan>& objects);
 
 }  // namespace kiln

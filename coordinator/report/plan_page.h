@@ -1,4 +1,4 @@
-// What `kiln plan` says, for machines and as a page.
+// The results of `kiln plan`, as JSON and as a page.
 #pragma once
 
 #include <filesystem>
@@ -15,7 +15,7 @@ struct PlanView {
   const ImportResult& imported;
   const Atlas& atlas;
   const Plan& plan;
-  const Projection& projection;  // of levels and display meshes
+  const Projection& projection;  // projection of levels and display meshes
 };
 
 // Text of plan.json: layout, numbers, "objects" by instance, findings.
@@ -26,9 +26,9 @@ Expected<std::string> plan_html(const PlanView& view, const std::filesystem::pat
 // The rows of "objects" in plan.json and report.json.
 void write_objects(class JsonWriter& writer, const std::vector<ObjectPlan>& objects);
 
-// "unseen" of plan.json, and of "atlas" in report.json: what --unseen auto has made small.
+// "unseen" of plan.json, and of "atlas" in report.json: the charts that --unseen auto collapsed.
 class JsonWriter& write_unseen(class JsonWriter& writer, const AtlasStatistics& atlas);
 
-std::string_view note_kind(ImportNote::Kind kind);  // "warning"
+std::string_view note_kind(ImportNote::Kind kind);  // for example "warning"
 
 }  // namespace kiln

@@ -17,11 +17,10 @@ uint8_t display(float exposed, bool curve = true) {
 
 struct Shot {
   std::vector<Vec3> radiance;
-  std::vector<uint8_t>
-      kind;  // 0 sky, 1 lit surface, 2 surface without a value, 3 of an object without texels
+  std::vector<uint8_t> kind;  // 0 sky, 1 lit surface, 2 surface without a value, 3 object without texels
 };
 
-// Objects without texels are shown in the median light of those that have them.
+// Objects without texels are shown in the median light of those with texels.
 void light_others(const SurfaceLook& look, const View& view, Shot& shot) {
   std::vector<float> light;
   for (size_t i = 0; i < shot.kind.size(); ++i)

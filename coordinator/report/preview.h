@@ -9,11 +9,11 @@
 
 namespace kiln {
 
-// How a view is shown.
+// Display settings of a view.
 struct ViewStyle {
-  float exposure = 0;    // factor of radiance; 0: from the picture's own median
-  bool filmic = true;    // the curve; off: exposed radiance is clipped
-  bool smooth = true;    // the mean of kSupersample^2 pixels each
+  float exposure = 0;    // exposure factor; 0: from the picture's median
+  bool filmic = true;    // apply the filmic curve; off: clip exposed radiance
+  bool smooth = true;    // average kSupersample^2 pixels each
   bool textures = true;  // off: colours are the materials' factors alone
 };
 
@@ -21,12 +21,12 @@ struct ViewStyle {
 // are magenta.
 Picture render_view(const ImportResult& imported, const Atlas& atlas, const Lightmap& map,
                     const Camera& camera, uint32_t width, uint32_t height, const ViewStyle& style = {});
-// Of what has been rasterised for that camera, with what SurfaceLook finds visible; `fine`^2 of its pixels
-// make one of the picture.
+// From fragments rasterised for that camera, with the visibility rules of SurfaceLook; `fine`^2 of
+// their pixels make one pixel of the picture.
 Picture shaded_view(const ImportResult& imported, const Atlas& atlas, const Lightmap& map,
                     const Camera& camera, const View& view, uint32_t fine, const ViewStyle& style = {});
 
-// The atlas, tone-mapped, pages side by side, scaled to at most `size` a side.
+// The atlas, tone-mapped, pages side by side, scaled to at most `size` pixels a side.
 Picture atlas_picture(const Lightmap& map, uint32_t size);
 
 // The scene and the atlas side by side.

@@ -1,4 +1,4 @@
-// What was asked, decided and measured, for people (HTML, pictures) and machines (JSON).
+// Everything asked, decided and measured in a bake, for people (HTML, pictures) and machines (JSON).
 #pragma once
 
 #include <filesystem>
@@ -21,51 +21,51 @@ namespace kiln {
 
 // State after a pass: one point of the curve of error against run time.
 struct PassPoint {
-  double samples = 0;        // of a texel, in the mean
-  bool kept = true;          // false: it only made an irradiance cache, its samples are in no texel
-  uint64_t active = 0;       // texels that took part
+  double samples = 0;        // mean per texel
+  bool kept = true;          // false: its samples only made an irradiance cache and were dropped
+  uint64_t active = 0;       // texels sampled in this pass
   double seconds = 0;        // since the first unit was handed out
-  uint64_t rays = 0;         // since then
-  double seconds_left = -1;  // to the end of the bake, as foretold then; negative: not known
-  // Root mean square, and the largest, of stated error / E over measured texels with E > 0; E below a
-  // hundredth of the map's counts as that.
+  uint64_t rays = 0;         // rays so far
+  double seconds_left = -1;  // predicted time to the end of the bake; negative: unknown
+  // Root mean square and maximum of reported error / E over measured texels with E > 0; E is
+  // clamped to a hundredth of the map's mean.
   double rms_relative = 0;
   double worst_relative = 0;
-  double converged_share = 0;  // of the measured texels that have met light
+  double converged_share = 0;  // share of the measured, lit texels
 };
 
-// A sample with light beyond what a float holds, which was left out: the first of a unit.
+// A sample with radiance beyond float range, which was dropped: the first one in its unit.
 struct NonfinitePlace {
   uint32_t x = 0, y = 0, page = 0;  // the texel
   std::string instance;
-  uint32_t site = 0, sample = 0;  // to replay: a unit of this one site and sample
+  uint32_t site = 0, sample = 0;  // to replay it: a unit of this one site and sample
 };
 
-// The map as a whole. Relative errors are reported standard errors over E; E below a hundredth of the map's
-// mean counts as that. Texels that met no light are in no share: their error is unknown.
+// The map as a whole. Relative errors are reported standard errors over E, with E clamped to a
+// hundredth of the map's mean. Unlit texels are in no share: their error is unknown.
 struct MapStatement {
-  uint64_t texels = 0;         // with a surface, and not inside geometry
-  uint64_t never_sampled = 0;  // filled from their neighbours
-  uint64_t few_samples = 0;    // lit by few bright samples: their error is not to be relied on
+  uint64_t texels = 0;         // with a surface, not inside geometry
+  uint64_t never_sampled = 0;  // filled from neighbours
+  uint64_t few_samples = 0;    // lit by few bright samples: their error is unreliable
   uint64_t met_no_light = 0;
   double median_relative = 0, p95_relative = 0;
   double within_target = 0;  // share within the asked-for error at the asked-for confidence
 };
 
-// One response of the map. Errors are standard errors, as shares of full visibility.
+// One response of the map. Errors are standard errors as shares of full visibility.
 struct ResponseStatement {
   std::string name;
   double median_error = 0, p95_error = 0;
   double within_target = 0;  // share within --visibility-error at the asked-for confidence
 };
 
-// What --two-pass did before the layout of the map.
+// The first pass of --two-pass, made before the map's layout.
 struct TwoPassFigures {
-  uint32_t samples = 0;  // of each texel, in the first pass; 0: there was none
+  uint32_t samples = 0;  // per texel in the first pass; 0: no first pass
   uint64_t rays = 0;
   double worker_seconds = 0;
-  uint64_t black_lit = 0;  // charts that it found black and that met light all the same
-  // Placements by why they are small, as list_charts has them: with them the layout can be built again.
+  uint64_t black_lit = 0;  // charts that the first pass found black but the map found lit
+  // Collapsed placements by reason, as list_charts gives them; with them the layout can be rebuilt.
   std::string collapsed[kCollapseReasons];
 };
 
@@ -80,23 +80,23 @@ struct BakeReport {
   uint64_t charts = 0, owned_texels = 0;
   std::string scene_id;
   AtlasStatistics atlas;
-  uint64_t unseen_lit = 0;  // charts that --unseen auto took for unseen and that met light
+  uint64_t unseen_lit = 0;  // charts that --unseen auto collapsed but the map found lit
   TwoPassFigures two_pass;
-  std::string kept_layout;  // SHA-256 of the file of --keep-layout; empty: none
+  std::string kept_layout;  // SHA-256 of the --keep-layout file; empty: none
   std::vector<StageTime> stages;
   std::vector<PassPoint> passes;
   FarmStatistics farm;
   std::vector<NonfinitePlace> nonfinite;
   std::vector<DisplayFit> lods;
   Figures post;
-  MapStatement statement;  // of light
+  MapStatement statement;  // for light
   std::vector<ResponseStatement> responses;
   uint64_t texels_by_class[kValidityClasses] = {};
   bool complete = true;  // false: stopped by the time limit
   double total_seconds = 0;
   std::vector<TextureFigures> textures;
   std::string
-      unmet;  // what was asked for and is not there, in a sentence: the bake has failed; empty: nothing
+      unmet;  // why the bake failed although its masters are complete, in a sentence; empty: it succeeded
   std::vector<OutputFile> outputs;
 };
 
@@ -107,7 +107,7 @@ std::string statement_text(const BakeReport& report);
 
 // Text of report.json.
 std::string report_json(const BakeReport& report);
-// One self-contained page; the pictures are embedded, those that are empty left out.
+// One self-contained page with embedded pictures; empty ones are left out.
 Expected<std::string> report_html(const BakeReport& report, const Lightmap& map,
                                   const ReportPictures& pictures,
                                   std::span<const std::vector<float>> texture_errors = {});

@@ -47,7 +47,7 @@ Expected<std::string> maps(const BakeReport& r, const Lightmap& map) {
   const std::vector<float>& error = map.planes.plane("error");
   KILN_TRY(
       const std::string b,
-      map_figure(map, text("stated standard error / E, 0 to {} (yellow: that or more)", r.settings.error),
+      map_figure(map, text("reported standard error / E, 0 to {} (yellow: that or more)", r.settings.error),
                  [&](size_t t) {
                    const float e =
                        luminance(Vec3(map.planes.data[0][t], map.planes.data[1][t], map.planes.data[2][t]));
@@ -57,7 +57,7 @@ Expected<std::string> maps(const BakeReport& r, const Lightmap& map) {
   return a + b;
 }
 
-// Errors of decoded textures, to 10 % in yellow, logarithmic from 0.01 %.
+// Errors of decoded textures, logarithmic from 0.01 % to 10 % (yellow).
 Expected<std::string> texture_maps(const BakeReport& r, const Lightmap& map,
                                    std::span<const std::vector<float>> errors) {
   std::string out;
@@ -123,7 +123,7 @@ std::string settings_table_html(const BakeSettings& settings) {
 
 std::string passes_table(const BakeReport& r) {
   std::string out =
-      "<table><tr><th>samples</th><th>texels</th><th>seconds</th><th>rays</th><th>stated error, rms</th>"
+      "<table><tr><th>samples</th><th>texels</th><th>seconds</th><th>rays</th><th>reported error, rms</th>"
       "<th>converged</th></tr>\n";
   for (const PassPoint& p : r.passes)
     out += text(
@@ -166,8 +166,8 @@ std::string facts(const BakeReport& r) {
   row("atlas used", text("{:.1f} %", 100.0 * r.owned_texels / std::max<uint64_t>(1, r.plan.texels)));
   for (int i = 0; i < kValidityClasses; ++i)
     row(text("texels {}", validity_name(static_cast<Validity>(i))), text("{}", r.texels_by_class[i]));
-  row("units answered twice / given to another", text("{} / {}", r.farm.duplicates, r.farm.reassigned));
-  row("samples with light beyond float", text("{}", r.farm.nonfinite));
+  row("units answered twice / reassigned", text("{} / {}", r.farm.duplicates, r.farm.reassigned));
+  row("samples beyond the range of a float", text("{}", r.farm.nonfinite));
   for (const NonfinitePlace& p : r.nonfinite)
     row("- first of a unit", text("texel ({}, {}) of page {}, '{}', site {}, sample {}", p.x, p.y, p.page,
                                   p.instance, p.site, p.sample));

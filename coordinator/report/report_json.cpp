@@ -31,7 +31,7 @@ void write_times(JsonWriter& w, const char* key, const std::vector<StageTime>& t
   w.end_array();
 }
 
-// "collapsed" is what `kiln encode` lays out by.
+// `kiln encode` rebuilds the layout from "collapsed".
 void write_two_pass(JsonWriter& w, const BakeReport& r) {
   const CollapsedCharts &black = r.atlas.collapsed[kUnlit], &even = r.atlas.collapsed[kEvenlyLit];
   w.key("two_pass").begin_object().pair("samples", r.two_pass.samples);

@@ -32,7 +32,7 @@ Expected<ReportPictures> make_pictures(const ImportResult& imported, const Atlas
   KILN_TRY(out.preview, png(map.has_light ? preview_picture(imported, atlas, map, camera, view, kSupersample)
                                           : picture_of(quantities.responses.front())));
   for (const uint32_t response : quantities.responses) {
-    if (!map.has_light && response == quantities.responses.front()) continue;  // shown already
+    if (!map.has_light && response == quantities.responses.front()) continue;  // shown above
     KILN_TRY(Bytes picture, png(picture_of(response)));
     out.responses.emplace_back(response_roster()[response].about, std::move(picture));
   }

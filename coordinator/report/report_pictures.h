@@ -1,4 +1,4 @@
-// The pictures of the scene that a report holds, all of one rasterisation.
+// The report's pictures of the scene, all from one rasterisation.
 #pragma once
 
 #include <filesystem>
@@ -9,28 +9,27 @@
 namespace kiln {
 
 struct PictureSize {
-  uint32_t width = 1280, height = 720;  // of the scene in them
+  uint32_t width = 1280, height = 720;  // size of the scene pictures
 };
 
-// PNG files; empty: there are none.
+// PNG files; empty if absent
 struct ReportPictures {
   Bytes preview, validity, density;
-  std::vector<std::pair<std::string, Bytes>> responses{};  // what each is of
+  std::vector<std::pair<std::string, Bytes>> responses{};  // name and picture of each response
 };
 
-// `quantities`: those of the map.
+// `quantities`: the map's.
 Expected<ReportPictures> make_pictures(const ImportResult& imported, const Atlas& atlas, const Lightmap& map,
                                        const Camera& camera, PictureSize size,
                                        const Quantities& quantities = {});
 
-// Finds the camera, makes the pictures and writes preview.png and validity.png, unless settings.preview is
-// off.
+// Finds the camera, renders the pictures and writes preview.png and validity.png, unless
+// settings.preview is off.
 Expected<ReportPictures> write_pictures(const std::filesystem::path& folder, const ImportResult& imported,
                                         const Atlas& atlas, const Lightmap& map,
                                         const BakeSettings& settings);
 
-// What pictures cost on this machine, from two small ones that are made: for whoever has an allowance of
-// time.
+// Cost of pictures on this machine, measured on two small ones; for time budgets.
 struct PictureCost {
   double fixed = 0, per_pixel = 0;  // seconds
   double seconds(PictureSize size) const { return fixed + per_pixel * size.width * size.height; }

@@ -8,7 +8,7 @@
 namespace kiln {
 namespace {
 
-// A map whose E is what is stored, one value in all three colours.
+// A map whose E is the stored value, one value in all three colours.
 Lightmap stored_as_light(const Lightmap& map, const ResponseInfo& response) {
   Lightmap out;
   out.page_height = map.page_height;
@@ -21,7 +21,7 @@ Lightmap stored_as_light(const Lightmap& map, const ResponseInfo& response) {
   return out;
 }
 
-// Pixel of a value, 0 to 255.
+// Pixel value of a stored value, 0 to 255.
 Vec3 paint(const Vec3& value, const ResponseInfo& response) {
   const Vec3 shown = response.is_signed ? 0.5f + 0.5f * value : value;
   return 255.0f * glm::clamp(shown, Vec3(0), Vec3(1));

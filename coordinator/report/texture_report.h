@@ -1,4 +1,4 @@
-// Textures in the report: what each encoding came to.
+// Textures in the report: size, error and speed of each encoding.
 #pragma once
 
 #include <span>
@@ -10,7 +10,7 @@ namespace kiln {
 
 // "textures": [...]
 void write_textures(JsonWriter& w, std::span<const TextureFigures> figures);
-// A table; empty without textures.
+// An HTML table; empty without textures.
 std::string textures_table_html(std::span<const TextureFigures> figures);
 // Lines for a terminal: size and error of each encoding.
 std::string textures_summary(std::span<const TextureFigures> figures);

@@ -11,7 +11,7 @@ namespace {
 constexpr Validity kClasses[] = {Validity::kMeasured, Validity::kPushed, Validity::kFilled,
                                  Validity::kDilated,  Validity::kInside, Validity::kEmpty};
 
-// How squarely the camera sees the surface: 0 to 1.
+// Cosine between the surface normal and the direction to the eye, absolute.
 float facing(const Scene& scene, const Fragment& f, const Vec3& eye) {
   const Instance& in = scene.instances[f.instance];
   const Mesh& mesh = scene.meshes[in.mesh];

@@ -8,7 +8,7 @@
 namespace kiln {
 namespace {
 
-// Entropy in bits of how often keys occur: 0 when there is one.
+// Entropy in bits of the frequencies of keys: 0 if there is only one key.
 template <class Key>
 double entropy(std::vector<Key> keys) {
   std::sort(keys.begin(), keys.end());
@@ -38,12 +38,12 @@ float quantile(std::vector<float> values, double share) {
   return *at;
 }
 
-// 1 up to `low`, 0 from `high`.
+// 1 up to `low`, 0 from `high`, linear in between.
 double falling(double x, double low, double high) {
   return std::clamp((high - x) / (high - low), 0.0, 1.0);
 }
 
-// Spread of what E becomes on a screen.
+// Spread of E as displayed on a screen.
 double contrast(const std::vector<float>& light) {
   const float exposure = exposure_of(light);
   std::vector<double> shown;
@@ -73,7 +73,7 @@ Sight Watcher::along(const Vec3& origin, const Vec3& direction) const {
   Vec3 c[3];
   for (int k = 0; k < 3; ++k) c[k] = transform_point(instance.to_world, mesh.positions[t[k]]);
   const Vec3 normal = normalize_or(cross(c[1] - c[0], c[2] - c[0]), Vec3(0, 1, 0));
-  // A thin wall that is drawn from both sides has no back.
+  // A thin wall that is drawn double-sided has no back.
   s.kind = hit.back && !look_.double_sided(hit.instance) ? Sight::Kind::kBack : Sight::Kind::kFront;
   s.distance = hit.distance;
   s.object = hit.instance;

@@ -1,4 +1,4 @@
-// How much of a scene a view shows.
+// Scores how much of a scene a view shows.
 #pragma once
 
 #include <optional>
@@ -10,23 +10,23 @@
 
 namespace kiln {
 
-// What one direction of a view shows.
+// What is visible in one direction of a view.
 struct Sight {
   enum class Kind : uint8_t { kNothing, kFront, kBack } kind = Kind::kNothing;
   float distance = 0;
   uint32_t object = 0;  // instance
-  uint64_t plane = 0;   // equal for points of one flat surface
-  float light = 0;      // luminance of E; negative: not known
+  uint64_t plane = 0;   // equal for points on the same flat surface
+  float light = 0;      // luminance of E; negative: unknown
 };
 
-// Looks along rays, and names what is there.
+// Traces rays and identifies what they hit.
 class Watcher {
  public:
-  // `size`: of the scene, metres; planes nearer to each other than a fraction of it are one.
+  // `size`: of the scene, metres; planes closer together than a fraction of it count as one.
   Watcher(const Scene& scene, const SurfaceLook& look, const SceneRays& rays, float size)
       : scene_(scene), look_(look), rays_(rays), size_(size) {}
   Sight along(const Vec3& origin, const Vec3& direction) const;
-  // Of width x height rays through a picture of 16 to 9.
+  // Traces width x height rays through a 16:9 picture.
   std::vector<Sight> view(const Camera& camera, uint32_t width, uint32_t height) const;
   // Distance to the nearest surface, at most `far`.
   float free_way(const Vec3& origin, const Vec3& direction, float far) const;
@@ -40,12 +40,12 @@ class Watcher {
   float size_;
 };
 
-// 0 to 1: many objects and surfaces, at varied distance, far ones too, in light and shadow, from their
-// fronts. `usual`: the median luminance of E in the map; `size`: of the scene, metres. A view of back faces,
-// of darkness, or of a wall before the lens is near 0.
+// Score in [0, 1]: high for many objects and surfaces at varied distances, some far, in light and
+// shadow, seen from the front. `usual`: the map's median luminance of E; `size`: of the scene,
+// metres. A view of back faces, darkness, or a wall in front of the lens is near 0.
 double view_score(const std::vector<Sight>& sights, float usual, double size);
 
-// Does it show anything to judge a lightmap by? For cameras of the file.
+// Whether the view shows anything to judge a lightmap by. For cameras of the file.
 bool shows_something(const std::vector<Sight>& sights);
 
 }  // namespace kiln

@@ -17,11 +17,11 @@ Status check_cancelled(const BakeRequest& request) {
   return {};
 }
 
-// While the layout is made: is there a reason to end the bake?
+// Checked during layout: whether to end the bake.
 Status check_going_on(const BakeRequest& request, const Stopwatch& watch) {
   KILN_TRY_STATUS(check_cancelled(request));
   const double limit = request.settings.time_limit;
-  // Where little time went by there is little to be saved by ending now: a small map may still be done.
+  // Early in a bake, ending saves little: a small map may still finish.
   if (limit <= 0 || watch.seconds() <= std::max(limit, 1.0)) return {};
   return fail(ErrorKind::kTooShort,
               text("{}: --time-limit {} is too short: import and layout alone take longer; nothing was "
@@ -29,7 +29,7 @@ Status check_going_on(const BakeRequest& request, const Stopwatch& watch) {
                    request.scene.string(), limit));
 }
 
-// A map of which some charts are only guessed is no map.
+// A map with charts that were never sampled is not published.
 tl::unexpected<Error> too_short(const BakeRequest& request, const Preflight& pre, const TimeBudget& budget,
                                 const Stopwatch& watch) {
   return fail(
@@ -42,7 +42,7 @@ tl::unexpected<Error> too_short(const BakeRequest& request, const Preflight& pre
            pre.atlas.sites.size()));
 }
 
-// What is known of a bake before its first pass.
+// Fills in everything known before the first pass.
 void begin_report(const Preflight& pre, BakeReport& report) {
   report.notes = pre.imported.notes;
   report.warnings.insert(report.warnings.end(), pre.plan.warnings.begin(), pre.plan.warnings.end());
@@ -55,7 +55,7 @@ void begin_report(const Preflight& pre, BakeReport& report) {
     report.two_pass.collapsed[why] = list_charts(pre.atlas.collapsed, why);
 }
 
-// Runs the passes in a farm and closes it: workers end before the map is completed.
+// Runs the passes on a farm and closes it: workers end before the map is completed.
 Expected<Baked> run_passes(const BakeRun& run, Workplace& workplace, const JobSpec& job,
                            const ChunkStore& chunks, const SurfaceGraph* surface, Accumulator& sums) {
   const StageTimer timer(run.report.stages, "bake");
@@ -71,7 +71,7 @@ Expected<Baked> run_passes(const BakeRun& run, Workplace& workplace, const JobSp
   return baked;
 }
 
-// Asks the budget for time for the denoiser; says so where there is none.
+// Reserves time for the denoiser; warns if there is none.
 bool plan_denoiser(const BakeSettings& settings, TimeBudget& budget, BakeReport& report) {
   const bool denoises = budget.take_time_for_denoiser();
   if (settings.denoise && settings.quantities.light && !denoises)

@@ -8,10 +8,10 @@
 
 namespace kiln {
 
-// What the stages of one bake share.
+// State shared by the stages of one bake.
 struct BakeRun {
   const BakeRequest& request;
-  const Stopwatch& watch;  // began with the bake
+  const Stopwatch& watch;  // started with the bake
   const std::function<void(const BakeProgress&)>& progress;
   BakeReport& report;
   const Preflight& preflight;
@@ -19,19 +19,19 @@ struct BakeRun {
   SeamFinder& seams;
 };
 
-// The surface that the denoiser walks, with the links of texels that see the same.
+// The surface that the denoiser filters over, with links between texels that see the same things.
 SurfaceGraph find_surface(const BakeRun& run);
 
-// Means, errors and classes of all texels: merged sums, denoised over `surface` (null: not), with what is
-// reported of their errors. `light`: of charts that --two-pass sized.
+// Means, errors and classes of all texels: merged sums, denoised over `surface` (null: not
+// denoised), with their reported errors. `light`: of charts that --two-pass collapsed.
 Lightmap resolve_map(const BakeRun& run, const Accumulator& sums, const SurfaceGraph* surface,
                      std::span<const ChartLight> light, Baked& baked);
 
 // Fills, joins seams and dilates. Returns whether seams were joined.
 bool complete_map(const BakeRun& run, Lightmap& map);
 
-// Textures, masters, pictures and the report. `seams`: they were joined, so that textures keep both sides
-// equal.
+// Publishes textures, masters, pictures and the report. `seams`: seams were joined, so textures
+// must keep both sides equal.
 Status publish_map(const BakeRun& run, const Lightmap& map, bool seams);
 
 }  // namespace kiln

@@ -18,17 +18,17 @@
 namespace kiln {
 namespace {
 
-constexpr uint32_t kPilotSamples = 16;  // of a replicate: of a pass whose samples are dropped
-constexpr uint32_t kFilterFrom = 8;     // samples of a replicate from which on passes look at filtered errors
-constexpr double kFilterShare = 0.1;    // of the time that is left: what filtering inside passes may take
+constexpr uint32_t kPilotSamples = 16;  // per replicate, in a pass whose samples are dropped
+constexpr uint32_t kFilterFrom = 8;     // samples per replicate from which passes use filtered errors
+constexpr double kFilterShare = 0.1;    // share of the time left that filtering between passes may take
 constexpr uint32_t kFirstSamples = 32;
-constexpr size_t kRoughLooks = 2;     // after which caches are made of what is known so far
-constexpr uint32_t kMaxRounds = 4;    // of passes that only make the cache better
-constexpr double kRoughCache = 0.1;   // rms relative error of what is better made again: all texels share it
-constexpr double kRoundShare = 0.25;  // of all samples that are foretold: a round takes no more
-constexpr double kGrowth = 4;         // a texel's samples grow by this much at most: then is looked again
+constexpr size_t kRoughLooks = 2;     // number of looks followed by caches of partial data
+constexpr uint32_t kMaxRounds = 4;    // of passes that only improve the cache
+constexpr double kRoughCache = 0.1;   // rms relative error above which it is made again
+constexpr double kRoundShare = 0.25;  // share of all predicted samples that one round may take
+constexpr double kGrowth = 4;         // a texel's samples grow by at most this factor per pass
 constexpr uint32_t kMaxPasses = 64;
-constexpr double kRenewal = 1.5;  // caches are made anew when this many times the samples were taken
+constexpr double kRenewal = 1.5;  // caches are renewed once total samples have grown by this factor
 constexpr double kSureToRenew = 2;
 constexpr double kStragglers = 0.01;  // share of all samples so far
 constexpr double kMinPassSeconds = 0.02;
@@ -104,8 +104,7 @@ class Baking {
       KILN_TRY(const PassEnd end, first_looks(work));
       if (end != PassEnd::kComplete) return end;
     } else {
-      // With caches a fixed count is reached in steps too: what the first of them was read from is the
-      // roughest.
+      // With caches a fixed count is reached in steps too, because the first cache is the roughest.
       work = all_sites({0, cache_ ? std::min(least_, kFirstSamples) : least_});
       if (cache_) {
         KILN_TRY(const PassEnd end, run_pass(all_sites({0, std::min(kPilotSamples, least_)})));
@@ -125,9 +124,9 @@ class Baking {
     return PassEnd::kComplete;
   }
 
-  // Whole before fine: one sample of each replicate for a stride of the texels, then finer strides, then all
-  // of them; from there samples double everywhere. Every pass reads the light that those before it have
-  // found. Leaves the work that comes next, none where time is up.
+  // Coarse to fine: one sample per replicate for a stride of the texels, then finer strides, then
+  // all of them; from there samples double everywhere. Every pass uses the light that earlier ones
+  // found. Leaves the next work in `work`, none if time is up.
   Expected<PassEnd> first_looks(std::vector<SiteSamples>& work) {
     const std::vector<std::vector<uint32_t>> looks = sites_by_look(atlas_);
     budget_.set_whole(false);
@@ -164,15 +163,15 @@ class Baking {
     return PassEnd::kComplete;
   }
 
-  // What is dropped must be made good in time, at worst at the speed of whole paths.
+  // There must be time to replace the dropped samples, at worst at the speed of whole paths.
   bool has_time_for_caches(uint32_t count, const std::vector<SiteSamples>& work) const {
     const double next = samples_of(work) + 2.0 * kReplicates * count * static_cast<double>(sums_.sites());
     return !(pace_.limit_left() * pace_.samples_per_second() < kSureToRenew * next);
   }
 
-  // From a pass of `count` samples of every site, as often as it takes: a cache of what was found, then a
-  // pass of paths that end at it. None of these samples last. `round`: 0 where the present ones are of whole
-  // paths. `work`: what comes after.
+  // Starting from `count` samples of every site, repeats as often as needed: makes a cache, then
+  // runs a pass whose paths end at it. None of these samples last. `round`: 0 if the present
+  // samples are of whole paths. `work`: the work that follows.
   Expected<PassEnd> make_caches(uint32_t count, std::vector<SiteSamples>& work, uint32_t round) {
     for (;; ++round) {
       if (!has_time_for_caches(count, work)) {
@@ -183,7 +182,7 @@ class Baking {
       sums_.clear();
       grew_ = false;
       report_.passes.back().kept = false;
-      // What whole paths needed says little of what is needed from here on.
+      // Counts needed by whole paths predict little about paths that end at caches.
       if (round > 0) {
         const std::vector<double> needed = all_needed(asked_error());
         const uint32_t more = std::min(2 * count, least_);
@@ -200,7 +199,7 @@ class Baking {
     }
   }
 
-  // Samples of each site (of a replicate) for that error.
+  // Samples per replicate that every site needs for that error.
   std::vector<double> all_needed(double error) const {
     std::vector<double> needed = needed_samples(state(), norm_, error, z_, fall());
     for (const TexelErrors& e : response_errors_) {
@@ -208,28 +207,28 @@ class Baking {
           needed_samples({e.mean, e.standard_error, samples_}, norm_, settings_.visibility_error, z_);
       for (size_t i = 0; i < needed.size(); ++i) needed[i] = std::max(needed[i], of_it[i]);
     }
-    // A bake without much time gives every texel what it can, then looks where it is needed.
+    // If time is short, every texel gets what is affordable first; later passes go where they are needed.
     const double least = is_limited() && !affords(least_) ? 1 : least_;
-    for (double& n : needed) n = n > least ? n : least;  // of constant light no number is needed: NaN
+    for (double& n : needed) n = n > least ? n : least;  // NaN for constant light: no samples needed
     return needed;
   }
-  // So many samples of a replicate for every site, in the time that is left?
+  // Whether `count` samples per replicate of every site fit into the time left.
   bool affords(uint32_t count) const {
     double missing = 0;
     for (const uint32_t have : samples_) missing += count > have ? count - have : 0;
     return kReplicates * missing < pace_.limit_left() * pace_.samples_per_second();
   }
-  // Samples of all sites and replicates.
+  // Total samples over sites and replicates.
   double all_of(const std::vector<double>& needed) const {
     double sum = 0;
     for (const double n : needed) sum += kReplicates * std::min<double>(n, most_samples());
     return sum;
   }
-  // Filters narrow as samples come: what is denoised gains less from them.
+  // Filters narrow as samples come, so denoised errors fall more slowly.
   double fall() const { return surface_ ? convergence_.get() : 1; }
 
-  // How long it will take from here, the next pass being of `work`: said with the last point, and while the
-  // next pass runs. `kept`: share of the present samples that last.
+  // Predicts the time to the end, with `work` as the next pass; reported with the last point and
+  // during that pass. `kept`: share of the present samples that last.
   void predict_remaining(const std::vector<double>& needed, const std::vector<SiteSamples>& work,
                          double kept) {
     double samples = 0, growth = 1;
@@ -264,22 +263,22 @@ class Baking {
     return !request_.sampled || request_.sampled(atlas_.sites.texel[site], atlas_.width);
   }
 
-  uint32_t most_samples() const { return most_; }  // of a replicate
-  // A bake that is asked for nothing but to end on time is not held by a bound nobody gave: it is raised once
-  // all texels are there. (Not before: a texel that is as good as black would take all of the time.)
+  uint32_t most_samples() const { return most_; }  // per replicate
+  // A bake limited only by time ignores the default --max-samples: the bound is raised once all
+  // texels have reached it. (Not before: a nearly black texel would take all the time.)
   bool may_raise_most() const {
     constexpr uint32_t kUnbounded = 1u << 29;
     return is_limited() && !asks_for_error() && !settings_.source.count("max-samples") && most_ < kUnbounded;
   }
   bool is_limited() const { return std::isfinite(pace_.limit_left()); }
-  // A bake whose time is limited takes all of it, unless an error was asked for too.
+  // A time-limited bake uses all its time, unless an error was asked for too.
   double asked_error() const { return is_limited() && !asks_for_error() ? 0 : target_; }
   bool asks_for_error() const {
     return settings_.source.count(settings_.quantities.light ? "error" : "visibility-error") > 0;
   }
 
-  // Decided at the barrier, from merged sums only: every run of the job decides alike (unless time is
-  // limited).
+  // Decided between passes from merged sums only, so every run of the job decides alike (unless
+  // time is limited).
   std::vector<SiteSamples> next_work(bool may_raise = true) {
     double error = asked_error();
     if (is_limited()) {
@@ -296,7 +295,7 @@ class Baking {
     }
     const std::vector<double> needed = all_needed(error);
     std::vector<SiteSamples> work = work_towards(needed, 1);
-    // Few texels are cheap, and a pass for each step of theirs is not.
+    // A few stragglers are cheap, but a pass for each of their steps is not.
     for (const double growth : {2.0, kGrowth})
       if (samples_of(work) < kStragglers * sampled_) work = work_towards(needed, growth);
     if (work.empty() && may_raise && may_raise_most()) {
@@ -307,7 +306,7 @@ class Baking {
     return work;
   }
 
-  // To what is needed, and `least` times what a site has.
+  // Up to what is needed, but at least `least` times what a site has.
   std::vector<SiteSamples> work_towards(const std::vector<double>& needed, double least) const {
     std::vector<SiteSamples> work;
     for (uint32_t site = 0; site < needed.size(); ++site) {
@@ -322,8 +321,8 @@ class Baking {
 
   SampleState state() const { return {errors_.mean, errors_.standard_error, samples_}; }
 
-  // From the first looks alone: what they have not reached has what is around it. Rough, but a path through
-  // a white scene that ends takes a fiftieth of the time of one that goes on; better ones follow at once.
+  // Caches from the first looks, interpolated for texels not sampled yet. Rough, but paths in a white scene
+  // that end at them take a fiftieth of the time of whole ones; better caches follow at once.
   void make_rough_caches(uint32_t stride) {
     caches_.clear();
     std::vector<uint8_t> sampled(sums_.sites());
@@ -344,7 +343,7 @@ class Baking {
   }
 
   Expected<PassEnd> run_pass(std::vector<SiteSamples> work) {
-    // A pass that is run again after a rewind is cut as before: its units are known by their numbers.
+    // A pass that is repeated after a rewind is cut as before: its units are identified by number.
     const uint32_t index = pass_++;
     const double samples = samples_of(work);
     sampled_ += samples;
@@ -393,9 +392,9 @@ class Baking {
     return b;
   }
 
-  // Units whose texels are farthest from what is asked for go first: a bake that is stopped by time has spent
-  // it where the error was. Runs of texels stay whole, so neighbours stay together. The order changes no
-  // byte.
+  // Sorts units by descending error, so that a bake stopped by time has spent it where the error
+  // was. Runs of texels stay whole, so neighbours stay together. The order changes no byte of the
+  // result.
   void order_by_gain(std::vector<WorkUnit>& units) const {
     if (errors_.mean.empty()) return;
     std::vector<std::pair<double, size_t>> order;
@@ -405,7 +404,7 @@ class Baking {
         const double mean = errors_.mean[site], error = errors_.standard_error[site];
         if (mean > 0 && std::isfinite(error)) gain += error * error / (mean * mean);
       }
-      // In steps of two: smaller differences are not worth jumping over the scene.
+      // In powers of two: smaller differences do not justify jumping across the scene.
       order.emplace_back(
           gain > 0 ? -std::floor(std::log2(gain / static_cast<double>(units[i].sites.size()))) : 1e9, i);
     }
@@ -417,8 +416,8 @@ class Baking {
     units = std::move(sorted);
   }
 
-  // Filtering a large map takes as long as a pass: with little time, or few samples, passes are planned by
-  // what texels are wrong by themselves.
+  // Filtering a large map takes as long as a pass. With little time, or few samples, passes are
+  // planned from unfiltered errors.
   bool should_filter(const TexelStatistics& statistics, uint32_t levels) const {
     if (!surface_) return false;
     if (!is_limited()) return true;
@@ -426,7 +425,7 @@ class Baking {
            budget_.denoise_seconds(levels) <= kFilterShare * pace_.limit_left();
   }
 
-  // What is known after a pass: the errors, and the point of the curve.
+  // Updates the errors after a pass and adds a point to the curve.
   void record() {
     response_errors_ = response_errors(sums_, charts_);
     if (!settings_.quantities.light) {
@@ -456,7 +455,7 @@ class Baking {
     add_point();
   }
 
-  // A point of the curve: what is known of the map as a whole.
+  // Adds a point to the curve: the state of the map as a whole.
   void add_point() {
     PassPoint point;
     double squares = 0, samples = 0;
@@ -479,7 +478,7 @@ class Baking {
       ++lit;
     }
     point.rms_relative = lit ? std::sqrt(squares / static_cast<double>(lit)) : 0;
-    // Of a texel that has met no light nothing is known but that: it is not counted as right.
+    // A texel whose samples are all black has unknown error; do not count it as converged.
     point.converged_share = measured > 0 && met == 0 ? 1 : 0;
     if (met > 0) point.converged_share = static_cast<double>(converged) / static_cast<double>(met);
     point.samples = measured ? samples / static_cast<double>(measured) : 0;
@@ -506,25 +505,25 @@ class Baking {
   ErrorNorm norm_ = ErrorNorm::kMax;
   BakePace pace_;
   uint32_t pass_ = 0;
-  uint32_t least_ = 0;  // samples of a replicate that every texel gets
-  uint32_t most_ = 0;   // and that no texel exceeds
+  uint32_t least_ = 0;  // minimum samples per replicate of every texel
+  uint32_t most_ = 0;   // maximum samples per replicate of any texel
   uint64_t active_ = 0;
   std::vector<Digest> caches_;  // by replicate; empty: none
   TexelErrors errors_;
   std::vector<TexelErrors> response_errors_;  // after the last pass
   std::vector<float> first_cache_error_;
-  std::vector<uint32_t> samples_;  // by site, of each replicate
+  std::vector<uint32_t> samples_;  // by site, per replicate
   ConvergenceRate convergence_;
-  bool filtered_ = false;    // the present errors are of filtered texels
-  bool grew_ = false;        // the next record is of the same samples and more
-  bool whole_ = true;        // every chart has met its first look
-  double later_ = -1;        // samples that passes after the present one will take; negative: not known
-  double later_passes_ = 0;  // how many those will be
+  bool filtered_ = false;    // the present errors are those of filtered texels
+  bool grew_ = false;        // the next record continues the present samples
+  bool whole_ = true;        // every chart has been sampled in the first look
+  double later_ = -1;        // samples of passes after the present one; negative: unknown
+  double later_passes_ = 0;  // predicted number of those passes
   double sampled_ = 0, sampled_at_renewal_ = 0;
-  std::set<uint32_t> skipped_;  // sites of units that failed for good: no more samples
+  std::set<uint32_t> skipped_;  // sites of units that failed permanently: no more samples
   uint64_t skipped_units_ = 0;
   std::string skip_reason_;
-  std::vector<uint32_t> cuts_;  // texels of a unit, by pass
+  std::vector<uint32_t> cuts_;  // texels per unit, by pass
   const uint32_t passes_before_;
   const uint64_t units_before_;
   uint64_t next_unit_;

@@ -28,7 +28,8 @@ Expected<JsonValue> report_of(const fs::path& folder) {
   const fs::path path = folder / "report.json";
   const auto text_of = read_file(path, kMaxReportBytes);
   if (!text_of)
-    return refuse(text("{}: it is no output folder of a bake: {}", folder.string(), text_of.error().message));
+    return refuse(
+        text("{}: this is not an output folder of a bake: {}", folder.string(), text_of.error().message));
   auto json = parse_json(std::string_view(reinterpret_cast<const char*>(text_of->data()), text_of->size()));
   if (!json) return refuse(text("{}: {}", path.string(), json.error().message));
   return std::move(*json);
@@ -47,7 +48,7 @@ std::string value_in(const JsonValue& rows, const std::string& name) {
   return name == "sh-fit" ? "project" : "linear";
 }
 
-// The bake's settings, with what the caller set on top.
+// The bake's settings, overridden by those that the caller set.
 Expected<BakeSettings> settings_of(const EncodeRequest& r, const JsonValue& json) {
   const JsonValue* rows = json.find("settings");
   if (!rows) return refuse(text("{}: its report has no settings", r.from.string()));
@@ -71,7 +72,7 @@ Expected<BakeSettings> settings_of(const EncodeRequest& r, const JsonValue& json
     const JsonValue* stored = rows->find(row.name);
     const JsonValue* value = stored ? stored->find("value") : nullptr;
     const JsonValue* set_by = stored ? stored->find("set_by") : nullptr;
-    // Defaults may print as what they do not parse (no sun: an empty text).
+    // Some defaults print as text that does not parse (no sun: an empty string).
     if (!value || (set_by && set_by->text == "default")) continue;
     KILN_TRY_STATUS(set_option(out, row.name, value->text, "the bake"));
   }
@@ -79,7 +80,7 @@ Expected<BakeSettings> settings_of(const EncodeRequest& r, const JsonValue& json
   return out;
 }
 
-// Of a bake with --two-pass light decided on the layout: the report says how.
+// Bakes with --two-pass have a layout that depends on light: the report records it.
 LayoutWish layout_of(const JsonValue& json) {
   const JsonValue* atlas = json.find("atlas");
   const JsonValue* two_pass = atlas ? atlas->find("two_pass") : nullptr;
@@ -93,14 +94,14 @@ LayoutWish layout_of(const JsonValue& json) {
     if (const JsonValue* list = collapsed->find(name)) lists[why] = list->text;
   wish.collapse = [lists](const ChartsToSize& charts) {
     std::vector<uint8_t> out(charts.texels.size(), kNotCollapsed);
-    // What cannot be read is of another scene: check_layout says so.
+    // A master that cannot be read belongs to another scene: check_layout reports it.
     for (const auto& [why, list] : lists) static_cast<void>(read_charts(list, why, out));
     return out;
   };
   return wish;
 }
 
-// One master, its pages stacked into planes of the map; `names`: (channel of the file, plane of the map).
+// Reads one master, pages stacked, into planes of the map; `names`: (channel of the file, plane).
 Status read_master(const fs::path& folder, const std::string& stem, const Atlas& atlas,
                    const std::vector<std::pair<std::string, std::string>>& names, Planes& planes) {
   std::vector<std::vector<float>> all(names.size());
@@ -122,7 +123,7 @@ Status read_master(const fs::path& folder, const std::string& stem, const Atlas&
   return {};
 }
 
-// A master that not every bake has.
+// An optional master.
 Status read_if_there(const fs::path& folder, const std::string& stem, const Atlas& atlas,
                      const std::vector<std::string>& channels, Planes& planes) {
   std::error_code code;
@@ -188,14 +189,14 @@ Expected<Lightmap> read_lightmap(const fs::path& folder, const Atlas& atlas, con
   KILN_TRY_STATUS(read_master(folder, "validity", atlas, {{"Y", "class"}}, classes));
   for (const float v : classes.data[0]) {
     if (!(v >= 0 && v < kValidityClasses) || v != std::floor(v))
-      return refuse(text("{}: validity.exr has a class {} that there is not", folder.string(), v));
+      return refuse(text("{}: validity.exr has an unknown class {}", folder.string(), v));
     map.validity.push_back(static_cast<Validity>(v));
   }
   return map;
 }
 
-// The layout of the masters is the one just built: every measured texel lies on a chart, and the table is
-// equal.
+// Checks that the masters have the layout just built: every measured texel lies on a chart, and the
+// chart table is equal.
 Status check_layout(const EncodeRequest& r, const Preflight& pre, const Lightmap& map) {
   const auto other = [&](const char* what) {
     return refuse(

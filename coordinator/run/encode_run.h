@@ -1,4 +1,4 @@
-// Textures again from the masters of a finished bake: no ray is traced.
+// Encodes textures again from the masters of a finished bake, without tracing rays.
 #pragma once
 
 #include "coordinator/run/bake_run.h"
@@ -8,21 +8,21 @@ namespace kiln {
 struct EncodeRequest {
   std::filesystem::path scene;   // the file that was baked
   std::filesystem::path from;    // output folder of the bake
-  std::filesystem::path output;  // may be the same: textures are added, scene.glb is written again
-  BakeSettings settings;         // rows with a source override what report.json of `from` says
+  std::filesystem::path output;  // may be the same: textures are added, scene.glb is rewritten
+  BakeSettings settings;         // rows with a source override report.json of `from`
 };
 
 struct EncodeReport {
-  BakeSettings settings;  // as used
+  BakeSettings settings;  // the settings used
   std::vector<TextureFigures> textures;
   std::vector<OutputFile> files;
-  std::string unmet;   // as BakeReport's
-  double seconds = 0;  // of the textures
+  std::string unmet;   // as in BakeReport
+  double seconds = 0;  // spent on textures
 };
 
-// Builds the atlas again from the scene and the settings of the bake, reads the masters, and makes textures
-// and the files that name them. Errors (kInvalidInput): no report or masters in `from`; another scene or
-// layout than was baked, found by charts.json, the size of the maps and the texels that charts own.
+// Rebuilds the atlas from the scene and the bake's settings, reads the masters, and writes textures and the
+// files that name them. Errors (kInvalidInput): no report or masters in `from`; a scene or layout other than
+// the one baked, detected by charts.json, map sizes and chart ownership of texels.
 Expected<EncodeReport> run_encode(const EncodeRequest& request,
                                   const std::function<void(const BakeProgress&)>& progress);
 

@@ -12,9 +12,9 @@ void NonfiniteLog::add(const WorkUnit& unit, const UnitResult& result) {
   count_ += result.nonfinite;
   const auto site = std::find_if(unit.sites.begin(), unit.sites.end(),
                                  [&](uint32_t s) { return atlas_.sites.texel[s] == result.nonfinite_texel; });
-  if (site == unit.sites.end()) return;  // a place that the unit does not have says nothing
+  if (site == unit.sites.end()) return;  // a position outside the unit is ignored
   const uint32_t texel = result.nonfinite_texel, row = texel / atlas_.width;
-  const uint32_t instance = atlas_.sites.words[atlas_.sites.first_word[*site] + 4];  // of the first triangle
+  const uint32_t instance = atlas_.sites.words[atlas_.sites.first_word[*site] + 4];  // first triangle
   NonfinitePlace place{texel % atlas_.width,
                        row % atlas_.height,
                        row / atlas_.height,
@@ -30,7 +30,7 @@ void NonfiniteLog::add(const WorkUnit& unit, const UnitResult& result) {
 
 std::string NonfiniteLog::sentence() const {
   if (count_ == 0) return "";
-  std::string out = text("{} samples hold light beyond what a float holds, which is left out", count_);
+  std::string out = text("{} samples exceed the range of a float and were dropped", count_);
   if (places_.empty()) return out;
   const NonfinitePlace& p = places_.front();
   return out + text(": the first at texel ({}, {}) of page {}, '{}', sample {}", p.x, p.y, p.page, p.instance,

@@ -1,4 +1,4 @@
-// Where light was beyond what floats hold, gathered from the results of units.
+// Collects samples with radiance beyond float range from the results of units.
 #pragma once
 
 #include "common/atlas/atlas.h"
@@ -9,13 +9,13 @@ namespace kiln {
 
 class NonfiniteLog {
  public:
-  // Both outlive the log.
+  // Both must outlive the log.
   NonfiniteLog(const Atlas& atlas, const Scene& scene) : atlas_(atlas), scene_(scene) {}
   void add(const WorkUnit& unit, const UnitResult& result);
   void clear() { count_ = 0, places_.clear(); }
-  // By texel, then sample, whatever the order of arrival; the first kMax of them.
+  // By texel, then sample, independent of arrival order; the first kMax of them.
   const std::vector<NonfinitePlace>& places() const { return places_; }
-  // One sentence for the user; empty if all was finite.
+  // One sentence for the user; empty if all samples were finite.
   std::string sentence() const;
 
  private:

@@ -50,7 +50,7 @@ std::string unseen_text(const AtlasStatistics& s) {
       unseen.charts, s.charts, unseen.texels, unseen.from, 100 * s.share(unseen.from));
 }
 
-// What --unseen auto has come to.
+// Reports the result of --unseen auto.
 void note_unseen(const BakeSettings& settings, Preflight& pre) {
   if (settings.unseen != "auto") return;
   const auto say = [&](ImportNote::Kind kind, std::string what) {
@@ -58,28 +58,26 @@ void note_unseen(const BakeSettings& settings, Preflight& pre) {
   };
   if (!pre.atlas.packed)
     return say(ImportNote::Kind::kIgnored,
-               "--unseen auto is not heeded: the file's own atlas decides, --layout pack heeds it");
+               "--unseen auto has no effect on the file's own atlas: use --layout pack");
   if (!pre.unseen_decides)
-    return say(
-        ImportNote::Kind::kWarning,
-        "--unseen auto changes nothing: the scene has neither camera nor light; add one, or take it away");
+    return say(ImportNote::Kind::kWarning,
+               "--unseen auto has no effect: the scene has neither a camera nor a light; add one, or drop "
+               "the option");
   say(ImportNote::Kind::kNote, unseen_text(pre.atlas.statistics));
 }
 
-// Settings of layout pack say nothing to a scene whose own atlas is used.
+// Warns of layout pack settings that have no effect on a scene's own atlas.
 void warn_of_unused(const BakeSettings& settings, Atlas& atlas) {
   if (atlas.packed) return;
   if (!settings.keep_layout.empty())
-    atlas.warnings.push_back(
-        "--keep-layout is not used: the lightmap is the file's own atlas (--layout pack)");
+    atlas.warnings.push_back("--keep-layout has no effect on the file's own atlas: use --layout pack");
   if (settings.two_pass)
-    atlas.notes.push_back(
-        "--two-pass on is not heeded: the file's own atlas decides, --layout pack heeds it");
+    atlas.notes.push_back("--two-pass on has no effect on the file's own atlas: use --layout pack");
   if (settings.instanced)
-    atlas.warnings.push_back("--instanced is not used: the lightmap is the file's own atlas (--layout pack)");
+    atlas.warnings.push_back("--instanced has no effect on the file's own atlas: use --layout pack");
 }
 
-// The atlas and what is said of it. Leaves `layout` as advice on it wants it.
+// Builds the atlas and its findings. Updates `layout` as the advice on it needs.
 Status make_atlas(const BakeSettings& settings, const LayoutWish& wish, AtlasSettings& layout,
                   Preflight& pre) {
   DensityFactors factors = density_factors(pre.imported.scene, pre.imported.density, settings);
@@ -114,7 +112,7 @@ Status make_atlas(const BakeSettings& settings, const LayoutWish& wish, AtlasSet
   return {};
 }
 
-// Levels and proxies on the atlas.
+// Projects levels and proxies onto the atlas.
 Status project_levels(const std::filesystem::path& scene, const BakeSettings& settings, Preflight& pre) {
   LodSettings lods;
   lods.distance = settings.lod_distance;
@@ -158,7 +156,7 @@ Status lay_out_again(const std::filesystem::path& scene, const BakeSettings& set
     progress({.stage = "atlas"});
     KILN_TRY_STATUS(make_atlas(settings, wish, layout, pre));
   }
-  // What has no texels has none for its levels either: those stay as the file has them.
+  // Objects without texels have none for their levels either: those stay as in the file.
   std::erase_if(pre.imported.display.shown, [&](const DisplayMesh& m) {
     const std::vector<uint32_t>& from = pre.imported.display.sets[m.set].sources;
     return std::none_of(from.begin(), from.end(), [&](uint32_t i) { return pre.atlas.receives(i); });
@@ -171,7 +169,7 @@ Status lay_out_again(const std::filesystem::path& scene, const BakeSettings& set
   if (!pre.atlas.packed && !layout.density.empty())
     pre.imported.notes.push_back(
         {ImportNote::Kind::kIgnored,
-         "densities of objects are asked for, but the file's own atlas decides: --layout pack heeds them"});
+         "densities of objects have no effect on the file's own atlas: use --layout pack"});
   const unsigned workers = settings.workers ? settings.workers : 1;
   pre.plan = make_plan(pre.imported.scene, pre.atlas, settings,
                        settings.threads ? settings.threads * workers : hardware_threads());

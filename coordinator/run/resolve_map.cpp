@@ -11,7 +11,7 @@
 namespace kiln {
 namespace {
 
-// The error plane of the map: what is stated of each texel.
+// The error plane of the map: the reported error of each texel.
 void state_errors(Lightmap& map, const Atlas& atlas, const TexelErrors& errors) {
   std::vector<float>& plane = map.planes.plane("error");
   for (uint32_t site = 0; site < errors.standard_error.size(); ++site)
@@ -34,12 +34,12 @@ void state_band_errors(Lightmap& map, const Atlas& atlas, const TexelStatistics&
   }
 }
 
-// Puts the filtered planes in the place of the measured ones, and what is stated of them. Returns by how much
-// errors became less, by site.
+// Replaces the measured planes and their errors by the filtered ones. Returns by what factor errors
+// fell, by site.
 std::vector<float> take_denoised(Lightmap& map, const Atlas& atlas, const TexelStatistics& statistics,
                                  const SurfaceGraph& surface, uint32_t levels, TexelErrors& errors) {
   map.measured = map.planes;
-  const auto drop = static_cast<ptrdiff_t>(map.planes.names.size() - 1);  // samples, which have a file
+  const auto drop = static_cast<ptrdiff_t>(map.planes.names.size() - 1);  // samples: they have a file
   map.measured.names.erase(map.measured.names.begin() + drop);
   map.measured.data.erase(map.measured.data.begin() + drop);
   const Denoised d = denoise_joined(statistics, map.bounds, surface.sites, surface.links, levels, 0);
@@ -58,7 +58,7 @@ std::vector<float> take_denoised(Lightmap& map, const Atlas& atlas, const TexelS
   return lowered;
 }
 
-// Light: denoised where there is a surface, and what is reported of it.
+// Resolves light: denoised if there is a surface, with its reported error.
 void resolve_light(const BakeRun& run, const Accumulator& sums, const SurfaceGraph* surface,
                    std::span<const ChartLight> light, Baked& baked, Lightmap& map) {
   const Atlas& atlas = run.preflight.atlas;
@@ -82,7 +82,7 @@ void resolve_light(const BakeRun& run, const Accumulator& sums, const SurfaceGra
   if (surface) warn_of_rough_cache(baked.errors, baked.first_cache_error, run.report);
 }
 
-// The figures of a map without light that light's would have counted.
+// The counts for a map without light that light would have provided.
 void count_sampled(const Accumulator& sums, MapStatement& statement) {
   statement.texels = sums.sites();
   for (uint32_t site = 0; site < sums.sites(); ++site) statement.never_sampled += sums.samples(site) == 0;

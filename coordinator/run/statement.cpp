@@ -10,8 +10,8 @@
 namespace kiln {
 namespace {
 
-// The passes after the first cache take a part of its error away. Chosen on the bench scenes: most texels of
-// rooms lit by a slit are beyond this, few of the others.
+// Passes after the first cache remove part of its error. Chosen on the bench scenes: most texels of
+// rooms lit through a slit exceed this, few others do.
 constexpr double kRefined = 0.5;
 
 double quantile(std::vector<double>& values, double share) {
@@ -48,7 +48,7 @@ MapStatement state_map(const TexelErrors& errors, const TexelStatistics& s, doub
   out.median_relative = quantile(relative, 0.5);
   out.p95_relative = quantile(relative, 0.95);
   const uint64_t judged = out.texels - out.met_no_light;
-  // A map without any light is what it is.
+  // A map without any light is reported as it is.
   out.within_target = judged ? static_cast<double>(within) / static_cast<double>(judged) : 1;
   return out;
 }
@@ -108,7 +108,7 @@ void check_dark(const Lightmap& map, const Atlas& atlas, BakeReport& report) {
         luminance(DVec3(map.planes.data[0][texel], map.planes.data[1][texel], map.planes.data[2][texel]));
     if (!std::isfinite(e)) continue;
     sum += e;
-    // What was pushed out of a wall may have come out in the light.
+    // Texels pushed out of a wall may end up in the light.
     if (map.validity[texel] != Validity::kMeasured) continue;
     if (const uint32_t owner = atlas.owner[texel]) brightest[owner - 1] = std::max(brightest[owner - 1], e);
   }

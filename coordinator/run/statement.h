@@ -1,4 +1,4 @@
-// What is said of a finished map as a whole: the figures that people read first.
+// Statements about a finished map as a whole: the first figures that people read.
 #pragma once
 
 #include "coordinator/bake/merge/accumulator.h"
@@ -7,27 +7,27 @@
 
 namespace kiln {
 
-// `errors` by site, as published; z: half the width of the asked-for interval in standard errors.
+// `errors` by site, as published; z: half-width of the requested interval in standard errors.
 MapStatement state_map(const TexelErrors& errors, const TexelStatistics& statistics, double target, double z);
 
-// `errors` by site: absolute standard errors of a response. Texels that were never sampled are not within any
-// target.
+// `errors` by site: absolute standard errors of a response. Texels that were never sampled are not
+// within any target.
 ResponseStatement state_response(const ResponseInfo& response, const TexelErrors& errors,
                                  const Accumulator& sums, double target, double z);
 
-// Counts that errors do not tell, as figures and warnings: texels lit by a few bright samples, texels that
-// met no light.
+// Figures and warnings that errors do not show: texels lit by a few bright samples, texels that met
+// no light.
 void warn_of_few_samples(const TexelStatistics& statistics, std::span<const uint32_t> charts,
                          BakeReport& report);
 
-// Filtering lowers what texels are wrong by themselves; what they took from the first irradiance cache stays.
+// Warns of errors inherited from the first irradiance cache, which filtering does not lower.
 // `first_cache_error`: by site, relative; empty: no cache.
 void warn_of_rough_cache(const TexelErrors& errors, std::span<const float> first_cache_error,
                          BakeReport& report);
 
-// Charts that --unseen auto took for unseen are black, or something is wrong; so are those that the first
-// pass of --two-pass found black: `map` as measured. Counts those that met light, and warns where that is
-// more than a hundredth of the map's mean.
+// Charts that --unseen auto collapsed, or that the first pass of --two-pass found black, must be
+// black in `map` (as measured). Counts those that met light, and warns if it exceeds a hundredth of
+// the map's mean.
 void check_dark(const Lightmap& map, const Atlas& atlas, BakeReport& report);
 
 }  // namespace kiln

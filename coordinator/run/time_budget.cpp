@@ -7,35 +7,35 @@
 namespace kiln {
 namespace {
 
-// Seconds by threads: what a stage took on the clock in report.json, times the threads
+// Seconds times threads: wall-clock time of each stage in report.json, times the number of threads
 // (tests/bench/real_scenes.py, the largest maps).
-constexpr double kDenoisePerSite[] = {10e-6, 4e-6, 2.4e-6, 1.0e-6};  // over luminance, by levels
-constexpr double kDenoisePerSmallSite = 5.5e-6;                      // of surfaces too small to join texels
-constexpr double kNeighboursPerSite = 2e-6;                          // at least; many small charts take more
-constexpr double kMinForPasses = 0.05;                               // of the limit
-constexpr double kPlanesShare = 2.5;                                 // over all planes, by that
-constexpr double kViewsShare = 0.05;                                 // of the limit
-constexpr double kDenoiseShare = 0.15;      // of the limit, at most: with less time it is coarser
+constexpr double kDenoisePerSite[] = {10e-6, 4e-6, 2.4e-6, 1.0e-6};  // luminance only, indexed by levels
+constexpr double kDenoisePerSmallSite = 5.5e-6;                      // on surfaces too small to join texels
+constexpr double kNeighboursPerSite = 2e-6;                          // at least; more with many small charts
+constexpr double kMinForPasses = 0.05;                               // share of the limit
+constexpr double kPlanesShare = 2.5;        // time for all planes relative to luminance
+constexpr double kViewsShare = 0.05;        // share of the limit
+constexpr double kDenoiseShare = 0.15;      // maximum share of the limit: with less time it is coarser
 constexpr double kFillPerSite = 3e-6;       // without the denoiser, which fills too
 constexpr double kResolvePerSite = 1.0e-6;  // means, errors, fill and dilate
 constexpr double kSeamsPerSite = 4e-6;
-constexpr double kSeamsPerPoint = 4e-6, kTexturesPerSeamPoint = 4e-6;  // of both threads: the solve has one
+constexpr double kSeamsPerPoint = 4e-6, kTexturesPerSeamPoint = 4e-6;  // of both threads: the solve uses one
 constexpr double kMastersPerTexel = 4e-6, kQuickMastersPerTexel = 1.4e-6;
-constexpr double kTexturesPerTexel = 5.8e-6, kQuickTexturesPerTexel = 1.7e-6;  // of one encoding
+constexpr double kTexturesPerTexel = 5.8e-6, kQuickTexturesPerTexel = 1.7e-6;  // per encoding
 constexpr double kFilesShare =
-    0.25;  // of what is left after the layout, at most: with less time files are written the quick way
-constexpr double kResponseTexturePerTexel = 0.5e-6;  // of one response and encoding
-constexpr double kPlanesOfLight = 20;                // other planes take a plane's share of light's masters
-constexpr double kResponsePicture = 0.25;            // of the other pictures, for each response
-constexpr double kPictures = 1.0;                    // the search for a camera, all but pixels
+    0.25;  // maximum share of the time after the layout; with less, files are written the quick way
+constexpr double kResponseTexturePerTexel = 0.5e-6;  // per response and encoding
+constexpr double kPlanesOfLight = 20;                // number of planes that light's masters count as
+constexpr double kResponsePicture = 0.25;            // relative to the other pictures, per response
+constexpr double kPictures = 1.0;                    // camera search: everything except pixels
 constexpr double kPicturesPerPixel = 8e-6;
 constexpr double kPage = 0.3;               // report.html
-constexpr double kScenePerTriangle = 1e-6;  // scene.glb, of one thread
-constexpr double kPictureShare = 0.1;       // of the limit, at most: pictures that take longer become smaller
-constexpr double kSeamsShare = 0.3;         // of what is left when the passes begin, at most
-constexpr double kMargin = 0.03;            // of the limit
+constexpr double kScenePerTriangle = 1e-6;  // scene.glb, one thread
+constexpr double kPictureShare = 0.1;       // maximum share of the limit; pictures that take longer shrink
+constexpr double kSeamsShare = 0.3;         // maximum share of the time left when the passes begin
+constexpr double kMargin = 0.03;            // share of the limit
 
-// Seconds that a fixed piece of work takes on every thread at once: how fast this machine is, and how busy.
+// Seconds that a fixed amount of work takes on every thread at once: measures speed and load of this machine.
 double probe_seconds() {
   const Stopwatch watch;
   parallel_for(hardware_threads(), [](size_t thread) {
@@ -104,7 +104,7 @@ double TimeBudget::denoise_seconds(uint32_t levels) const {
 
 void TimeBudget::seams_are(size_t points) {
   seam_points_ = static_cast<double>(points);
-  // Sampling comes before seams: where those would take most of what is left, they are not planned for.
+  // Sampling has priority over seams: if these would take most of the time left, they are not planned for.
   seams_ = seams_seconds() + textures_seconds(true) - textures_seconds(false) <= kSeamsShare * seconds_left();
 }
 
@@ -130,7 +130,7 @@ double TimeBudget::textures_seconds(bool seams) const {
 }
 
 double TimeBudget::masters_seconds() const {
-  constexpr double kSamplesAndValidity = 2;  // where light's masters do not have them
+  constexpr double kSamplesAndValidity = 2;  // planes, if light's masters do not contain them
   const double share =
       (light_ ? 1 : kSamplesAndValidity / kPlanesOfLight) + response_planes_ / kPlanesOfLight;
   return slowness_ * (share * (quick_ ? kQuickMastersPerTexel : kMastersPerTexel) * texels_ / threads_ +
@@ -145,7 +145,7 @@ double TimeBudget::pictures_seconds(double scale) const {
   return slowness_ * pictures * (kPictures + kPicturesPerPixel * pixels) / threads_;
 }
 
-// Of what every map needs.
+// Stages that every map needs.
 double TimeBudget::least_seconds_after() const {
   const double fill = (denoises_ ? kPlanesShare * denoise_seconds(last_levels_) : 0) +
                       (!denoises_ || responses_ > 0 ? slowness_ * kFillPerSite * sites_ / threads_ : 0);

@@ -1,5 +1,5 @@
-// How the seconds of a limited bake are shared between the passes and what comes after them. What a stage
-// takes is known from what this bake has measured, else from its size and the speed of this machine.
+// How the seconds of a time-limited bake are split between passes and later stages. A stage's time
+// is predicted from what this bake has measured, otherwise from its size and this machine's speed.
 #pragma once
 
 #include <algorithm>
@@ -12,41 +12,40 @@ namespace kiln {
 
 class TimeBudget {
  public:
-  // `watch`: began with the bake; outlives this.
+  // `watch`: started with the bake; must outlive this.
   TimeBudget(const BakeRequest& request, const Preflight& preflight, const Stopwatch& watch);
 
   double seconds_for_passes() const;  // from now; infinite without a limit
-  double seconds_after() const;       // of all stages after the passes
-  double seconds_left() const;        // of the whole bake; infinite without a limit
-  // There is no time for any pass, whatever is left out after them. (Where little time went by there is
-  // little to be saved by ending now: a small map may still be done.)
+  double seconds_after() const;       // all stages after the passes
+  double seconds_left() const;        // whole bake; infinite without a limit
+  // Whether there is no time for any pass, even with everything optional left out. (Early in a
+  // bake, ending saves little: a small map may still finish.)
   bool is_hopeless() const { return watch_.seconds() > 1 && seconds_left() <= least_seconds_after(); }
 
-  // Whether the map can be denoised, before anything is done for it; from then on it is or is not planned
-  // for.
+  // Decides, before any work for it, whether the map can be denoised; the decision then holds for
+  // planning.
   bool take_time_for_denoiser();
-  // The most that may be spent on what texels see (link_by_view); infinite without a limit.
+  // Maximum time for finding what texels see (link_by_view); infinite without a limit.
   double views_seconds() const;
-  // Are files written the quick way: textures by effort fast, masters without compression?
+  // Whether files are written the quick way: textures with effort fast, masters uncompressed.
   bool is_quick() const { return quick_; }
-  // Until every texel has a sample, that comes before joined seams and large pictures.
+  // Until every texel has a sample, sampling has priority over joined seams and large pictures.
   void set_whole(bool whole) { whole_ = whole; }
-  // How coarse the denoiser has to be to end in time (denoise_joined).
+  // How coarse the denoiser must be to end in time (denoise_joined).
   uint32_t denoise_levels() const { return levels_; }
-  // Of one run of the denoiser over luminance alone, as passes do it, at these levels.
+  // One run of the denoiser over luminance alone at these levels, as between passes.
   double denoise_seconds(uint32_t levels) const;
   void denoise_took(double seconds, uint32_t levels);
-  // At the present samples it will run at these levels.
+  // With the present samples the last run will use these levels.
   void denoise_will_be(uint32_t levels) { last_levels_ = std::max(levels, levels_); }
-  // So large a share of the sites has texels that the denoiser can join (share_of_large_pieces).
+  // Share of the sites whose texels the denoiser can join (share_of_large_pieces).
   void surface_is(double joined_share);
-  // So many places along seams were found.
+  // Number of seam points found.
   void seams_are(size_t points);
 
-  // After the passes: is there time to join seams, and still for what comes after?
+  // After the passes: whether there is time to join seams and for all later stages.
   bool has_time_for_seams() const;
-  // By how much the report's pictures must be made smaller, either way, to be done in time: 1, 1/2, 1/4, or 0
-  // for no pictures.
+  // Scale of the report's pictures, per side, to finish in time: 1, 1/2, 1/4, or 0 for no pictures.
   double picture_scale() const;
 
  private:
@@ -66,9 +65,9 @@ class TimeBudget {
   bool denoises_ = false;
   bool whole_ = true;
   bool quick_ = false;
-  bool seams_ = true;    // there will be time for them
-  double slowness_ = 1;  // of this machine now, against the idle one that the constants were measured on
-  uint32_t levels_ = 0, last_levels_ = 0;  // of the denoiser: at least, and at the end
+  bool seams_ = true;    // whether seams are planned
+  double slowness_ = 1;  // of this machine now, relative to the idle one on which the constants were measured
+  uint32_t levels_ = 0, last_levels_ = 0;  // denoiser levels: minimum, and for the last run
 };
 
 }  // namespace kiln

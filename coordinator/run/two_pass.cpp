@@ -18,19 +18,19 @@
 namespace kiln {
 namespace {
 
-constexpr uint64_t kFirstPassKey = 0x74776f2d70617373;  // of its random numbers
-// Of the time for passes: what the first pass and the second layout may take. Begun where they are expected
-// to take half of it, because that they take is a guess.
+constexpr uint64_t kFirstPassKey = 0x74776f2d70617373;  // keys its random numbers
+// Share of the passes' time that the first pass and the second layout may take. They start only if
+// they are expected to take half of it, because the prediction is a guess.
 constexpr double kTimeShare = 0.4;
 
 struct FirstPass {
-  TexelStatistics whole;   // of whole paths
-  TexelStatistics gather;  // of paths that end at what those have found
+  TexelStatistics whole;   // whole paths
+  TexelStatistics gather;  // paths that end at the light found by `whole`
   FarmStatistics farm;
-  bool complete = false;  // false: its time was up
+  bool complete = false;  // false: ran out of time
 };
 
-// The steps of a first pass: the same samples of every site, once for each set of caches.
+// Runs the first pass: the same samples of every site, once for each set of caches.
 class FirstPassJob {
  public:
   FirstPassJob(const TwoPassTask& task, const JobSpec& spec, size_t sites, FarmJob& farm, double seconds)
@@ -91,13 +91,13 @@ class FirstPassJob {
 Expected<FirstPass> bake_first_pass(const TwoPassTask& task, const Preflight& pre, double seconds) {
   ChunkStore chunks;
   KILN_TRY(JobSpec spec, make_job(pre, task.request.settings, chunks));
-  // What decides about a chart is not what is measured of it afterwards.
+  // Samples that decide about a chart must be independent of those that measure it.
   spec.transport.seed = mix_bits(spec.transport.seed ^ kFirstPassKey);
   KILN_TRY(FarmJob* const farm, task.workplace.open(spec, chunks));
   FirstPass pass;
   const Status done =
       FirstPassJob(task, spec, pre.atlas.sites.size(), *farm, seconds).run(pre.plan.cache, pass);
-  task.workplace.close();  // before its chunks go
+  task.workplace.close();  // before its chunks are destroyed
   if (!done) return tl::unexpected<Error>(done.error());
   return pass;
 }
@@ -109,7 +109,7 @@ double layout_seconds(const BakeReport& report) {
   return seconds;
 }
 
-// Seconds for the first pass; 0: there is no time for it. Infinite without a limit.
+// Seconds for the first pass; 0: no time for it. Infinite without a limit.
 double seconds_for_first_pass(const TwoPassTask& task, const Preflight& pre) {
   const BakeSettings& s = task.request.settings;
   TimeBudget budget(task.request, pre, task.watch);
@@ -131,8 +131,8 @@ std::vector<uint8_t> collapse_of(const ChartsToSize& charts, const Atlas& first,
   return out;
 }
 
-// Light that whole paths of a few samples miss comes by way of surfaces that others of them have found lit:
-// what is black has met none either way.
+// Light that a few whole paths miss arrives by way of surfaces that other paths found lit, so a
+// chart is black only if neither kind met light.
 Expected<std::vector<ChartLight>> judge(const FirstPass& pass, const Atlas& atlas,
                                         const BakeSettings& settings) {
   const std::vector<uint32_t> charts = charts_of_sites(atlas);
@@ -157,7 +157,7 @@ std::string two_pass_text(const AtlasStatistics& s) {
 }  // namespace
 
 uint64_t units_before(const Digest& atlas, uint32_t pass) {
-  constexpr uint32_t kLayoutBits = 19, kUnitBits = 32;  // 52 with that of the pass: exact in a double
+  constexpr uint32_t kLayoutBits = 19, kUnitBits = 32;  // 52 bits with the pass: exact in a double
   uint64_t layout = 0;
   std::memcpy(&layout, atlas.bytes.data(), sizeof layout);
   return (uint64_t{pass} << kLayoutBits | layout >> (64 - kLayoutBits)) << kUnitBits;
@@ -190,7 +190,7 @@ Expected<std::vector<ChartLight>> lay_out_by_light(const TwoPassTask& task, Pref
     pre.imported.notes.push_back({ImportNote::Kind::kNote, two_pass_text(pre.atlas.statistics)});
     return std::vector<ChartLight>{};
   }
-  std::vector<uint8_t> reasons = pre.atlas.collapsed;  // those that nobody sees stay
+  std::vector<uint8_t> reasons = pre.atlas.collapsed;  // unseen charts stay collapsed
   reasons.resize(light.size(), kNotCollapsed);
   for (size_t p = 0; p < light.size(); ++p)
     if (reasons[p] == kNotCollapsed) reasons[p] = light[p].why;

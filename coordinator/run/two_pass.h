@@ -1,5 +1,5 @@
-// --two-pass: a short first pass over the whole layout, then a layout without the texels that it has shown to
-// be of no use.
+// --two-pass: a short first pass over the whole layout, then a second layout without the texels
+// that it found to be superfluous.
 #pragma once
 
 #include "common/base/clock.h"
@@ -9,33 +9,33 @@
 
 namespace kiln {
 
-// Samples of every texel in each replicate, always as many: what they decide must not depend on who baked
-// them, nor on how fast. They are of whole paths, in a sequence of their own, and in no texel of the map.
+// Samples per texel and replicate, always the same number: decisions must not depend on who baked them, nor
+// how fast. They are whole paths with a random sequence of their own, and are not part of the map.
 constexpr uint32_t kFirstPassSamples = 16;
-constexpr uint32_t kFirstPassSteps = 2;  // at most: with caches, once more from what they hold
+constexpr uint32_t kFirstPassSteps = 2;  // at most: with caches, once more reading them
 
 struct TwoPassTask {
   const BakeRequest& request;
   Workplace& workplace;
-  const Stopwatch& watch;  // began with the bake
-  BakeReport& report;      // gets two_pass, stages and notes
+  const Stopwatch& watch;  // started with the bake
+  BakeReport& report;      // receives two_pass, stages and notes
   const std::function<void(const BakeProgress&)>& progress;
-  std::function<Status()> may_go_on;  // asked while the second layout is made
+  std::function<Status()> may_go_on;  // called while the second layout is made
 };
 
-// Bakes the first pass of `preflight`, and lays out again where charts may collapse: `preflight` is then that
-// layout. Returns what is known of its charts by placement: empty, nothing. Where the layout is the file's
-// own, or the time limit leaves no time for it, there is no first pass, and a note says so.
+// Bakes the first pass of `preflight` and, if charts collapse, replaces `preflight` by the new
+// layout. Returns what is known about its charts by placement, or empty. If the layout is the
+// file's own, or there is no time for it, there is no first pass, and a note says so.
 Expected<std::vector<ChartLight>> lay_out_by_light(const TwoPassTask& task, Preflight& preflight);
 
-// Numbers of units of a pass over that layout begin above this: results of another layout that a farm has
-// kept under the same job are never taken for them. `pass`: 0, the first pass; 1, those of the map.
+// Unit numbers of a pass over that layout start above this, so results of another layout that a farm kept
+// under the same job are never mistaken for them. `pass`: 0 for the first pass, 1 for the map's.
 uint64_t units_before(const Digest& atlas, uint32_t pass);
 
-// What a chart's one value is wrong by is stated with the noise: sqrt(noise^2 + deviation^2) of the texels of
-// charts that collapsed because they are evenly lit.
+// The error of a chart's single value is reported with the noise: sqrt(noise^2 + deviation^2) for
+// texels of charts that collapsed because they are evenly lit.
 void state_deviations(const Atlas& atlas, std::span<const ChartLight> light, TexelErrors& errors);
-// The same in the planes of the map: error, and those of bands.
+// The same for the error planes of the map, including those of bands.
 void state_deviations(const Atlas& atlas, std::span<const ChartLight> light, const BasisInfo& basis,
                       Lightmap& map);
 

@@ -1,19 +1,19 @@
-// Where the units of a bake are done: a farm that the request names, or one of this bake's own.
+// Where the units of a bake are done: the farm that the request names, or one of its own.
 #pragma once
 
 #include "coordinator/run/bake_run.h"
 
 namespace kiln {
 
-// What workers need of a bake: its scene, its layout and how light goes; `chunks` gets the first two.
+// Everything workers need for a bake: scene, layout and transport settings; `chunks` receives the first two.
 Expected<JobSpec> make_job(const Preflight& preflight, const BakeSettings& settings, ChunkStore& chunks);
 
 class Workplace {
  public:
-  explicit Workplace(const BakeRequest& request) : request_(request) {}  // outlives this
+  explicit Workplace(const BakeRequest& request) : request_(request) {}  // must outlive this
 
-  // Ends the job before, if there is one. A farm of this bake's own begins with the first and stays.
-  // `chunks` outlives the job.
+  // Ends the previous job, if any. The bake's own farm starts with the first job and stays.
+  // `chunks` must outlive the job.
   Expected<FarmJob*> open(JobSpec spec, const ChunkStore& chunks);
   void close() { job_.reset(); }
 
@@ -21,7 +21,7 @@ class Workplace {
   const BakeRequest& request_;
   uint64_t jobs_ = 0;
   std::unique_ptr<Farm> farm_;
-  std::unique_ptr<FarmJob> job_;  // ends before its farm
+  std::unique_ptr<FarmJob> job_;  // destroyed before its farm
 };
 
 }  // namespace kiln

@@ -1,4 +1,4 @@
-// A client's uploads and what it may download. From any thread.
+// One client's uploads and permitted downloads. Callable from any thread.
 #pragma once
 
 #include <map>
@@ -13,16 +13,16 @@ namespace kiln {
 class ClientFiles {
  public:
   explicit ClientFiles(BlobStore& blobs) : blobs_(blobs) {}
-  ~ClientFiles();  // what came of open uploads stays for another try
+  ~ClientFiles();  // data of unfinished uploads is kept for another try
 
-  // Begins, or says how far a begun upload has come; the error of a piece, once.
+  // Starts an upload, or reports the progress of a started one and, once, the error of a piece.
   Expected<uint64_t> begin_upload(const Digest& digest, uint64_t size);
   void append(const ChunkPiece& piece);
   void refuse_piece(const Digest& digest, const std::string& why);
   Status finish_upload(const Digest& digest);
 
   Status allow_download(const Digest& digest, uint64_t from);
-  std::optional<uint64_t> take_download(const Digest& digest);  // where to begin; nothing: not allowed
+  std::optional<uint64_t> take_download(const Digest& digest);  // start offset; nothing if not allowed
 
  private:
   static constexpr size_t kMaxUploads = 16, kMaxDownloads = 4096;

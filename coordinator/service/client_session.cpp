@@ -15,8 +15,8 @@ namespace kiln {
 namespace {
 
 constexpr size_t kMaxRequests = 32;
-constexpr size_t kMaxWaitingBytes = 32u << 20;  // of requests and pieces that wait for a thread
-constexpr size_t kMaxFiles = 4096;              // that wait to be sent
+constexpr size_t kMaxWaitingBytes = 32u << 20;  // requests and pieces waiting for a thread
+constexpr size_t kMaxFiles = 4096;              // waiting to be sent
 constexpr size_t kReadBytes = 1u << 20;
 
 struct Download {
@@ -49,13 +49,13 @@ Expected<ChunkPiece> read_piece(const BlobStore& blobs, const Download& download
 
 }  // namespace
 
-// Outlives the session while threads of the pool work for it.
+// Outlives the session while pool threads work for it.
 struct ClientSession::Shared : std::enable_shared_from_this<Shared> {
   Shared(ServiceImpl& s, const Caller& c, ClientLink& l)
       : service(s), caller(c), link(&l), files(s.blobs()) {}
   ServiceImpl& service;
   const Caller caller;
-  ClientLink* link;  // farm's thread only; null: the connection has ended
+  ClientLink* link;  // farm's thread only; null: connection closed
   ClientFiles files;
 
   std::mutex mutex;
@@ -109,7 +109,7 @@ void ClientSession::on_request(Request request) {
 }
 
 void ClientSession::on_piece(ChunkPiece piece) {
-  if (shared_->caller.access < Access::kSubmit) return;  // no upload can have been begun
+  if (shared_->caller.access < Access::kSubmit) return;  // an upload cannot have been started
   bool full = false;
   {
     const std::lock_guard lock(shared_->mutex);
@@ -127,8 +127,7 @@ void ClientSession::on_piece(ChunkPiece piece) {
 Status ClientSession::on_chunk_request(ChunkRequest request) {
   for (const Digest& digest : request.ids) {
     const auto from = shared_->files.take_download(digest);
-    if (!from)
-      return fail(ErrorKind::kUsage, "a file was asked for that was not fetched by its job and path before");
+    if (!from) return fail(ErrorKind::kUsage, "request the file by its job and path first");
     if (shared_->downloads.size() >= kMaxFiles)
       return fail(ErrorKind::kUsage, text("more than {} files were asked for at once", kMaxFiles));
     shared_->downloads.push_back({digest, *from});
@@ -171,7 +170,7 @@ void ClientSession::Shared::answer_request(const Request& request) {
   if (document && document->size() > kMaxDocumentBytes)
     document = fail(
         ErrorKind::kUsage,
-        text("the answer has {} bytes, more than fit a message: ask for fewer at a time", document->size()));
+        text("the answer has {} bytes, more than fit a message: request fewer at a time", document->size()));
   reply.ok = document.has_value();
   if (!document) reply.kind = document.error().kind;
   reply.document = document ? std::move(*document) : document.error().message;
@@ -180,7 +179,7 @@ void ClientSession::Shared::answer_request(const Request& request) {
   });
 }
 
-// One piece is read at a time, and only while little is queued.
+// Pieces are read one at a time, and only while little is queued.
 void ClientSession::Shared::read_next() {
   if (reading || downloads.empty() || !link || link->queued_bytes() >= kChunkWriteBudget) return;
   reading = true;
@@ -191,7 +190,7 @@ void ClientSession::Shared::read_next() {
       if (!self->link) return;
       if (!piece) {
         log_warning(piece.error().message);
-        self->link->send(Reply{0, false, piece.error().kind, piece.error().message});  // 0: of no request
+        self->link->send(Reply{0, false, piece.error().kind, piece.error().message});  // 0: no request
         self->downloads.pop_front();
       } else {
         self->downloads.front().offset += piece->bytes.size();

@@ -1,5 +1,5 @@
-// One client's conversation. Lives on the farm's thread; requests and pieces are worked off in their order by
-// one thread of the pool at a time, files are read there and sent here.
+// One client's connection. Lives on the farm's thread; requests and pieces are processed in order
+// by one pool thread at a time, which also reads the files that are sent here.
 #pragma once
 
 #include <deque>

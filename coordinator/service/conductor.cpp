@@ -1,4 +1,4 @@
-// One job from the queue to its results.
+// Runs one job from the queue to its results.
 #include <algorithm>
 #include <future>
 
@@ -108,15 +108,15 @@ Expected<std::unique_ptr<FarmJob>> ServiceImpl::open_job(const JobRecord& begun,
   KILN_TRY(const std::vector<CommitRow> rows, store_->commits(id));
   for (const CommitRow& row : rows)
     open.known.push_back({row.unit, row.shape, row.digest, row.worker, row.settled, row.verified});
-  if (!rows.empty()) note(id, text("{} results of units are there already", rows.size()));
+  if (!rows.empty()) note(id, text("{} unit results are already stored", rows.size()));
   KILN_TRY(std::unique_ptr<FarmJob> opened, farm_->open_job(open));
-  // What was asked between the record and here.
+  // Apply requests that came between reading the record and now.
   if (active.stop) return fail(ErrorKind::kUnavailable, "the job was stopped");
   if (const auto now = store_->job(id)) farm_->change_job(id, now->priority, now->paused);
   return opened;
 }
 
-// As an earlier run of the job cut the pass, so that its units have the same ids.
+// The same units as in an earlier run of the job, so that ids match.
 Expected<uint32_t> ServiceImpl::cut(JobId job, uint32_t pass, uint32_t chosen) {
   KILN_TRY(const std::vector<PassRecord> passes, store_->passes(job));
   for (const PassRecord& record : passes)
@@ -148,14 +148,14 @@ void ServiceImpl::on_progress(JobId id, Active& active, const BakeProgress& p) {
   const bool first = active.progress_at == 0 && new_results;
   if (!pass_began && !finishing && !first) return;
   active.progress_at = stored;
-  // Not waited for longer than the disk takes; if it refuses, the next pass says it.
+  // Not retried: if the disk refuses, the next pass writes it.
   store_->change(id, [&](JobRecord& job) -> Status {
     if (p.stage == "bake") {
       job.passes_done = p.pass ? p.pass - 1 : 0;
       job.converged_share = p.converged_share;
     }
     if (finishing) job.state = JobState::kFinishing;
-    if (new_results) job.preparations = 0;  // it gets on
+    if (new_results) job.preparations = 0;  // the job makes progress
     return {};
   });
   if (pass_began) note(id, text("pass {}", p.pass));
@@ -168,7 +168,7 @@ void ServiceImpl::finish(JobId id, Active& active, const Expected<std::vector<Fi
       const Status s = store_->conclude(id, [&](JobRecord& job) -> Status {
         job.state = JobState::kDone;
         job.reason = active.outcome;
-        if (!active.unmet.empty()) {  // the masters are worth a day: they are fetched, with the word
+        if (!active.unmet.empty()) {  // the masters are worth a day: they can be fetched, with the reason
           job.tainted = true;
           job.taint = active.unmet;
         }
@@ -184,7 +184,7 @@ void ServiceImpl::finish(JobId id, Active& active, const Expected<std::vector<Fi
     }
   }
   const Error error = outputs ? Error{ErrorKind::kUnavailable, ""} : outputs.error();
-  // A person's word comes before the coordinator's end; a full disk is nobody's fault.
+  // A user's request takes precedence over the coordinator's shutdown; a full disk is not the job's fault.
   const bool cancelled = active.cancelled, stopped = !cancelled && active.stop;
   const bool full = !cancelled && !stopped && error.kind == ErrorKind::kNoSpace;
   std::string who;

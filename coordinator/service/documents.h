@@ -11,7 +11,7 @@ namespace kiln {
 class ServiceImpl;
 
 struct JobsPage {
-  JobId before = 0;  // 0: the newest
+  JobId before = 0;  // 0: start at the newest
   size_t most = 200;
 };
 std::string jobs_document(ServiceImpl& service, const JobsPage& page);  // newest first

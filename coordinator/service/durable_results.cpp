@@ -12,7 +12,7 @@ namespace {
 constexpr size_t kBatch = 1024;
 constexpr auto kFirstPause = std::chrono::milliseconds(250), kLongestPause = std::chrono::milliseconds(5000);
 
-// The operation is wrong in itself, whatever the disk does: its job was forgotten, say.
+// The operation fails whatever the disk does, for example because its job was forgotten.
 bool is_own_fault(const Error& error) {
   return error.kind == ErrorKind::kInvalidInput || error.kind == ErrorKind::kUsage;
 }
@@ -106,11 +106,11 @@ bool DurableResultStore::drain(std::chrono::milliseconds patience) {
   return idle_.wait_for(lock, patience, [this] { return queue_.empty() && !busy_; });
 }
 
-// Order matters: an answer that is revoked must not come back because its write was tried again later. So
-// after a failure everything from there on is given again, which changes nothing for what was written.
+// Order matters: a revoked answer must not come back because its write was retried later. So after a failure
+// everything from there on is written again, which changes nothing for what was written already.
 std::string DurableResultStore::write(std::deque<Operation>& batch) {
   std::vector<Status> outcomes(batch.size());
-  const auto all = std::make_shared<std::promise<void>>();  // outlives the last callback's call
+  const auto all = std::make_shared<std::promise<void>>();  // must outlive the last callback's call
   std::atomic<size_t> left = batch.size();
   for (size_t i = 0; i < batch.size(); ++i)
     batch[i].attempt([&outcomes, &left, all, i](Status status) {

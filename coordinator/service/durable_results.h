@@ -1,5 +1,5 @@
-// Answers of workers into the store. One thread writes what the farm gives, in its order; while the disk
-// refuses, nothing is called stored, everything is kept and given again.
+// Writes workers' answers to the store. One thread writes what the farm submits, in order; while
+// the disk refuses, nothing is reported as stored, and everything is kept and retried.
 #pragma once
 
 #include <atomic>
@@ -16,8 +16,8 @@ namespace kiln {
 
 class DurableResultStore final : public ResultStore {
  public:
-  // `on_hold(reason)`: from the writing thread; writing has failed, or works again (empty).
-  // `on_note`: from the farm's thread.
+  // `on_hold(reason)`: called on the writing thread when writing fails, or works again (empty reason).
+  // `on_note`: called on the farm's thread.
   struct Hooks {
     std::function<void(const std::string& reason)> on_hold;
     std::function<void(JobId, const std::string&)> on_note;
@@ -33,25 +33,25 @@ class DurableResultStore final : public ResultStore {
   void trust(const Trust& trust) override;
   void quarantine(const Quarantine& quarantine) override;
   void note(JobId job, const std::string& text) override { hooks_.on_note(job, text); }
-  void end_job(JobId) override {}  // the results go when the outputs are safe: Store::conclude
+  void end_job(JobId) override {}  // results are removed once the outputs are safe: Store::conclude
   Expected<std::shared_ptr<const UnitResult>> read(JobId job, uint64_t unit, const Digest& digest) override;
 
-  // Somebody else's write failed: unless the disk takes a probe, everything is held until it does.
+  // Another write failed: everything is held until the disk accepts a probe.
   void suspect();
-  uint64_t stored(JobId job) const;  // answers since this process began
-  // Waits until all that was given is written. Not while the disk may refuse.
+  uint64_t stored(JobId job) const;  // answers since this process started
+  // Waits until everything submitted is written. Do not call while the disk may refuse.
   bool drain(std::chrono::milliseconds patience);
-  void stop();  // what is not written by then was never acknowledged
+  void stop();  // anything not written by then was never acknowledged
 
  private:
   struct Operation {
     std::function<void(Store::Callback)> attempt;
-    std::function<void()> stored;  // of an answer; called once
+    std::function<void()> stored;  // for an answer; called once
     JobId job = 0;
   };
   void give(Operation operation);
   void run();
-  // Empty: all are written or were wrong in themselves; else the first that must be tried again, and why.
+  // Empty: all are written or invalid in themselves; otherwise the first to retry, and why.
   std::string write(std::deque<Operation>& batch);
 
   Store& store_;

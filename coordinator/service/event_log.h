@@ -1,4 +1,4 @@
-// What happened lately, numbered, for programs that watch.
+// Recent events, numbered, for programs that watch.
 #pragma once
 
 #include <deque>
@@ -13,13 +13,13 @@ namespace kiln {
 struct ServiceEvent {
   uint64_t number = 0;
   int64_t at_ms = 0;
-  JobId job = 0;  // 0: of the farm
+  JobId job = 0;  // 0: a farm event
   std::string text;
 };
 
 class EventLog {
  public:
-  // Numbers of a later opening of the store are above those of an earlier.
+  // Numbers are higher than those of earlier openings of the store.
   explicit EventLog(uint64_t epoch) : next_(epoch << 32 | 1) {}
 
   void add(int64_t at_ms, JobId job, std::string text) {
@@ -27,7 +27,7 @@ class EventLog {
     if (events_.size() == kMax) events_.pop_front();
     events_.push_back({next_++, at_ms, job, std::move(text)});
   }
-  // From `cursor` on, of one job or (0) all, at most `most`; `cursor` becomes the place to go on from.
+  // At most `most` events after `cursor`, of one job or (0) all; `cursor` advances to where to continue.
   std::vector<ServiceEvent> since(uint64_t& cursor, JobId job, size_t most) const {
     const std::lock_guard lock(mutex_);
     std::vector<ServiceEvent> found;

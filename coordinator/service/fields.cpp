@@ -29,10 +29,10 @@ Expected<int64_t> whole_number(const JsonValue& value, const char* name, int64_t
 }  // namespace
 
 Status only_fields(const JsonValue& document, std::initializer_list<const char*> names) {
-  if (document.kind != Kind::kObject) return fail(ErrorKind::kInvalidInput, "an object is needed");
+  if (document.kind != Kind::kObject) return fail(ErrorKind::kInvalidInput, "an object is expected");
   for (const auto& [key, value] : document.members)
     if (std::none_of(names.begin(), names.end(), [&](const char* name) { return key == name; }))
-      return fail(ErrorKind::kInvalidInput, text("'{}' is not known here", key.substr(0, 64)));
+      return fail(ErrorKind::kInvalidInput, text("unknown member '{}'", key.substr(0, 64)));
   return {};
 }
 
@@ -43,7 +43,7 @@ Expected<std::string> text_field(const JsonValue& document, const char* name, si
     if (fallback) return *fallback;
     return wrong(name, "is missing");
   }
-  if (value->kind != Kind::kText) return wrong(name, "must be a text");
+  if (value->kind != Kind::kText) return wrong(name, "must be a string");
   if (value->text.size() > most_bytes)
     return wrong(name, text("has {} bytes: {} are allowed", value->text.size(), most_bytes));
   return value->text;

@@ -11,7 +11,7 @@ namespace {
 
 using Kind = JsonValue::Kind;
 
-// Decide nothing about the result, or name folders of another machine.
+// Settings that do not affect the result, or that name folders of another machine.
 bool stays_behind(std::string_view name) {
   return name == "unwrap-cache" || name == "workers" || name == "threads" || name == "lease-ms";
 }
@@ -19,7 +19,7 @@ bool stays_behind(std::string_view name) {
 Status set_from(BakeSettings& settings, const std::string& name, const JsonValue& value) {
   if (value.kind != Kind::kText)
     return fail(ErrorKind::kInvalidInput,
-                text("setting '{}' must be a text or a list of texts", name.substr(0, 64)));
+                text("setting '{}' must be a string or a list of strings", name.substr(0, 64)));
   if (const Status s = set_option(settings, name, value.text, "job"); !s)
     return fail(ErrorKind::kInvalidInput, s.error().message);
   return {};

@@ -1,5 +1,5 @@
-// Settings of a bake as they travel and are kept: an object of names and texts, or lists of texts for options
-// that may be given several times.
+// The transport and storage form of bake settings: an object of names and strings, or lists of
+// strings for options that may be given several times.
 #pragma once
 
 #include <string>
@@ -10,10 +10,10 @@
 
 namespace kiln {
 
-// Those that somebody set.
+// Only settings that were set by somebody.
 std::string write_job_settings(const BakeSettings& settings);
-// Fails (kInvalidInput) naming the setting; options that name a file must name one of the inputs, and no
-// other path of the coordinator's machine is taken.
+// Fails (kInvalidInput) naming the setting. Options that name a file must name one of the inputs;
+// no other path on the coordinator's machine is accepted.
 Expected<BakeSettings> read_job_settings(const std::string& document, const std::vector<FileRecord>& inputs);
 
 }  // namespace kiln

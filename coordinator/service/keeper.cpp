@@ -1,4 +1,4 @@
-// Whose turn it is, and what is too old to be kept.
+// Starts jobs when it is their turn, and deletes what is too old.
 #include <algorithm>
 
 #include "common/base/format.h"
@@ -12,8 +12,8 @@ namespace {
 
 constexpr auto kLook = std::chrono::seconds(1);
 constexpr int64_t kCollectMs = 3'600'000, kDayMs = 86'400'000;
-// So often that power cuts in a row do not end a job, so seldom that a scene that brings the coordinator down
-// does not keep the others from their turn for long.
+// High enough that a series of power cuts does not end a job, low enough that a scene that crashes
+// the coordinator does not block the others for long.
 constexpr uint32_t kMaxPreparations = 10;
 constexpr const char* kGivenUp = "the coordinator died ten times in a row while preparing or publishing it";
 
@@ -48,13 +48,13 @@ void ServiceImpl::keep() {
 void ServiceImpl::end_waits() {
   for (const WaitEnd& end : ended_waits(store_->jobs())) {
     const Status s = store_->change(end.job, [&](JobRecord& job) -> Status {
-      if (job.state != JobState::kWaiting) return fail(ErrorKind::kUsage, "it waits no more");
+      if (job.state != JobState::kWaiting) return fail(ErrorKind::kUsage, "no longer waiting");
       job.state = end.failure.empty() ? JobState::kQueued : JobState::kFailed;
       job.reason = end.failure;
       if (!end.failure.empty()) job.ended_ms = unix_ms();
       return {};
     });
-    if (s) note(end.job, end.failure.empty() ? "what it waited for is done" : end.failure);
+    if (s) note(end.job, end.failure.empty() ? "the job it waited for is done" : end.failure);
     if (s && !end.failure.empty()) wake();
   }
 }
@@ -73,7 +73,7 @@ void ServiceImpl::begin_jobs() {
       });
     }
     if (id == 0) return;
-    // Whoever cancels from here on finds it.
+    // From here on a cancellation finds the job.
     Active* active = nullptr;
     {
       const std::lock_guard lock(mutex_);
@@ -89,7 +89,7 @@ void ServiceImpl::begin_jobs() {
       }
       return cancelled_by;
     };
-    // Counted before it begins: a job that brings the coordinator down must not do so for ever.
+    // Counted before the start: a job that crashes the coordinator must not do so forever.
     bool given_up = false;
     const Status s = store_->change(id, [&](JobRecord& job) -> Status {
       given_up = job.preparations >= kMaxPreparations;
@@ -125,7 +125,7 @@ void ServiceImpl::collect() {
   if (!forgotten) return log_warning(forgotten.error().message);
   for (const JobId id : *forgotten)
     note(0, text("job {} ended {} days ago and is forgotten", id, settings_.keep_days));
-  // Who uploads has a day to submit.
+  // An uploaded file must be submitted within a day.
   blobs_->collect(referenced_blobs(store_->jobs()), now, kDayMs);
 }
 

@@ -11,7 +11,7 @@ namespace {
 constexpr size_t kMaxUser = 64;
 constexpr uint64_t kMaxTokenBytes = 4096;
 
-// The file's first line; made with a new token if there is no file.
+// The first line of the file; if there is no file, one with a new token is made.
 Expected<std::string> token_in(const std::filesystem::path& file) {
   std::error_code code;
   if (!std::filesystem::exists(file, code)) {
@@ -67,15 +67,14 @@ Expected<Caller> recognise(const ClientHello& hello, const PeerIdentity& identit
     return caller;
   }
   if (!is_user(hello.user))
-    return fail(ErrorKind::kUsage,
-                text("a user's name has 1 to {} characters that can be printed", kMaxUser));
+    return fail(ErrorKind::kUsage, text("a user's name has 1 to {} printable characters", kMaxUser));
   const std::pair<const std::string&, Access> known[] = {
       {tokens.admin, Access::kAdmin}, {tokens.submit, Access::kSubmit}, {tokens.read, Access::kRead}};
   for (const auto& [token, access] : known)
     if (equal_secret(hello.token, token)) return Caller{hello.user, access};
   return fail(
       ErrorKind::kUsage,
-      hello.token.empty() ? "no token was given: say --token-file or KILN_TOKEN_FILE with the coordinator's "
+      hello.token.empty() ? "no token was given: use --token-file or KILN_TOKEN_FILE with the coordinator's "
                             "submit.token, read.token or admin.token"
       : equal_secret(hello.token, tokens.worker)
           ? "this is the token of workers: people need the coordinator's submit.token, read.token or "

@@ -1,4 +1,4 @@
-// Who a client is and what it may do: by its certificate, or without TLS by its token.
+// Identifies a client and its permissions: by certificate, or by token without TLS.
 #pragma once
 
 #include <filesystem>
@@ -10,7 +10,7 @@
 
 namespace kiln {
 
-// Each may what those before it may.
+// Each includes the permissions of those before it.
 enum class Access : uint8_t { kEnrol, kRead, kSubmit, kAdmin };
 const char* access_name(Access access);
 
@@ -19,8 +19,8 @@ struct Caller {
   Access access = Access::kEnrol;
 };
 
-// `tls`: the connection is encrypted; then the token does not count, and who shows no certificate may ask for
-// one.
+// `tls`: the connection is encrypted. Then the token does not count, and a client without a
+// certificate may only ask for one.
 Expected<Caller> recognise(const ClientHello& hello, const PeerIdentity& identity, bool tls,
                            const ServiceTokens& tokens);
 

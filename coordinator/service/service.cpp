@@ -30,7 +30,7 @@ Status ServiceImpl::open() {
   return {};
 }
 
-// What was active when the last coordinator ended goes back to the queue; its results are kept.
+// Jobs that were active when the last coordinator ended return to the queue and keep their results.
 Status ServiceImpl::take_up_jobs() {
   std::error_code ignored;
   fs::remove_all(settings_.data / "work", ignored);
@@ -77,7 +77,7 @@ bool ServiceImpl::stop(std::chrono::milliseconds patience) {
   if (stopped_) return true;
   stopping_ = true;
   wake();
-  if (keeper_.joinable()) keeper_.join();  // nobody begins a job any more
+  if (keeper_.joinable()) keeper_.join();  // no job is started from here on
   if (pool_) pool_->stop();
   {
     std::unique_lock lock(mutex_);
@@ -102,7 +102,7 @@ bool ServiceImpl::stop(std::chrono::milliseconds patience) {
   for (auto& [id, active] : active_)
     if (active->thread.joinable()) active->thread.join();
   active_.clear();
-  // The writer may be calling the farm: it ends first. The farm keeps the object until its own end.
+  // The writer may be calling the farm, so it ends first. The farm keeps the object until its own end.
   if (results_) {
     results_->drain(std::chrono::seconds(5));
     results_->stop();

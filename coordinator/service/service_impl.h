@@ -1,5 +1,5 @@
-// Internal to coordinator/service. Threads: the farm's (clients are heard), the pool's (requests are
-// answered), one conductor for each active job, the keeper (whose turn it is, what is too old), the writer of
+// Internal to coordinator/service. Threads: the farm's (handles clients), the pool's (answers
+// requests), one conductor for each active job, the keeper (starts and deletes jobs), the writer of
 // results.
 #pragma once
 
@@ -46,10 +46,10 @@ class ServiceImpl final : public Service {
   const ServiceSettings& settings() const { return settings_; }
   bool stopping() const { return stopping_; }
   void note(JobId job, const std::string& text);
-  void wake();  // the keeper looks at the queue
+  void wake();  // makes the keeper look at the queue
   std::optional<BakeProgress> progress_of(JobId job) const;
   bool is_running(JobId job) const;
-  // Changes the record and, if the job is active, what is under way.
+  // Changes the record and, if the job is active, the running job.
   Status cancel(JobId job, const std::string& who);
   Status set_paused(JobId job, bool paused);
   Status set_priority(JobId job, int32_t priority);
@@ -57,15 +57,15 @@ class ServiceImpl final : public Service {
   Status forgive(const std::string& identity);
 
  private:
-  // A job that a conductor works on.
+  // A job that has a conductor.
   struct Active {
     std::thread thread;
-    std::atomic<bool> stop{false};       // the bake is to end: cancelled, or the service stops
-    std::atomic<bool> cancelled{false};  // by a person
+    std::atomic<bool> stop{false};       // ends the bake: cancelled, or the service stops
+    std::atomic<bool> cancelled{false};  // by a user
     std::atomic<bool> ended{false};
     std::string who;
     std::string unmet;    // BakeReport's
-    std::string outcome;  // how good the map is, for people
+    std::string outcome;  // quality of the map, for people
     BakeProgress progress;
     uint64_t progress_at = 0;  // stored() when `preparations` was last set
   };
@@ -86,7 +86,7 @@ class ServiceImpl final : public Service {
   Expected<uint32_t> cut(JobId job, uint32_t pass, uint32_t chosen);
   void on_progress(JobId job, Active& active, const BakeProgress& progress);
   void finish(JobId id, Active& active, const Expected<std::vector<FileRecord>>& outputs);
-  Status persist(JobId job, const Store::Edit& edit, const Active& active);  // again until the disk takes it
+  Status persist(JobId job, const Store::Edit& edit, const Active& active);  // retries while the disk refuses
   std::filesystem::path work_folder(JobId job) const;
 
   ServiceSettings settings_;
@@ -102,9 +102,9 @@ class ServiceImpl final : public Service {
 
   mutable std::mutex mutex_;
   std::condition_variable changed_;
-  bool look_ = true;  // the keeper has something to look at
+  bool look_ = true;  // work for the keeper
   std::map<JobId, std::unique_ptr<Active>> active_;
-  std::map<JobId, int64_t> not_before_;  // unix ms: jobs that a full disk stopped
+  std::map<JobId, int64_t> not_before_;  // unix ms: jobs stopped by a full disk
   std::string held_for_;
   std::thread keeper_;
 };

@@ -1,4 +1,4 @@
-// Threads for what must not hold the farm's: handlers that wait for the disk.
+// Threads for work that must not block the farm's: handlers that wait for the disk.
 #pragma once
 
 #include <condition_variable>
@@ -24,7 +24,7 @@ class TaskPool {
     }
     wake_.notify_one();
   }
-  // What runs is finished, what waits is dropped.
+  // Running tasks finish, waiting tasks are dropped.
   void stop() {
     {
       const std::lock_guard lock(mutex_);

@@ -1,4 +1,4 @@
-// Which job is begun next, as a pure function of the records.
+// Which job starts next, as a pure function of the records.
 #pragma once
 
 #include <functional>
@@ -10,14 +10,14 @@
 
 namespace kiln {
 
-// Of the jobs that are queued, not paused and allowed by `may_begin`: one of the user with the fewest active
-// jobs, of those the highest priority, of those the oldest. 0: none.
+// Among jobs that are queued, not paused and allowed by `may_begin`: takes users with the fewest
+// active jobs, then the highest priority, then the oldest job. 0: none.
 JobId next_job(const std::vector<JobRecord>& jobs, const std::function<bool(JobId)>& may_begin);
 
-// What a waiting job waits for has come, or cannot come any more.
+// Whether a waiting job's dependency is done, or can no longer be.
 struct WaitEnd {
   JobId job = 0;
-  std::string failure;  // empty: it may begin
+  std::string failure;  // empty: the job may start
 };
 std::vector<WaitEnd> ended_waits(const std::vector<JobRecord>& jobs);
 

@@ -1,4 +1,4 @@
-// For records that people read; nothing is decided by it but ages in days.
+// For records that people read; decides nothing but ages in days.
 #pragma once
 
 #include <chrono>

@@ -45,7 +45,7 @@ Expected<std::string> answer(ServiceImpl& service, const Caller& caller, const s
       return fail(ErrorKind::kInvalidInput, text("{}: {}", name, reply.error().message));
     return reply;
   }
-  return fail(ErrorKind::kUsage, text("this coordinator knows no '{}'", name.substr(0, 64)));
+  return fail(ErrorKind::kUsage, text("this coordinator has no verb '{}'", name.substr(0, 64)));
 }
 
 }  // namespace kiln

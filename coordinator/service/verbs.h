@@ -1,5 +1,5 @@
-// What a client may ask. One table: a verb, who may, what is done. Handlers run on a thread of the pool and
-// may wait for the disk.
+// The requests of clients, as one table: verb, required role, handler. Handlers run on a pool
+// thread and may wait for the disk.
 #pragma once
 
 #include <span>
@@ -17,18 +17,18 @@ struct Ask {
   ServiceImpl& service;
   const Caller& caller;
   const JsonValue& document;
-  ClientFiles& files;  // uploads and downloads of this client
+  ClientFiles& files;  // this client's uploads and downloads
 };
 
 struct Verb {
   const char* name;
   Access access;
-  Expected<std::string> (*answer)(const Ask&);  // a JSON document
+  Expected<std::string> (*answer)(const Ask&);  // returns a JSON document
 };
 
 std::span<const Verb> verb_table();
-// Fails (kUsage) on a verb that does not exist or is not for the caller, (kInvalidInput) on a document that
-// is wrong.
+// Fails with kUsage if the verb does not exist or is not for the caller, with kInvalidInput if the
+// document is wrong.
 Expected<std::string> answer(ServiceImpl& service, const Caller& caller, const std::string& verb,
                              const std::string& document, ClientFiles& files);
 

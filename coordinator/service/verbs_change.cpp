@@ -8,14 +8,14 @@ namespace {
 
 constexpr int64_t kMaxId = int64_t{1} << 62;
 
-// The job that is meant, if it is the caller's to change.
+// The job named in the request, if the caller may change it.
 Expected<JobId> own_job(const Ask& ask) {
   KILN_TRY(const int64_t number, number_field(ask.document, "id", 1, kMaxId));
   const auto id = static_cast<JobId>(number);
   const auto job = ask.service.store().job(id);
   if (!job) return fail(ErrorKind::kInvalidInput, text("there is no job {}", id));
   if (ask.caller.access < Access::kAdmin && job->user != ask.caller.user)
-    return fail(ErrorKind::kUsage, text("job {} is {}'s: {} may change own jobs only, an admin all", id,
+    return fail(ErrorKind::kUsage, text("job {} is {}'s: {} may change only their own jobs, an admin any", id,
                                         job->user, ask.caller.user));
   return id;
 }

@@ -20,7 +20,7 @@ std::string lines_document(const std::vector<std::string>& lines) {
   return w.end_array().end_object().take();
 }
 
-// The rule of the queue that decides about the job, before the farm has it.
+// The queue rule that holds the job back before the farm has it.
 std::vector<std::string> why_queued(ServiceImpl& service, const JobRecord& job) {
   const std::string name = text("job {}", job.id);
   if (job.state == JobState::kWaiting) {

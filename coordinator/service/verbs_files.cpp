@@ -13,7 +13,7 @@ constexpr int64_t kMaxId = int64_t{1} << 62, kMaxSize = int64_t{1} << 40;
 
 }  // namespace
 
-// {"offset": N}: send from there on. Asked again while pieces are sent it says how many bytes are on the
+// {"offset": N}: send from there on. Called while pieces are sent, it reports how many bytes are on
 // disk, or why they are not.
 Expected<std::string> verb_upload(const Ask& ask) {
   KILN_TRY_STATUS(only_fields(ask.document, {"digest", "size"}));
@@ -23,7 +23,7 @@ Expected<std::string> verb_upload(const Ask& ask) {
   return JsonWriter().begin_object().pair("offset", offset).end_object().take();
 }
 
-// All is sent: its digest is checked.
+// Everything is sent: check the digest.
 Expected<std::string> verb_uploaded(const Ask& ask) {
   KILN_TRY_STATUS(only_fields(ask.document, {"digest"}));
   KILN_TRY(const Digest digest, digest_field(ask.document, "digest"));
@@ -31,8 +31,8 @@ Expected<std::string> verb_uploaded(const Ask& ask) {
   return JsonWriter().begin_object().pair("digest", digest.hex()).end_object().take();
 }
 
-// {"id"}: the files of the results. With "path" and "from": a ChunkRequest for the file's digest may follow
-// and is answered with its bytes from there on.
+// {"id"}: the files of the results. With "path" and "from": a ChunkRequest for the file's digest
+// may follow and is answered with its bytes from that offset.
 Expected<std::string> verb_fetch(const Ask& ask) {
   KILN_TRY_STATUS(only_fields(ask.document, {"id", "path", "from"}));
   KILN_TRY(const int64_t id, number_field(ask.document, "id", 1, kMaxId));

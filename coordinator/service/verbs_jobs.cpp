@@ -37,7 +37,7 @@ Expected<std::vector<FileRecord>> read_inputs(const JsonValue& document) {
   return files;
 }
 
-// The settings as they were given, once they have been read.
+// The settings as given, once parsed successfully.
 Expected<std::string> read_settings(const JsonValue& document, const std::vector<FileRecord>& inputs) {
   KILN_TRY(std::string settings, text_field(document, "settings", size_t{1} << 20, "{}"));
   KILN_TRY_STATUS(read_job_settings(settings, inputs).map([](const auto&) {}));

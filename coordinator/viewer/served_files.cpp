@@ -19,7 +19,7 @@ struct Descriptor {
   }
 };
 
-// One name of a path that a file of ours may have.
+// Whether a path component may name a file we serve.
 bool is_plain_name(std::string_view name) {
   if (name.empty() || name[0] == '.') return false;
   return std::none_of(name.begin(), name.end(), [](char c) {
@@ -47,15 +47,15 @@ Expected<std::shared_ptr<const ServedFile>> open_below(const std::filesystem::pa
     const size_t end = std::min(path.find('/', at), path.size());
     names.emplace_back(path.substr(at, end - at));
     at = end + 1;
-    if (!is_plain_name(names.back())) return refuse("this is no path of a file that is served here");
+    if (!is_plain_name(names.back())) return refuse("this is not the path of a file served here");
   }
   Descriptor at{::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)};
-  if (at.fd < 0) return refuse(text("the folder {} is gone", folder.string()));
+  if (at.fd < 0) return refuse(text("the folder {} no longer exists", folder.string()));
   for (size_t i = 0; i < names.size(); ++i) {
-    const int kind = i + 1 < names.size() ? O_DIRECTORY : O_NONBLOCK;  // a pipe must not hold us
+    const int kind = i + 1 < names.size() ? O_DIRECTORY : O_NONBLOCK;  // do not block on a pipe
     const int next = ::openat(at.fd, names[i].c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC | kind);
     if (next < 0)
-      return refuse(errno == ELOOP    ? text("'{}' is a symbolic link, and none is followed", names[i])
+      return refuse(errno == ELOOP    ? text("'{}' is a symbolic link, which is not followed", names[i])
                     : errno == EACCES ? text("'{}' may not be read", names[i])
                                       : text("there is no '{}'", path));
     ::close(at.fd);

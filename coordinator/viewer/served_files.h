@@ -1,5 +1,5 @@
-// Files below a folder, by the path of a request: nothing above it, nothing hidden, nothing behind a symbolic
-// link.
+// Files below a folder, by request path: nothing above the folder, nothing hidden, nothing behind a
+// symbolic link.
 #pragma once
 
 #include <filesystem>
@@ -18,7 +18,7 @@ class ServedFile {
   ServedFile(const ServedFile&) = delete;
   ServedFile& operator=(const ServedFile&) = delete;
   uint64_t size() const { return size_; }
-  // Up to `size` bytes from `offset` on; 0 at the end or on an error.
+  // Up to `size` bytes from `offset`; 0 at the end or on an error.
   size_t read(uint64_t offset, char* to, size_t size) const;
 
  private:
@@ -26,12 +26,12 @@ class ServedFile {
   uint64_t size_;
 };
 
-// `path`: names with slashes between them, decoded. Opened step by step, so that no link that appears
-// meanwhile is followed. Errors (kInvalidInput) are sentences for who asked.
+// `path`: decoded, components separated by slashes. Opened component by component, so that a link
+// created meanwhile is not followed. Errors (kInvalidInput) are sentences for the client.
 Expected<std::shared_ptr<const ServedFile>> open_below(const std::filesystem::path& folder,
                                                        std::string_view path);
 
-// By the ending of a name; application/octet-stream where it is not known.
+// MIME type by file extension; application/octet-stream if unknown.
 const char* mime_type_of(std::string_view path);
 
 }  // namespace kiln

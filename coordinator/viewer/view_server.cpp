@@ -13,12 +13,12 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kPage = "/docs/examples/three/index.html?folder=/bake/";
-// The page runs what is served here and nothing else; three's zstd decoder is WebAssembly in a data URL.
+// The page may run only what is served here; three's zstd decoder is WebAssembly in a data URL.
 constexpr const char* kPolicy =
     "default-src 'none'; script-src 'self' 'unsafe-inline' 'wasm-unsafe-eval'; style-src 'unsafe-inline'; "
     "connect-src 'self' data: blob:; img-src 'self' data: blob:";
 
-// A page of elsewhere whose name was made to lead here must not read the folder.
+// DNS rebinding: a foreign page whose name resolves to this address must not read the folder.
 bool is_loopback_host(const std::string& host) {
   const std::string name = host.substr(0, host.find(':'));
   return name == "localhost" || name == "127.0.0.1";
@@ -28,7 +28,7 @@ bool is_loopback_host(const std::string& host) {
 
 struct ViewServer::Impl final : httplib::Server {
   explicit Impl(const ViewSettings& s) : settings(s) {
-    // Not SO_REUSEPORT, the library's choice: a second server on the port is an error.
+    // Not SO_REUSEPORT, the library's default: a second server on the port must fail.
     set_socket_options([](socket_t fd) {
       const int on = 1;
       ::setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
@@ -57,26 +57,26 @@ struct ViewServer::Impl final : httplib::Server {
     response.set_header("Content-Security-Policy", kPolicy);
     if (request.method != "GET" && request.method != "HEAD") {
       response.set_header("Allow", "GET, HEAD");
-      return say(response, 405, "files are read here, nothing else");
+      return say(response, 405, "only GET and HEAD are served");
     }
     if (!is_loopback_host(request.get_header_value("Host")))
-      return say(response, 421, "this server speaks for localhost only");
+      return say(response, 421, "this server answers requests for localhost only");
     if (request.path == "/") return response.set_redirect(kPage);
-    if (request.ranges.size() > 1) return say(response, 416, "ask for one range at a time");
+    if (request.ranges.size() > 1) return say(response, 416, "request one range at a time");
     const std::pair<std::string_view, fs::path> folders[] = {
         {"/bake/", settings.bake},
         {"/docs/examples/three/", settings.share / "examples/three"},
         {"/docs/shaders/", settings.share / "shaders"}};
     for (const auto& [prefix, folder] : folders)
       if (request.path.starts_with(prefix)) return send(folder, request.path.substr(prefix.size()), response);
-    say(response, 404, "here are /, /bake/, /docs/examples/three/ and /docs/shaders/");
+    say(response, 404, "only /, /bake/, /docs/examples/three/ and /docs/shaders/ are served");
   }
 
   static void send(const fs::path& folder, const std::string& path, httplib::Response& response) {
     const auto file = open_below(folder, path);
     if (!file) return say(response, 404, file.error().message);
     if ((*file)->size() == 0) return response.set_content("", mime_type_of(path));
-    // In pieces: lightmaps may be larger than memory. The library answers Range by asking for a part.
+    // Streamed: lightmaps may be larger than memory. For Range requests the library asks for a part.
     response.set_content_provider((*file)->size(), mime_type_of(path),
                                   [held = *file](size_t offset, size_t length, httplib::DataSink& sink) {
                                     std::array<char, 1 << 16> piece;

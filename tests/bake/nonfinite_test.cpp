@@ -93,10 +93,9 @@ TEST(Nonfinite, PlacesAreSortedAndForeignOnesIgnored) {
   EXPECT_EQ(log.places()[2].x, 2u);
   EXPECT_EQ(log.places()[2].instance, scene.instances[1].name);
   EXPECT_EQ(log.places()[3].page, 1u);
-  EXPECT_EQ(
-      log.sentence(),
-      "10 samples hold light beyond what a float holds, which is left out: the first at texel (1, 0) of "
-      "page 0, 'floor', sample 2");
+  EXPECT_EQ(log.sentence(),
+            "10 samples exceed the range of a float and were dropped: the first at texel (1, 0) of "
+            "page 0, 'floor', sample 2");
 }
 
 }  // namespace

@@ -166,7 +166,7 @@ TEST_F(TwoPass, SaysWhereItIsNotHeeded) {
   world.add(test::plane(1, 4, test::Uv::kUnit), "floor", Vec3(0.0f));
   test::write_scene_glb(world.scene, dir_.path() / "own.glb");
   EXPECT_SAYS(kiln("plan own.glb --layout atlas --two-pass on").output,
-              "--two-pass on is not heeded: the file's own atlas decides");
+              "--two-pass on has no effect on the file's own atlas");
 }
 
 TEST_F(TwoPass, WithoutTimeForTwoPassesThereIsOne) {

@@ -112,7 +112,7 @@ TEST(PlanCommand, TheHeatMapShowsTheDensities) {
     EXPECT_NE(html.find(words), std::string::npos) << words;
 }
 
-TEST(PlanCommand, TextNamesTheObjectsAndAnUnheededDensity) {
+TEST(PlanCommand, TextNamesTheObjectsAndADensityWithoutEffect) {
   test::TempDir dir;
   GltfBuilder b = two_squares();
   write_glb_file(b, dir.path());
@@ -125,7 +125,7 @@ TEST(PlanCommand, TextNamesTheObjectsAndAnUnheededDensity) {
   b.root["scenes"][0]["nodes"] = {0, 1};
   write_glb_file(b, dir.path());
   EXPECT_SAYS(kiln(dir, "plan x.glb --layout atlas --resolution 64").output,
-              "densities of objects are asked for, but the file's own atlas decides");
+              "densities of objects have no effect on the file's own atlas");
 }
 
 TEST(BakeCommand, TheReportHasTheTableToo) {

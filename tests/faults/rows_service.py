@@ -79,7 +79,7 @@ def coordinator_kill(lab):
         job = service.submit()
         jobs += 1
     record = service.finish(job, truth)
-    read_back = [e["text"] for e in record["events"] if "are there already" in e["text"]]
+    read_back = [e["text"] for e in record["events"] if "are already stored" in e["text"]]
     counts = ", ".join(f"{count} {moment}" for moment, count in sorted(moments.items()))
     return f"{lab.kills} deaths ({counts}) over {jobs} jobs, every digest equal; {'; '.join(read_back[-1:])}"
 

@@ -67,7 +67,7 @@ TEST_F(UnseenCommand, SaysWhereItIsNotHeeded) {
   world.add(test::plane(1, 4, test::Uv::kUnit), "floor", Vec3(0.0f));
   write(world);
   EXPECT_SAYS(kiln("plan x.glb --layout atlas --unseen auto").output,
-              "--unseen auto is not heeded: the file's own atlas decides");
+              "--unseen auto has no effect on the file's own atlas");
   EXPECT_SAYS(kiln("plan x.glb --layout pack --unseen auto").output,
               "the scene has neither camera nor light");
   EXPECT_SAYS(kiln("plan x.glb --unseen sometimes").output, "'sometimes' is not one of keep, auto");

@@ -1,4 +1,4 @@
-// The worker's heart, without network or files: a scene and an atlas in, sums of radiance out.
+// The core of the worker, without network or files: takes a scene and an atlas, returns sums of radiance.
 #pragma once
 
 #include <memory>
@@ -16,16 +16,16 @@ class Baker {
   static Expected<std::unique_ptr<Baker>> create(Scene scene, Atlas atlas, const TransportSettings& settings,
                                                  unsigned threads);
   virtual ~Baker() = default;
-  // `cache`: what unit.cache names, or null where it names none. Fails (kInvalidInput) if the unit names a
+  // `cache`: the one that unit.cache names; null if none. Fails (kInvalidInput) if the unit names a
   // site that does not exist. Reentrant: one call per thread.
   virtual Expected<UnitResult> bake(const WorkUnit& unit, const IrradianceCache* cache = nullptr) const = 0;
-  virtual size_t sites() const = 0;  // of the atlas: entries of a cache
-  // What a light or material record held that nothing read, one sentence each.
+  virtual size_t sites() const = 0;  // in the atlas; also the number of cache entries
+  // Properties of light and material records that nothing read, one sentence each.
   virtual std::vector<std::string> warnings() const = 0;
 };
 
-// Name of this machine's numeric class for Embree kernels `isa`: "avx2-" and 16 digits of the SHA-256 of
-// a small unit baked on a built-in scene. Two workers with equal names give equal bytes.
+// Name of this machine's numeric class for Embree kernels `isa`: "avx2-" and 16 digits of the
+// SHA-256 of a small built-in scene's baked unit. Two workers with equal names give equal bytes.
 Expected<std::string> numeric_class(const std::string& isa);
 
 }  // namespace kiln

@@ -13,14 +13,14 @@ namespace kiln {
 
 class Film {
  public:
-  // `layout` is that of the job with these settings and outlives the film.
+  // `layout` belongs to the job with these settings and outlives the film.
   Film(const MomentLayout& layout, const ResponseSettings& settings)
       : layout_(&layout), settings_(&settings), basis_(layout.basis()), functions_(layout.functions()) {
     sums_.resize(layout.planes());
   }
   void clear() { std::fill(sums_.begin(), sums_.end(), 0.0); }
 
-  // Adds one sample. Returns false if a contribution was not finite: it is dropped, the others count.
+  // Adds one sample. Returns false if a contribution was not finite; that one is dropped, the others count.
   bool add(const RadianceSamples& radiance, const Vec3& normal) {
     if (radiance.inside) sums_[kMomentInside] += 1.0;
     const std::vector<uint32_t>& responses = layout_->quantities().responses;
@@ -39,7 +39,7 @@ class Film {
       const Vec3& d = radiance.items[i].direction;
       const Vec3& c = radiance.items[i].contribution;
       const Vec3 with = e + c * std::max(0.0f, dot(d, normal));
-      if (!is_finite(with)) {  // nor is it if c is not
+      if (!is_finite(with)) {  // implied if c is not finite
         finite = false;
         continue;
       }

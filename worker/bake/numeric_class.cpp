@@ -1,5 +1,5 @@
-// The canary: a heap of irregular triangles under a sun, a lamp and a sky, sampled with the real
-// integrator. Its digest names the class of machines whose bytes agree.
+// The canary: irregular triangles under a sun, a lamp and a sky, sampled with the real integrator.
+// Its digest names the class of machines whose bytes agree.
 #include "common/base/hash.h"
 #include "worker/bake/baker.h"
 #include "worker/integrators/integrator.h"

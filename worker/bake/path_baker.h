@@ -1,4 +1,4 @@
-// The bake of any kind of receivers: points, paths, sums.
+// Bakes receivers of any kind: points, paths, sums.
 #pragma once
 
 #include <algorithm>
@@ -14,7 +14,7 @@
 
 namespace kiln {
 
-// Units index the receivers; receivers.h has the concept.
+// Units index the receivers; receivers.h defines the concept.
 template <ReceiverKind Receivers>
 class PathBaker final : public Baker {
  public:
@@ -68,7 +68,7 @@ class PathBaker final : public Baker {
  private:
   static constexpr uint32_t kBatch = Integrator::kBatch;
 
-  // A unit in work.
+  // A unit being baked.
   struct Run {
     std::vector<Film> films;  // one per receiver of a batch
     std::unique_ptr<Integrator::Workspace> workspace;

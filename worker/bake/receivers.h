@@ -1,5 +1,5 @@
-// ROOM: add a receiver. Receivers are the places that gather light; units of work index them. A kind of
-// receivers is one class as ReceiverKind says, and its line in Baker::create.
+// ROOM: add a receiver. Receivers are the places that gather light; units of work index them. A
+// kind of receiver is one class that models ReceiverKind, and one line in Baker::create.
 #pragma once
 
 #include <atomic>
@@ -22,16 +22,16 @@ concept ReceiverKind = requires(const R& r, typename R::Open& open, const Surfac
                                 const Tracer& tracer, const SampleStream& stream, uint64_t& rays,
                                 const IrradianceCache& cache) {
   { r.size() } -> std::convertible_to<size_t>;
-  // What the random numbers of a receiver depend on, and the name under which non-finite samples are
+  // The key of a receiver's random numbers, also the name under which non-finite samples are
   // reported.
   { r.key(0u) } -> std::same_as<uint32_t>;
-  // A receiver while samples are taken of it: the point and normal of a sample, and another place for one
-  // whose primary ray met a back face, if there is one.
+  // A receiver while it is sampled: the point and normal of a sample, and a replacement point, if
+  // there is one, for a sample whose primary ray hit a back face.
   typename R::Open;
   requires std::constructible_from<typename R::Open, const R&, const Surfaces&, const Tracer&, uint32_t>;
   { open.at(stream) } -> std::same_as<SurfacePoint>;
   { open.instead_of(stream, rays) } -> std::same_as<std::optional<SitePlaces::Place>>;
-  // Where paths may end at the irradiance of a cache; asked only by units that name one.
+  // Where paths may end at cached irradiance; called only by units that name a cache.
   { r.known(surfaces.scene(), cache) } -> std::same_as<std::optional<KnownIrradiance>>;
 };
 
@@ -64,7 +64,7 @@ class TexelReceivers {
     SitePlaces places_;
   };
 
-  // The lookup is made by the first unit that asks: only a job with irradiance caches needs it.
+  // Built by the first unit that asks: only jobs with irradiance caches need it.
   std::optional<KnownIrradiance> known(const Scene& scene, const IrradianceCache& cache) const {
     std::call_once(state_->lookup_made, [&] { state_->lookup.emplace(atlas_, scene); });
     return KnownIrradiance{*state_->lookup, cache};
@@ -72,7 +72,7 @@ class TexelReceivers {
 
  private:
   struct State {
-    std::vector<std::atomic<bool>> hopeless;  // by site: no place outside (SitePlaces)
+    std::vector<std::atomic<bool>> hopeless;  // by site: no usable point outside (SitePlaces)
     std::once_flag lookup_made;
     std::optional<SiteLookup> lookup;
   };

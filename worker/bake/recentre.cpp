@@ -6,7 +6,7 @@ namespace kiln {
 namespace {
 
 struct Box {
-  Vec3 low{0.0f}, high{-1.0f};  // of no vertex
+  Vec3 low{0.0f}, high{-1.0f};  // empty
 };
 struct Stretch {
   double low = 0, high = -1;
@@ -23,7 +23,7 @@ std::vector<Box> mesh_boxes(const Scene& scene) {
   return boxes;
 }
 
-// Holds all instances' boxes; not the smallest where they are turned.
+// Contains the boxes of all instances; not tight for rotated ones.
 Stretch stretch_of(const Scene& scene, const std::vector<Box>& boxes, int axis) {
   Stretch s;
   for (const Instance& i : scene.instances) {
@@ -42,20 +42,20 @@ Stretch stretch_of(const Scene& scene, const std::vector<Box>& boxes, int axis) 
   return s;
 }
 
-// The middle of a far stretch, in as many bits as coordinates there have.
+// The middle of a far stretch, with as many bits as coordinates have there.
 std::optional<float> far_middle(const Stretch& s) {
   const bool far = (s.low > 0 && s.high <= 2 * s.low) || (s.high < 0 && s.low >= 2 * s.high);
   if (!far) return std::nullopt;
   return static_cast<float>((s.low + s.high) / 2);
 }
 
-// Is x - c a float? The rounding error of a difference is one itself (Knuth 1969, TAOCP 2, 4.2.2).
+// Whether x - c is exact. The rounding error of a difference is a float (Knuth 1969, TAOCP 2, 4.2.2).
 bool exact(float x, float c) {
   const float difference = x - c, minus_c = difference - x;
   return (x - (difference - minus_c)) - (c + minus_c) == 0.0f;
 }
 
-// Does the axis of the mesh go straight into that of the world?
+// Whether the mesh axis maps straight onto the world axis.
 bool is_plain(const Mat4x3& m, int axis) {
   for (int k = 0; k < 3; ++k)
     if (m[k][axis] != (k == axis ? 1.0f : 0.0f)) return false;
@@ -66,7 +66,7 @@ bool placed(const Record& light) {
   return light.type != "directional" && light.type != "environment";
 }
 
-// Moves instances by their transforms, or, where those say nothing of the axis, by their meshes' vertices.
+// Moves instances by their transforms or, if these leave the axis unchanged, by their meshes' vertices.
 bool move(Scene& scene, int axis, float c) {
   std::vector<char> by_vertices(scene.meshes.size(), 0);
   for (const Instance& i : scene.instances)

@@ -23,7 +23,7 @@ std::unique_ptr<Integrator> Integrator::create(const Surfaces& surfaces, const T
                                                uint32_t features) {
   if (!settings.quantities.light) {
     if (!(features & kGlass)) return make_visibility(surfaces, tracer, settings);
-    TransportSettings dark = settings;  // the primary ray alone, and what glass lets through
+    TransportSettings dark = settings;  // only the primary ray, continued through glass
     dark.direct = dark.indirect = false;
     return integrator_of_everything()(surfaces, tracer, lights, dark);
   }

@@ -1,4 +1,4 @@
-// Surfaces whose irradiance an earlier pass has measured: a path that meets one need not go on.
+// Irradiance of surfaces measured by an earlier pass; a path that hits one may end there.
 #pragma once
 
 #include "common/atlas/site_lookup.h"
@@ -11,13 +11,13 @@ struct KnownIrradiance {
   const SiteLookup& sites;
   const IrradianceCache& cache;
 
-  // Hits nearer than this many texels of the surface that was met go on: the mean over a texel is not what a
-  // point beside it sees. (Ward et al. 1988 bound reuse by the distance of surfaces likewise.)
+  // Hits closer than this many texels of the surface hit are traced on: the mean over a texel differs from
+  // what a nearby point sees. (Ward et al. 1988 bound reuse by the distance to surfaces likewise.)
   static constexpr float kNearestTexels = 4.0f;
-  // A normal map that turns the normal further than this asks for another irradiance than the surface's own.
+  // A normal map that tilts the normal further than this needs its own irradiance, not the surface's.
   static constexpr float kMinAgreement = 0.9f;
 
-  // Irradiance of the front of the surface that was met, or null.
+  // Irradiance on the front of the surface hit, or null.
   const Vec3* find(const Hit& hit) const {
     const SiteLookup::Place place = sites.find(hit.instance, hit.triangle, hit.b1, hit.b2);
     if (place.site == SiteLookup::kNone || !(hit.t > kNearestTexels * place.texel_size)) return nullptr;

@@ -1,4 +1,4 @@
-// Fills a table of the roster.
+// Fills a roster table.
 #pragma once
 
 #include <utility>
@@ -14,7 +14,7 @@ std::unique_ptr<Integrator> make_path(const Surfaces& surfaces, const Tracer& tr
   return std::make_unique<PathIntegrator<kFeatures>>(surfaces, tracer, lights, settings);
 }
 
-// Of every combination of lights, with the features `kOthers`.
+// One entry for every combination of lights, with the features `kOthers`.
 template <uint32_t kOthers, size_t... kLights>
 constexpr IntegratorTable make_table(std::index_sequence<kLights...>) {
   return {make_path<kLights | kOthers>...};

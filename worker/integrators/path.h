@@ -1,6 +1,5 @@
-// The path tracer behind Integrator, as a template over the features (integrator.h) it is compiled for.
-// A batch of samples goes through its stages side by side; all of them have made the same number of
-// reflections.
+// The path tracer behind Integrator, as a template over the features (integrator.h) it is compiled
+// for. A batch of samples advances stage by stage; all have made the same number of reflections.
 #pragma once
 
 #include <limits>
@@ -14,8 +13,8 @@
 
 namespace kiln {
 
-constexpr uint32_t kMaxPasses = 64;     // surfaces of glass between two vertices; what goes further is lost
-constexpr uint32_t kRouletteAfter = 3;  // reflections that every path may make
+constexpr uint32_t kMaxPasses = 64;     // glass surfaces between two vertices; light beyond the last is lost
+constexpr uint32_t kRouletteAfter = 3;  // every path may make this many reflections
 
 template <uint32_t kFeatures>
 class PathIntegrator final : public Integrator {
@@ -30,46 +29,46 @@ class PathIntegrator final : public Integrator {
   static constexpr bool has(Feature f) { return kFeatures & f; }
   static_assert(!has(kAreaLights) || has(kLocalLights));
   static constexpr int kStrategies = has(kLocalLights) + has(kSuns) + has(kSkyImage);
-  // A path keeps the vertex it comes from where an emitter that it meets will ask for it. The vertex after b
-  // reflections is number b mod kVertices.
+  // A path keeps its previous vertex where emitters need it for MIS. The vertex after b reflections
+  // is stored at b mod kVertices.
   static constexpr uint32_t kVertices = has(kLocalLights) ? 2 : 1;
   static constexpr uint32_t slot(uint32_t bounces) { return bounces % kVertices; }
   using Seen = std::conditional_t<has(kLayers), BsdfAtWo, LambertAtWo>;
 
-  // A ray's way through glass since the last vertex.
+  // A ray's state inside glass since the last vertex.
   struct Glass {
     float distance;   // travelled since
-    Vec3 absorption;  // of the medium that the ray is in
+    Vec3 absorption;  // absorption of the medium the ray is in
     uint32_t passes;
   };
   struct NoGlass {};
 
-  // A path on its way from a texel. Its vertex is where light is gathered: the texel itself (any linear
-  // measure of the incident light is wanted, sampled with the mixed hemisphere) or a reflecting point.
+  // A path in flight. Its vertex is where light is gathered: either the texel itself, which wants any linear
+  // functional of the incident light and is sampled with the mixed hemisphere, or a reflecting point.
   struct Path {
     SurfacePoint vertices[kVertices];
     Frame frame{Vec3(0, 0, 1)};  // around the shading normal
-    Seen bsdf;                   // of a reflecting vertex
-    Vec3 origin, direction;      // of the ray: offset, and behind the glass that was passed
-    float pdf;                   // of the direction
-    Vec3 throughput, sum;        // what a unit of light is worth, and what was gathered
+    Seen bsdf;                   // at a reflecting vertex
+    Vec3 origin, direction;      // ray origin (offset, and behind any glass passed) and direction
+    float pdf;                   // density of the direction
+    Vec3 throughput, sum;        // path throughput, and radiance gathered so far
     Vec3 first_direction;
     float first_pdf;
-    // Of a vertex whose irradiance is known:
-    bool diffuse_dropped;    // its closure is made already, without the Lambert layer
-    bool reflected_known;    // only of light that was reflected before: what shines on it directly is still
-                             // wanted
-    Vec3 throughput_beyond;  // what goes on past the next surface's own light: all but where the above holds
+    // At a vertex with known irradiance:
+    bool diffuse_dropped;    // the closure is already made, without the Lambert layer
+    bool reflected_known;    // the known irradiance lacks direct light,
+                             // which is still to be gathered
+    Vec3 throughput_beyond;  // then: factor for light from beyond the next surface's own
     Hit hit;
     [[no_unique_address]] std::conditional_t<has(kGlass), Glass, NoGlass> glass;
   };
-  // A light sample whose ray has not been traced yet.
+  // A light sample whose shadow ray has not been traced yet.
   struct Shadow {
     Vec3 direction, contribution;
     uint32_t path;
   };
 
-  // The batch. `live` lists the paths that are on their way.
+  // The batch. `live` lists the paths still in flight.
   struct Wave final : Workspace {
     std::span<Task> tasks;
     const KnownIrradiance* known;
@@ -77,7 +76,7 @@ class PathIntegrator final : public Integrator {
     uint32_t live[kBatch];
     size_t count = 0;
     SampleBatch samples;
-    float u[2][kBatch], v[2][kBatch];  // random numbers of the live paths, by their place in the list
+    float u[2][kBatch], v[2][kBatch];  // random numbers of live paths, indexed as `live`
     Ray rays[kBatch * std::max(1, kStrategies)];
     Shadow shadows[kBatch * std::max(1, kStrategies)];
     Vec3 passed[kBatch * std::max(1, kStrategies)];
@@ -102,14 +101,14 @@ class PathIntegrator final : public Integrator {
   void make_bsdf(Path& p, uint32_t bounces) const;
   void reflect(Wave& w, uint32_t bounces) const;
   void finish(Wave& w, uint32_t i) const;
-  // Radiance of the emissive surface that was hit or of the environment, weighted against light sampling.
+  // Radiance of the emissive surface hit or of the environment, MIS-weighted against light sampling.
   Vec3 emitted(const Path& p, const SurfacePoint& at, uint32_t bounces) const;
   Vec3 missed(const Path& p, uint32_t bounces) const;
-  // Adds the same of the area lights between the last surface and what was hit.
+  // Adds the same for area lights crossed between the last surface and the hit.
   void add_crossed(Path& p, uint32_t bounces) const;
 
-  // Balance heuristic: the share of a find by a strategy of density `pdf`, where the other has `other`. What
-  // the other cannot find stays, whichever is asked for.
+  // Balance heuristic for density `pdf` against `other`. With a single strategy forced, light that
+  // the other strategy cannot find still counts.
   float mis_weight(MisMode own, float pdf, float other) const {
     if constexpr (has(kOneStrategy))
       if (settings_.mis_mode != MisMode::kBoth && other > 0.0f)
@@ -125,7 +124,7 @@ class PathIntegrator final : public Integrator {
   }
   static Vec2 pair(const float (&numbers)[2][kBatch], size_t k) { return {numbers[0][k], numbers[1][k]}; }
   bool may_reflect(uint32_t bounces) const { return settings_.indirect && bounces < settings_.max_bounces; }
-  // Does light count that was reflected this often?
+  // Whether light counts after this many reflections.
   bool counts(uint32_t bounces) const { return bounces == 0 ? settings_.direct : settings_.indirect; }
 
   const Surfaces& surfaces_;
@@ -139,7 +138,7 @@ void PathIntegrator<kFeatures>::start(Wave& w) const {
   for (uint32_t i = 0; i < w.tasks.size(); ++i) {
     Path& p = w.paths[i];
     const SurfacePoint& receiver = w.tasks[i].receiver;
-    SurfacePoint& at = p.vertices[0];  // what it is made of matters to nobody
+    SurfacePoint& at = p.vertices[0];  // its material is not read
     at.position = receiver.position;
     at.ng = receiver.ng;
     at.ns = receiver.ns;
@@ -187,7 +186,7 @@ void PathIntegrator<kFeatures>::queue_shadow_ray(Wave& w, uint32_t i, uint32_t b
   shadow.path = i;
 }
 
-// Light that reaches the vertices from the lights themselves.
+// Adds direct light at the vertices.
 template <uint32_t kFeatures>
 template <bool kTexel>
 void PathIntegrator<kFeatures>::gather(Wave& w, uint32_t bounces) const {
@@ -294,7 +293,7 @@ template <uint32_t kFeatures>
 void PathIntegrator<kFeatures>::add_crossed(Path& p, uint32_t bounces) const {
   if (!counts(bounces)) return;
   const SurfacePoint& vertex = p.vertices[slot(bounces)];
-  // The first ray's offset may put its origin behind a light that its vertex is in front of.
+  // The offset of the first ray may put its origin behind a light that the vertex is in front of.
   double from = -std::numeric_limits<double>::infinity();
   if constexpr (has(kGlass))
     if (p.glass.passes > 0) from = 0.0;
@@ -311,7 +310,7 @@ void PathIntegrator<kFeatures>::add_crossed(Path& p, uint32_t bounces) const {
   lights_.local.for_each_crossing(vertex.position, vertex.ns, {p.origin, p.direction, from, to}, take);
 }
 
-// Sends every live path to the next surface that reflects; `live` keeps those that may reflect there.
+// Advances every live path to its next reflecting surface; `live` keeps those that may reflect there.
 template <uint32_t kFeatures>
 void PathIntegrator<kFeatures>::trace(Wave& w, uint32_t bounces) const {
   size_t kept = 0;
@@ -350,7 +349,7 @@ void PathIntegrator<kFeatures>::trace(Wave& w, uint32_t bounces) const {
   w.count = kept;
 }
 
-// What the ray met; at a surface that reflects it becomes the path's vertex.
+// Handles the hit; a reflecting surface becomes the path's vertex.
 template <uint32_t kFeatures>
 auto PathIntegrator<kFeatures>::arrive(Path& p, Task& task, const KnownIrradiance* known,
                                        uint32_t bounces) const -> Arrival {
@@ -365,7 +364,7 @@ auto PathIntegrator<kFeatures>::arrive(Path& p, Task& task, const KnownIrradianc
   const SurfaceKind& kind = surfaces_.kind(hit.instance);
   SurfacePoint& at = p.vertices[slot(bounces + 1)];
   surfaces_.at(hit.instance, hit.triangle, hit.b1, hit.b2, at);
-  // The map belongs to the front; seen from behind its normals are turned round as a whole.
+  // The normal map belongs to the front; seen from behind, all its normals are flipped.
   bool agrees = true;
   if (kind.normal_map && may_reflect(bounces)) {
     const Vec3 smooth = at.ns;
@@ -412,9 +411,9 @@ auto PathIntegrator<kFeatures>::arrive(Path& p, Task& task, const KnownIrradianc
   return Arrival::kReflects;
 }
 
-// Takes what the Lambert layer of the vertex reflects of its known irradiance. What lies above that layer is
-// looked at by a share of the paths, which then see it alone. Where direct light is not asked for, what is
-// known is what was reflected before: the path gathers the rest here and by one more ray.
+// Adds the known irradiance as reflected by the vertex's Lambert layer. Layers above it are sampled by a
+// random share of the paths, which then see only those. If direct light is off, the known irradiance includes
+// light reflected before only; the path gathers the rest here and with one more ray.
 template <uint32_t kFeatures>
 bool PathIntegrator<kFeatures>::ends_at_known(Path& p, const Task& task, const Vec3& irradiance,
                                               uint32_t bounces) const {
@@ -442,7 +441,7 @@ bool PathIntegrator<kFeatures>::ends_at_known(Path& p, const Task& task, const V
   }
 }
 
-// Makes the closure of the vertex that was met.
+// Makes the closure at the vertex.
 template <uint32_t kFeatures>
 void PathIntegrator<kFeatures>::make_bsdf(Path& p, uint32_t bounces) const {
   SurfacePoint& at = p.vertices[slot(bounces)];
@@ -456,8 +455,8 @@ void PathIntegrator<kFeatures>::make_bsdf(Path& p, uint32_t bounces) const {
     p.bsdf = LambertAtWo(albedo_at(material, at.attributes), wo);
 }
 
-// Does the path go straight on through glass? If not, its throughput makes up for those that do. To light
-// sampling the glass is not there, so the vertex, and the density of the direction, stay.
+// Decides whether the path goes straight on through glass; the throughput accounts for the choice.
+// Light sampling ignores the glass, so the vertex and the density of the direction stay the same.
 template <uint32_t kFeatures>
 bool PathIntegrator<kFeatures>::passes_glass(Path& p, const SurfacePoint& at, const Bsdf& layers, bool leaves,
                                              Task& task, uint32_t bounces) const {
@@ -475,7 +474,7 @@ bool PathIntegrator<kFeatures>::passes_glass(Path& p, const SurfacePoint& at, co
     p.throughput *= p.glass.passes < kMaxPasses ? through / chance : Vec3(0.0f);
     if (max_component(layers.absorption) > 0.0f) {
       Vec3& medium = p.glass.absorption;
-      // Where the path started inside, nothing was entered: the way to this exit is absorbed now.
+      // A path that started inside has not entered: absorb along the way to this exit now.
       for (int k = 0; leaves && k < 3; ++k)
         p.throughput[k] *= exponential(std::min(0.0f, medium[k] - layers.absorption[k]) * p.hit.t);
       medium = glm::max(medium + (leaves ? -layers.absorption : layers.absorption), Vec3(0.0f));
@@ -487,7 +486,7 @@ bool PathIntegrator<kFeatures>::passes_glass(Path& p, const SurfacePoint& at, co
   return false;
 }
 
-// Gathers light at the vertices and chooses where the paths go on, if they do. `bounces` counts the
+// Gathers light at the vertices and samples the next directions, if any. `bounces` counts the
 // reflection there.
 template <uint32_t kFeatures>
 void PathIntegrator<kFeatures>::reflect(Wave& w, uint32_t bounces) const {
@@ -511,7 +510,7 @@ void PathIntegrator<kFeatures>::reflect(Wave& w, uint32_t bounces) const {
     p.pdf = s.pdf;
     p.throughput *= s.weight;
     if (p.reflected_known) p.throughput_beyond = p.bsdf.share_above_diffuse(s.direction);
-    // Nothing leaks through the surface itself.
+    // No light passes through the surface itself.
     bool goes_on =
         max_component(p.throughput) > 0.0f && dot(p.direction, p.vertices[slot(bounces)].ng) > 0.0f;
     if (roulette && goes_on) {
@@ -530,7 +529,7 @@ void PathIntegrator<kFeatures>::reflect(Wave& w, uint32_t bounces) const {
 template <uint32_t kFeatures>
 void PathIntegrator<kFeatures>::finish(Wave& w, uint32_t i) const {
   const Path& p = w.paths[i];
-  if (!(max_component(p.sum) <= 0.0f))  // so that NaN passes: the film counts it
+  if (!(max_component(p.sum) <= 0.0f))  // written so that NaN passes; the film counts it
     w.tasks[i].radiance.add(p.first_direction, p.sum / p.first_pdf);
 }
 

@@ -12,7 +12,7 @@ namespace kiln {
 using IntegratorFactory = std::unique_ptr<Integrator> (*)(const Surfaces&, const Tracer&, const Lights&,
                                                           const TransportSettings&);
 constexpr uint32_t kAllLights = kLocalLights | kSuns | kSkyImage;
-using IntegratorTable = std::array<IntegratorFactory, kAllLights + 1>;  // by the lights' features
+using IntegratorTable = std::array<IntegratorFactory, kAllLights + 1>;  // indexed by the lights' features
 
 const IntegratorTable& lambert_integrators();
 const IntegratorTable& layered_integrators();

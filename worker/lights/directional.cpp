@@ -10,7 +10,7 @@ void DirectionalLights::add(RecordReader& r, const Mat4x3& to_world) {
   l.irradiance = glm::max(r.vec3("color", Vec3(1.0f)) * r.number("intensity", 1.0f), Vec3(0.0f));
   const double half = 0.5 * std::clamp<double>(r.number("angle", 0.0f), 0.0, 180.0) * 0.017453292519943295;
   const double s = std::sin(0.5 * half);
-  l.h = static_cast<float>(2.0 * s * s);  // does not cancel for half a degree
+  l.h = static_cast<float>(2.0 * s * s);  // no cancellation for half a degree
   const BakeMode bake = parse_bake(r);
   l.indirect_only = bake == BakeMode::kIndirect;
   if (bake != BakeMode::kNone && max_component(l.irradiance) > 0.0f) lights_.push_back(l);
@@ -30,7 +30,7 @@ void DirectionalLights::finish() {
   }
   only_direction_ = lights_[0].frame.n;
   const float h = lights_[0].h;
-  least_cos_ = -std::sqrt(h * (2.0f - h)) - 1e-5f;  // a little more than the disc, for rounding
+  least_cos_ = -std::sqrt(h * (2.0f - h)) - 1e-5f;  // slightly wider than the disc, for rounding
 }
 
 LightSample DirectionalLights::sample(float u_light, const Vec2& u) const {
@@ -40,7 +40,7 @@ LightSample DirectionalLights::sample(float u_light, const Vec2& u) const {
   s.direction = l.h > 0.0f ? l.frame.to_world(uniform_cone(u, l.h)) : l.frame.n;
   s.far = true;
   s.weight = l.weight;
-  return s;  // pdf stays 0: nothing but this strategy looks for the sun
+  return s;  // pdf stays 0: no other strategy can find the sun
 }
 
 }  // namespace kiln

@@ -1,4 +1,4 @@
-// Directional lights: delta, or a disc of uniform radiance of a given angular diameter.
+// Directional lights: delta, or a disc of uniform radiance with a given angular diameter.
 #pragma once
 
 #include "common/math/discrete.h"
@@ -14,9 +14,9 @@ class DirectionalLights {
   void add(RecordReader& r, const Mat4x3& to_world);
   void finish();  // after the last add
   bool empty() const { return lights_.empty(); }
-  // Can light arrive on the side of the unit normal n? Never wrong when it says no.
+  // Whether light may arrive on the side of the unit normal n. Never false if it can.
   bool may_light(const Vec3& n) const { return lights_.size() > 1 || dot(n, only_direction_) > least_cos_; }
-  // Which of its numbers sample() reads: none to choose one light of one, none for a point on a delta light.
+  // The random numbers sample() reads: no choice with one light, no point on a delta light.
   bool wants_choice() const { return lights_.size() > 1; }
   bool wants_point() const { return any_disc_; }
   LightSample sample(float u_light, const Vec2& u) const;
@@ -24,7 +24,7 @@ class DirectionalLights {
  private:
   struct Light {
     Frame frame;  // around the direction to the light
-    Vec3 weight;  // irradiance x what the disc's density makes of it / probability of the choice
+    Vec3 weight;  // irradiance (delta) or radiance / pdf (disc), divided by the probability of the choice
     Vec3 irradiance;
     float h;  // 1 - cos(half angle); 0: delta
     bool indirect_only;
@@ -34,7 +34,7 @@ class DirectionalLights {
   bool any_disc_ = false;
   Vec3 only_direction_{0.0f};
   float least_cos_ =
-      0.0f;  // of the angle between n and the first light at which its disc is below n's horizon
+      0.0f;  // cosine of the angle to n beyond which the first light's disc is below the horizon of n
 };
 
 }  // namespace kiln

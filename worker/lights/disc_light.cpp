@@ -6,7 +6,7 @@
 namespace kiln {
 namespace {
 
-// The disc as the receiver sees it, and the plane's direction from the receiver's foot to the centre.
+// The disc as seen from the receiver, and the direction in the plane from the receiver's foot to the centre.
 struct Seen {
   SphericalEllipse ellipse;
   DVec2 along;

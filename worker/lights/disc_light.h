@@ -1,4 +1,4 @@
-// A disc of constant radiance, one- or two-sided, sampled by the solid angle that it subtends.
+// A disc of constant radiance, one- or two-sided, sampled by solid angle.
 #pragma once
 
 #include "worker/lights/light_plane.h"
@@ -9,15 +9,15 @@ class DiscLight {
  public:
   static constexpr std::string_view kType = "disc";
   static constexpr bool kDelta = false;
-  // Errors, beside those of LightPlane: a radius that is not positive and finite.
+  // Errors, besides those of LightPlane: a radius that is not positive and finite.
   static Expected<DiscLight> parse(RecordReader& r, const Record& record, const Scene& scene);
 
   LightSample sample(const Vec3& p, const Vec2& u) const;
-  // How far from `origin`, in metres, the ray that left p along a unit direction meets a side that shines:
-  // negative before it, infinite if it never does. `origin` is on that ray, but for the offsets from
-  // surfaces.
+  // Distance in metres from `origin` to a shining side along the ray that left p in a unit
+  // direction; negative if the side is before `origin`, infinite if the ray misses. `origin` lies
+  // on that ray up to surface offsets.
   double distance(const Vec3& p, const Vec3& origin, const Vec3& direction) const;
-  // Density per steradian with which sample() at p takes a unit direction; 0 where it cannot.
+  // Density per steradian with which sample() at p draws a unit direction; 0 if it cannot.
   float pdf(const Vec3& p, const Vec3& direction) const;
   const Vec3& radiance() const { return plane_.radiance(); }
   double power() const { return plane_.power(area()); }  // luminance

@@ -7,12 +7,12 @@
 namespace kiln {
 namespace {
 
-constexpr double kCellBudget = 1 << 24;  // of all triangles together: half a second
+constexpr double kCellBudget = 1 << 24;  // for all triangles together; takes half a second
 constexpr double kMinCells = 256, kMaxCells = 1 << 16;
-constexpr double kFloor = 0x1p-20;   // of the brightest texel touched: what rounding and dither may reach
-constexpr double kReach = 1.0 / 64;  // texels; further than the dither of TextureSampler goes
+constexpr double kFloor = 0x1p-20;   // of the brightest texel, as rounding and dither may reach it
+constexpr double kReach = 1.0 / 64;  // texels; beyond the dither of TextureSampler
 constexpr double kFarthest = 1e4;    // coordinates beyond it read texel 0, as in TextureSampler
-constexpr int kPoints = 32;          // a side, for triangles without area in the texture
+constexpr int kPoints = 32;          // points per side, for triangles without area in texture space
 
 int wrapped(int i, int size, Wrap mode) {
   if (mode == Wrap::kClamp) return std::clamp(i, 0, size - 1);
@@ -22,7 +22,7 @@ int wrapped(int i, int size, Wrap mode) {
   return i < size ? i : 2 * size - 1 - i;
 }
 
-// A convex polygon: a triangle cut by four lines has at most seven corners.
+// A convex polygon; a triangle cut by four lines has at most seven corners.
 struct Polygon {
   std::array<DVec2, 8> at;
   size_t size = 0;
@@ -70,7 +70,7 @@ EmissionMap::Level EmissionMap::load(const TextureSampler& sampler) {
   return out;
 }
 
-// Each new texel is the mean of what it covers, odd sizes too.
+// Each new texel is the mean of those it covers, also for odd sizes.
 EmissionMap::Level EmissionMap::halved(const Level& level) {
   Level out{std::max(1, level.width / 2), std::max(1, level.height / 2), {}};
   const double sx = static_cast<double>(level.width) / out.width,
@@ -102,7 +102,7 @@ double EmissionMap::shade(const Vec3& texture, const Vec3& color) const {
   return luminance(glm::max(DVec3(parts_.factor) * DVec3(color) * DVec3(texture), DVec3(0.0)));
 }
 
-// The filter at texel coordinates (x, y), inside a cell of the lattice of texel centres, or of texels.
+// The filter at texel coordinates (x, y) within one cell of the lattice of texel centres (nearest: texels).
 Vec3 EmissionMap::filtered(const Level& level, double x, double y, int i, int j) const {
   if (nearest_) return texel(level, i, j);
   const auto a = static_cast<float>(std::clamp(x - 0.5 - i, 0.0, 1.0)),
@@ -129,14 +129,14 @@ double EmissionMap::textured(const Attributes (&a)[3], const Vec3 (&color)[3]) c
     low = glm::min(low, p[k]);
     high = glm::max(high, p[k]);
   }
-  // The first level at which the triangle does not cover too much.
+  // The finest level at which the triangle fits the budget.
   size_t l = 0;
   const auto cells = [&](const Level& level) {
     return ((high.x - low.x) * level.width + 2) * ((high.y - low.y) * level.height + 2);
   };
   while (l + 1 < levels_.size() && cells(levels_[l]) > most_cells_) ++l;
   const Level& level = levels_[l];
-  if (cells(level) > kMaxCells) {  // more repeats than cells: the mean of the image
+  if (cells(level) > kMaxCells) {  // too many texture repeats: use the mean of the image
     return (shade(level.texels[0], color[0]) + shade(level.texels[0], color[1]) +
             shade(level.texels[0], color[2])) /
            3.0;
@@ -181,7 +181,7 @@ double EmissionMap::over_cells(const Level& level, const DVec2 (&p)[3], const Ve
       cell = cut(cell, 1, j + shift + 1, 1);
       for (size_t k = 2; k < cell.size; ++k) {
         const DVec2 &a = cell.at[0], &b = cell.at[k - 1], &c = cell.at[k];
-        // The midpoints of the edges: exact to degree two.
+        // The midpoints of the edges: exact up to degree two.
         for (const DVec2& q : {0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)})
           sum += std::abs(cross2(b - a, c - a)) / 3.0 * shade(filtered(level, q.x, q.y, i, j), color_at(q));
       }

@@ -1,4 +1,4 @@
-// The mean emission of a material over triangles, by integrating its texture in texel space.
+// The mean emission of a material over triangles, integrated in texel space.
 #pragma once
 
 #include "worker/surface/surfaces.h"
@@ -6,17 +6,17 @@
 namespace kiln {
 
 // The bilinear interpolant of the emissive texture is integrated exactly: a triangle is cut along the lines
-// between texel centres (the texels' edges where the filter is nearest), and on each piece a rule of degree
-// two sums the interpolant, which has that degree. Approximate are: triangles that cover more texels than the
-// budget, which are integrated over halved images of the same mean, and vertex colours on top of a texture
-// (degree three or four). A triangle whose texture coordinates have no area is integrated by points.
+// between texel centres (texel edges for nearest filtering), and a rule of degree two, the degree of the
+// interpolant, sums each piece. Two cases are approximate: triangles that cover more texels than the budget
+// use halved images with the same mean, and vertex colours on a texture raise the degree to three or four. A
+// triangle without area in texture space is integrated by points.
 class EmissionMap {
  public:
-  // `triangles`: how many will be asked for; they share the budget of texels.
+  // `triangles`: how many will be queried; they share the texel budget.
   EmissionMap(const EmissionParts& parts, size_t triangles);
 
-  // Mean luminance of the emission over a triangle with attributes a[0..2] at its corners; never 0 where a
-  // texel that the triangle touches shines.
+  // Mean luminance of the emission over a triangle with corner attributes a[0..2]; never 0 if a
+  // texel that the triangle touches emits.
   double mean(const Attributes (&a)[3]) const;
 
  private:
@@ -26,7 +26,7 @@ class EmissionMap {
   };
   static Level load(const TextureSampler& sampler);
   static Level halved(const Level& level);
-  // Luminance of the product with the factor.
+  // Luminance times the factor.
   double shade(const Vec3& texture, const Vec3& color) const;
   const Vec3& texel(const Level& level, int x, int y) const;
   Vec3 filtered(const Level& level, double x, double y, int cell_x, int cell_y) const;

@@ -15,7 +15,7 @@ Expected<Environment> Environment::create(const Record* record, const Scene& sce
   RecordReader r(*record);
   e.bake_ = parse_bake(r);
   const TextureUse image = r.texture("image");
-  // With an image the radiance scales it, and is 1 where nothing is said.
+  // With an image, radiance scales it and defaults to 1.
   e.constant_ = glm::max(r.vec3("radiance", Vec3(image.texture < 0 ? 0.0f : 1.0f)), Vec3(0.0f));
   const float turns = r.number("rotation", 0.0f) / 360.0f;
   e.turn_ = turns - std::floor(turns);
@@ -28,9 +28,9 @@ Expected<Environment> Environment::create(const Record* record, const Scene& sce
   if (t.format != TexelFormat::kFloat32 || t.channels < 3)
     return fail(ErrorKind::kInvalidInput, text("environment image '{}' is not float RGB", t.name));
   if (t.width > 65535 || t.height > 65535)
-    return fail(
-        ErrorKind::kInvalidInput,
-        text("environment image '{}' has {} x {} texels; 65535 a side is most", t.name, t.width, t.height));
+    return fail(ErrorKind::kInvalidInput,
+                text("environment image '{}' has {} x {} texels; at most 65535 a side are possible", t.name,
+                     t.width, t.height));
   e.width_ = t.width;
   e.height_ = t.height;
   e.texels_.resize(size_t{t.width} * t.height);
@@ -39,9 +39,9 @@ Expected<Environment> Environment::create(const Record* record, const Scene& sce
     e.texels_[i] *= e.constant_;
     if (!is_finite(e.texels_[i]) || e.texels_[i].x < 0 || e.texels_[i].y < 0 || e.texels_[i].z < 0)
       return fail(ErrorKind::kInvalidInput,
-                  text("environment image '{}' has a texel that is no radiance", t.name));
+                  text("environment image '{}' has a negative or non-finite texel", t.name));
   }
-  const auto versine = [&](uint32_t rows) {  // of the angle of so many rows
+  const auto versine = [&](uint32_t rows) {  // of the angle spanned by that many rows
     const double s = std::sin(0.5 * M_PI * rows / t.height);
     return 2.0 * s * s;
   };

@@ -1,5 +1,5 @@
-// Light from far away: a constant radiance or an equirectangular image, piecewise constant per texel and
-// sampled in proportion to its luminance.
+// Distant light: constant radiance or an equirectangular image, piecewise constant per texel and
+// sampled in proportion to luminance.
 #pragma once
 
 #include "common/base/status.h"
@@ -17,10 +17,10 @@ class Environment {
                                       std::vector<std::string>& warnings);
 
   bool is_black() const { return black_; }
-  // A constant environment is found by the surface's own sampling as well as by any other.
+  // A constant environment needs no light sampling: sampling the surface is as good.
   bool wants_sampling() const { return !black_ && width_ > 0; }
   bool indirect_only() const { return bake_ == BakeMode::kIndirect; }
-  // samples[k] for the numbers (u[k], v[k]); at most kMax at once.
+  // samples[k] for the random numbers (u[k], v[k]); at most kMax at once.
   static constexpr size_t kMax = ImageDistribution::kMax;
   void sample(const float* u, const float* v, size_t count, LightSample* samples) const;
   LightSample sample(const Vec2& u) const {
@@ -28,9 +28,9 @@ class Environment {
     sample(&u.x, &u.y, 1, &s);
     return s;
   }
-  // Place in the image of a unit direction; 0 without one.
+  // Texel index of a unit direction; 0 without an image.
   uint32_t texel_of(const Vec3& direction) const;
-  // Says that radiance() and pdf() will be asked there.
+  // Prefetches what radiance() and pdf() read for this direction.
   void prefetch(uint32_t texel) const {
     __builtin_prefetch(&texels_[texel]);
     distribution_.prefetch(texel % width_, texel / width_);
@@ -44,8 +44,8 @@ class Environment {
   Vec3 constant_{0.0f};
   uint32_t width_ = 0, height_ = 0;
   std::vector<Vec3> texels_;
-  // 1 - cos of the angles from the nearer pole to a row's edges, of which the second is further from +y; and
-  // a texel's solid angle.
+  // 1 - cos of the angles from the nearer pole to the row's two edges, the second being further
+  // from +y; and the solid angle of a texel.
   struct Row {
     float first, second, solid_angle;
   };

@@ -6,7 +6,7 @@
 namespace kiln {
 namespace {
 
-constexpr float kAngleError = 2e-7f;  // of atan2_turns, and of the table's angles in floats
+constexpr float kAngleError = 2e-7f;  // error of atan2_turns and of float table angles
 
 std::vector<float> turns(const std::vector<double>& degrees) {
   std::vector<float> out;
@@ -20,7 +20,7 @@ bool rises_within(const std::vector<float>& angles, float low, float high) {
   return !angles.empty();
 }
 
-// The interval that holds x, and how far x is along it. There are at least two angles.
+// The interval that contains x, and the fraction of x along it. Requires at least two angles.
 struct Place {
   size_t index;
   float along;
@@ -48,7 +48,7 @@ Expected<IesLight> IesLight::parse(RecordReader& r, const Record& record, const 
                       (l.horizontal_.size() == 1 || l.horizontal_.back() == l.horizontal_.front() + 1.0f);
   if (!angles || use.texture < 0)
     return fail(ErrorKind::kInvalidInput,
-                text("IES light '{}' has no table of angles that rise", record.name));
+                text("IES light '{}': its table has no rising angles", record.name));
   const Texture& t = scene.textures[static_cast<size_t>(use.texture)];
   if (t.format != TexelFormat::kFloat32 || t.channels != 1 || t.width != l.vertical_.size() ||
       t.height != l.horizontal_.size())
@@ -104,7 +104,7 @@ double IesLight::power() const {
 }
 
 LightBounds IesLight::bounds() const {
-  // The vertical angles between which it shines.
+  // The range of vertical angles with light.
   size_t first = vertical_.size(), last = 0;
   for (size_t v = 0; v < vertical_.size(); ++v)
     for (size_t h = 0; h < horizontal_.size(); ++h)

@@ -1,4 +1,4 @@
-// EXT_lights_ies: a point light whose intensity by direction is a measured table.
+// EXT_lights_ies: a point light whose intensity is a measured table of directions.
 #pragma once
 
 #include "common/base/status.h"
@@ -6,15 +6,15 @@
 
 namespace kiln {
 
-// Directions are those of type C photometry, with the vertical angle counted from the node's -z and the
-// horizontal one from +x towards +y. Bilinear in the two angles; dark outside the vertical angles of the
-// table.
+// Directions follow type C photometry: the vertical angle is counted from the node's -z, the
+// horizontal one from +x towards +y. Intensity is bilinear in the two angles and 0 outside the
+// table's vertical range.
 class IesLight {
  public:
   static constexpr std::string_view kType = "ies";
   static constexpr bool kDelta = true;
-  // Reads its candela from a texture of the scene, which outlives it. Errors: a table whose sizes or angles
-  // do not fit.
+  // Reads candela from a texture of the scene, which must outlive the light. Errors: a table whose
+  // sizes or angles do not fit.
   static Expected<IesLight> parse(RecordReader& r, const Record& record, const Scene& scene);
   LightSample sample(const Vec3& p, const Vec2&) const { return delta_sample(*this, p); }
   Vec3 irradiance(const Vec3& p) const;
@@ -24,12 +24,12 @@ class IesLight {
   BakeMode bake = BakeMode::kFull;
 
  private:
-  float candela(const Vec3& direction) const;  // not unit
+  float candela(const Vec3& direction) const;  // direction need not be unit
   float at(size_t h, size_t v) const { return table_[h * vertical_.size() + v]; }
-  // Mean over all horizontal angles at one vertical angle of the table.
+  // Mean over all horizontal angles at one vertical table angle.
   double around(size_t v) const;
 
-  PointLight point_;                          // whose intensity is the factor of the table
+  PointLight point_;                          // its intensity scales the table
   Vec3 x_, y_, z_;                            // unit axes
   std::vector<float> vertical_, horizontal_;  // turns
   const float* table_ = nullptr;

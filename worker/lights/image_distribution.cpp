@@ -37,7 +37,7 @@ ImageDistribution::Part ImageDistribution::add_part(const std::vector<double>& w
     positive += weights[i] > 0;
     if (weights[i] > weights[largest]) largest = i;
   }
-  // One share for each that has any weight, the rest in proportion, and what rounding leaves to the largest.
+  // One share to each non-zero weight, the rest in proportion, and the rounding remainder to the largest.
   std::vector<uint32_t> counts(size, 0);
   uint32_t left = positive ? kOne : 0;
   for (size_t i = 0; i < size; ++i) {

@@ -1,4 +1,4 @@
-// Choice of a texel of an image in proportion to weights: a row, then a texel of it.
+// Draws a texel of an image in proportion to weights: first a row, then a texel in it.
 #pragma once
 
 #include <cstdint>
@@ -8,13 +8,13 @@
 
 namespace kiln {
 
-// Probabilities are multiples of 2^-31 and numbers are drawn with 53 bits, so every texel of positive weight
-// is found exactly as often as stated, however strong its neighbours are. A table of starting points makes
-// the search two steps long on average (Chen & Asau 1974, the guide table method).
+// Probabilities are multiples of 2^-31 and random numbers have 53 bits, so every texel of positive
+// weight is drawn exactly as often as pdf says, however bright its neighbours. A guide table makes
+// the search two steps long on average (Chen & Asau 1974).
 class ImageDistribution {
  public:
   ImageDistribution() = default;
-  // Width and height below 65,536; rows are added from the top. Weights are finite and not negative.
+  // Width and height must be below 65,536; rows are added from the top. Weights are finite and not negative.
   ImageDistribution(uint32_t width, uint32_t height);
   // The row weighs `scale` times the sum of its weights.
   void add_row(const std::vector<double>& weights, double scale);
@@ -26,8 +26,8 @@ class ImageDistribution {
     Vec2 within;        // uniform in [0, 1)^2, left over from u
     float probability;  // of the texel
   };
-  // draws[k] for the numbers (u[k], v[k]); at most kMax at once. One by one each would wait for memory three
-  // times; together they wait for each other's.
+  // draws[k] for the random numbers (u[k], v[k]); at most kMax at once. Batching overlaps the three
+  // memory reads that each draw waits for.
   static constexpr size_t kMax = 64;
   void sample(const float* u, const float* v, size_t count, Draw* draws) const;
   void prefetch(uint32_t x, uint32_t y) const { __builtin_prefetch(&upper_[rows_[y].first + x]); }
@@ -35,11 +35,11 @@ class ImageDistribution {
 
  private:
   static constexpr uint32_t kOne = 1u << 31;
-  // One discrete distribution: `size` entries of upper_ from `first` on.
+  // One discrete distribution: `size` entries of upper_ starting at `first`.
   struct Part {
     size_t first, guide;
     uint32_t size;
-    int shift;  // of a number below kOne to its place in the guide
+    int shift;  // maps a number below kOne to its slot in the guide
   };
   Part add_part(const std::vector<double>& weights);
   uint32_t count(const Part& part, uint32_t i) const {
@@ -49,17 +49,17 @@ class ImageDistribution {
     uint32_t index, count;
     float within;
   };
-  // The entry that `scaled`, a number below kOne, belongs to, sought from entry i on.
+  // The entry that contains `scaled` (below kOne), searched from entry i upwards.
   Pick pick(const Part& part, double scaled, uint32_t i) const;
   const uint16_t& guide(const Part& part, double scaled) const {
     return guide_[part.guide + (static_cast<uint32_t>(scaled) >> part.shift)];
   }
 
   uint32_t width_ = 0;
-  std::vector<uint32_t> upper_;  // probability of all entries up to this one, times kOne
-  std::vector<uint16_t> guide_;  // the first entry that a number of this place can belong to
+  std::vector<uint32_t> upper_;  // cumulative probability up to and including each entry, times kOne
+  std::vector<uint16_t> guide_;  // first entry that a number in this slot can belong to
   std::vector<Part> rows_;
-  Part choice_{};  // of the row
+  Part choice_{};  // distribution over rows
   std::vector<double> row_weights_;
   double total_ = 0;
 };

@@ -6,7 +6,7 @@
 namespace kiln {
 namespace {
 
-// Of a record's unit axes, which are floats: their own rounding, with room for a rotation that was.
+// Tolerance for a record's unit axes: float rounding, with room for a previous rotation.
 constexpr double kAxisError = 1e-5;
 
 }  // namespace
@@ -20,21 +20,21 @@ Expected<LightPlane> LightPlane::parse(RecordReader& r, const Record& record, do
   const DVec3 x(m[0]), y(m[1]);
   const auto off = [](double value, double truth) { return !(std::abs(value - truth) <= kAxisError); };
   if (!is_finite(m[3]) || off(glm::dot(x, x), 1) || off(glm::dot(y, y), 1) || off(glm::dot(x, y), 0))
-    return bad("its transform is no rotation and translation; scale belongs into its size");
+    return bad("its transform must be a rotation and translation; put scale into its size");
   l.centre_ = DVec3(m[3]);
   l.x_ = glm::normalize(x);
   const DVec3 z = glm::cross(l.x_, y);
   l.shine_ = glm::normalize(glm::dot(z, DVec3(m[2])) < 0 ? z : -z);
   l.y_ = glm::normalize(y - l.x_ * glm::dot(l.x_, y));
   l.reach_ = reach;
-  // As reach_error() of surfaces: a step of 2^-17 of the largest magnitude.
+  // Like reach_error() of surfaces: a step of 2^-17 of the largest magnitude.
   const DVec3 far = glm::abs(l.centre_) + DVec3(reach);
   l.margin_ = 0x1p-17 * std::max({far.x, far.y, far.z});
   l.radiance_ = r.vec3("radiance", Vec3(0.0f));
   const Vec3& e = l.radiance_;
   if (!is_finite(e) || !(e.x >= 0.0f && e.y >= 0.0f && e.z >= 0.0f) || !(max_component(e) > 0.0f))
-    return bad(text("radiance {}, {}, {} is none; write three numbers of at least 0, one of them above", e.x,
-                    e.y, e.z));
+    return bad(
+        text("radiance {}, {}, {} is invalid; use three numbers of at least 0, not all 0", e.x, e.y, e.z));
   const float sides = r.number("sides", 1.0f);
   if (sides != 1.0f && sides != 2.0f) return bad(text("it has {} sides; there may be 1 or 2", sides));
   l.two_sided_ = sides == 2.0f;

@@ -1,5 +1,5 @@
-// ROOM: add a light. The roster of lights inside the scene, and what a type of light has to be to stand in
-// it.
+// ROOM: add a light. The roster of lights inside the scene, and what a type must provide to be
+// listed.
 #pragma once
 
 #include <concepts>
@@ -17,9 +17,9 @@ namespace kiln {
 template <class Light>
 concept IsLight = requires(const Light& l, RecordReader& r, const Record& record, const Scene& scene,
                            const Vec3& p, const Vec2& u) {
-  { Light::kType } -> std::convertible_to<std::string_view>;  // of its records
+  { Light::kType } -> std::convertible_to<std::string_view>;  // record type
   { Light::parse(r, record, scene) } -> std::same_as<Expected<Light>>;
-  // Towards the light from a receiver at p. A delta light reads no `u` and leaves pdf at 0.
+  // Samples the light from a receiver at p. A delta light does not read `u` and leaves pdf at 0.
   { Light::kDelta } -> std::convertible_to<bool>;
   { l.sample(p, u) } -> std::same_as<LightSample>;
   { l.bounds() } -> std::same_as<LightBounds>;
@@ -27,8 +27,8 @@ concept IsLight = requires(const Light& l, RecordReader& r, const Record& record
   { l.bake } -> std::convertible_to<BakeMode>;
 };
 
-// Paths meet such a light as well: a ray that left p along a unit direction does so at a distance from `origin`
-// (infinite: never), and sample() at p takes that direction with a density (per steradian; 0: it cannot).
+// Paths can also hit such a light. A ray that left p along a unit direction hits it at a distance from
+// `origin` (infinite: never); sample() at p draws that direction with a density per steradian (0: never).
 template <class Light>
 concept IsAreaLight = IsLight<Light> && !Light::kDelta &&
                       requires(const Light& l, const Vec3& p, const Vec3& origin,

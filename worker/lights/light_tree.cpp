@@ -9,10 +9,10 @@
 namespace kiln {
 namespace {
 
-// A light is left out only when it is this much (a cosine) beyond a bound: more than rounding can do.
+// A light is culled only if its cosine is this far beyond a bound: more than rounding error.
 constexpr float kSlack = 1e-5f;
-// Light along the surface counts this much of light along the normal. Moments other than irradiance have no
-// cosine; this bounds what the choice does to their weights.
+// Weight of light along the surface relative to light along the normal. Moments other than
+// irradiance have no cosine; this bounds the effect of the choice on their weights.
 constexpr float kGrazing = 0.2f;
 constexpr float kMinCosine = 1e-3f;
 
@@ -34,7 +34,7 @@ uint64_t key_of(float u, const Vec3& p) {
                   std::rotl(uint64_t{std::bit_cast<uint32_t>(p.z)}, 17));
 }
 
-// Mean of max(0, x) for x spread evenly over `half` on both sides of c.
+// Mean of max(0, x) for x uniform in [c - half, c + half].
 template <class Lanes>
 KILN_INLINE Lanes mean_cosine(const Lanes& c, const Lanes& half) {
   const Lanes above = at_least(c + half, 0.0f);
@@ -43,9 +43,9 @@ KILN_INLINE Lanes mean_cosine(const Lanes& c, const Lanes& half) {
 
 }  // namespace
 
-// Bounds of section 4 and the importance of section 5.1: strength cos(theta') cos(theta_i') / d^2, where the
-// angles are the least ones that the bounds leave open. Departure: d^2 is the mean over the lights, which is
-// that of their centroid plus their variance, instead of the centre's, clamped.
+// Bounds of section 4 and importance of section 5.1: strength cos(theta') cos(theta_i') / d^2, with
+// the smallest angles that the bounds allow. Departure: d^2 is the mean over the lights (squared
+// distance to the centroid plus variance) instead of the clamped distance to the centre.
 KILN_INLINE void LightTree::importance(const Group& a, const Vec3& p, const Vec3& n, Lanes& out) {
   const Lanes zero = {}, one = zero + 1.0f;
   const Lanes dx = p.x - a.x, dy = p.y - a.y, dz = p.z - a.z;
@@ -57,11 +57,11 @@ KILN_INLINE void LightTree::importance(const Group& a, const Vec3& p, const Vec3
   const Lanes sin_w = root(at_least(1.0f - cos_w * cos_w, 0.0f));
   const Lanes cos_i = (n.x * dx + n.y * dy + n.z * dz) * -inverse;
   const Lanes sin_i = root(at_least(1.0f - cos_i * cos_i, 0.0f));
-  // The angle under which the sphere is seen; from inside, everything is possible.
+  // The angle that the sphere subtends; from inside, every direction is possible.
   const auto inside = d2 <= r2;
   const Lanes sin_b = a.radius * inverse;
   const Lanes cos_b = root(at_least(1.0f - sin_b * sin_b, 0.0f));
-  // Between axis and receiver, less the cone of normals, less the sphere.
+  // Angle between axis and receiver, minus the normal cone, minus the sphere.
   const auto in_cone = cos_w > a.cos_normals;
   const Lanes cos_x = in_cone ? one : cos_w * a.cos_normals + sin_w * a.sin_normals;
   const Lanes sin_x = in_cone ? zero : at_least(sin_w * a.cos_normals - cos_w * a.sin_normals, 0.0f);
@@ -95,7 +95,7 @@ LightTree::Choice LightTree::choose(const Vec3& p, const Vec3& n, float u) const
     weigh(at, p, n, w);
     if (!(w.total() > 0)) return {};
     left *= w.total();
-    int chosen = 0;  // the first whose sum is above `left`; no branch, since nothing can predict it
+    int chosen = 0;  // first running sum above `left`; branch-free: unpredictable
     for (int i = 0; i + 1 < w.width; ++i) chosen += left >= w.upto[i];
     while (!(w.of[chosen] > 0.0f)) --chosen;  // `left` was rounded up to the total
     const double weight = w.of[chosen];

@@ -8,13 +8,13 @@ namespace kiln {
 namespace {
 
 constexpr int kBins = 16;
-constexpr int kByCost = 8;            // levels; below them ranges are halved, so that depth is bounded
+constexpr int kByCost = 8;            // levels; deeper ranges are halved to bound the depth
 constexpr double kWeakest = 1e-12;    // strength relative to the strongest: no product underflows
-constexpr double kMargin = 1e-6;      // of cosines, for rounding to float
-constexpr double kRoundUp = 1e-3;     // of radii, for the rounding of distances and of points on triangles
+constexpr double kMargin = 1e-6;      // on cosines, for rounding to float
+constexpr double kRoundUp = 1e-3;     // on radii, for rounding of distances and of points on triangles
 constexpr double kCoordinate = 1e-6;  // the same, relative to the coordinates
 
-// What a range of lights looks like to the heuristic of section 4.4.
+// Summary of a range of lights for the heuristic of section 4.4.
 struct Extent {
   DVec3 low{1e300}, high{-1e300}, axis{0.0};
   double strength = 0;
@@ -35,8 +35,8 @@ struct Extent {
     strength += e.strength;
     count += e.count;
   }
-  // Strength x size x spread of directions. Size is the diagonal's square, which lamps in a row have too;
-  // the spread goes from 1 (one normal) to 4 (the ratio of the solid angles 4 pi and pi that the paper has).
+  // Strength x size x spread of directions. Size is the squared diagonal, non-zero also for lamps in a row;
+  // the spread goes from 1 (one normal) to 4 (the paper's ratio of the solid angles 4 pi and pi).
   double cost() const {
     if (count == 0) return 0;
     const DVec3 d = high - low;
@@ -44,7 +44,7 @@ struct Extent {
   }
 };
 
-// The axis of a two-sided light may point either way; this one of the two is the same for all.
+// The axis of a two-sided light may point either way; this picks the same one for all.
 Vec3 canonical(const LightBounds& l) {
   if (!l.two_sided) return l.axis;
   const float lead = l.axis.y != 0 ? l.axis.y : l.axis.x != 0 ? l.axis.x : l.axis.z;
@@ -127,7 +127,7 @@ class LightTree::Builder {
     return node;
   }
 
-  // Moves the lights of the range so that both sides of the place it returns are the cheapest to tell apart.
+  // Partitions the lights of the range at the cheapest split and returns its position.
   uint32_t split(const Range& r) {
     DVec3 low(1e300), high(-1e300);
     for (uint32_t i = r.begin; i < r.end; ++i) {
@@ -145,7 +145,7 @@ class LightTree::Builder {
         const uint32_t l = order_[i];
         bins[static_cast<size_t>(bin(l, axis, low, size))].add(lights_[l], strength_[l]);
       }
-      std::array<double, kBins> right;  // cost of this bin and those after it
+      std::array<double, kBins> right;  // cost of this bin and all later ones
       Extent sum;
       for (size_t b = kBins; b-- > 0;) {
         sum.add(bins[b]);
@@ -159,7 +159,7 @@ class LightTree::Builder {
         if (best < 0 || cost < best) best = cost, best_axis = axis, best_bin = static_cast<int>(b);
       }
     }
-    if (best < 0) return r.begin + r.size() / 2;  // all in one place
+    if (best < 0) return r.begin + r.size() / 2;  // all at one position
     const auto first = order_.begin() + r.begin;
     const auto middle = std::stable_partition(
         first, order_.begin() + r.end, [&](uint32_t l) { return bin(l, best_axis, low, size) <= best_bin; });
@@ -170,7 +170,7 @@ class LightTree::Builder {
     return std::min(static_cast<int>(at * kBins), kBins - 1);
   }
 
-  // Bounds of all lights of the range, from the lights themselves: tighter than from the children's bounds.
+  // Bounds of all lights in the range, computed from the lights: tighter than from the children's bounds.
   void enclose(const Range& r, Group& node, int slot) const {
     DVec3 sum(0.0), centroid(0.0);
     double strength = 0, cos_emission = 1;
@@ -189,8 +189,8 @@ class LightTree::Builder {
     for (uint32_t i = r.begin; i < r.end; ++i) {
       const LightBounds& l = lights_[order_[i]];
       const double away = glm::length(DVec3(l.centre) - DVec3(centre));
-      // A triangle's own variance is at most a quarter of the squared radius around its centroid, a
-      // rectangle's is a third, a disc's a half: near enough for what only steers.
+      // The variance of a triangle is at most a quarter of the squared radius around its centroid,
+      // of a rectangle a third, of a disc a half: close enough to steer sampling.
       spread2 += (away * away + 0.25 * l.radius * l.radius) * strength_[order_[i]] / strength;
       radius = std::max(radius, away + l.radius);
       reach = std::max(reach, away + l.radius + l.reach);
@@ -210,13 +210,13 @@ class LightTree::Builder {
     node.spread2[slot] = static_cast<float>(spread2);
     node.reach2[slot] = static_cast<float>(reach * reach * (1 + kRoundUp));
   }
-  // Cosine of the angle between the axis and the normal of the light that is furthest from it.
+  // Cosine of the angle between the axis and the normal of the light furthest from it.
   static double widened(const LightBounds& l, const Vec3& axis, bool fold) {
     double cos_t = std::clamp(glm::dot(DVec3(axis), DVec3(l.axis)), -1.0, 1.0);
     if (fold) cos_t = l.two_sided ? std::abs(cos_t) : cos_t;
     const double sin_t = std::sqrt(1 - cos_t * cos_t);
     const double sin_n = std::sqrt(std::max(0.0, 1 - l.cos_normals * l.cos_normals));
-    if (sin_t * l.cos_normals + cos_t * sin_n < 0) return -1;  // together more than half a turn
+    if (sin_t * l.cos_normals + cos_t * sin_n < 0) return -1;  // more than half a turn together
     return cos_t * l.cos_normals - sin_t * sin_n;
   }
 

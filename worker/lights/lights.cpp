@@ -12,13 +12,13 @@ Expected<Lights> Lights::create(const Surfaces& surfaces, std::vector<std::strin
     RecordReader r(record);
     KILN_TRY(const bool local, lights.local.add(r, record, surfaces.scene()));
     if (local) {
-      // Parsed.
+      // Parsed lights.
     } else if (record.type == DirectionalLights::kType) {
       lights.directional.add(r, record.to_world);
     } else if (record.type == Environment::kType) {
       if (environment)
         return fail(ErrorKind::kInvalidInput,
-                    text("'{}' is a second environment; there can be one", record.name));
+                    text("'{}' is a second environment; there can be only one", record.name));
       environment = &record;
       continue;  // reads and reports its own properties
     } else {

@@ -1,5 +1,5 @@
-// All lights of the scene in three strategies: far discs, the environment, and what is inside. A new light
-// inside is one pair of files and its place in the roster (light_roster.h).
+// All lights of the scene in three strategies: distant discs, the environment, and local lights. A
+// new local light is one pair of files and an entry in the roster (light_roster.h).
 #pragma once
 
 #include "worker/lights/directional.h"
@@ -13,7 +13,7 @@ struct Lights {
   Environment environment;
   LocalLights local;
 
-  // Parses the light records of the scene and finds its emissive triangles. Unknown types fail.
+  // Parses the scene's light records and collects emissive triangles. Unknown types fail.
   static Expected<Lights> create(const Surfaces& surfaces, std::vector<std::string>& warnings,
                                  LightChoice choice = LightChoice::kTree);
 };

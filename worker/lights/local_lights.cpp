@@ -113,11 +113,11 @@ LightSample LocalLights::sample_triangle(const Surfaces& s, const Emitter& e, co
   if (!(cos_light > 0.0f)) return out;
   out.segment = offset_origin(q.position, side, q.error) - p;
   out.pdf = d2 / (cos_light * e.area);
-  if (!std::isfinite(out.pdf)) return LightSample{};  // seen edge on: it subtends nothing
+  if (!std::isfinite(out.pdf)) return LightSample{};  // seen edge on: zero solid angle
   out.weight = emission_at(s.material(e.instance), q.attributes) / out.pdf;
-  // No path meets what casts nothing: light sampling alone finds it.
+  // Paths do not hit lights without an emitting surface: only light sampling finds them.
   if (!s.scene().instances[e.instance].cast) out.pdf = 0.0f;
-  // Where the surface is not, or is in part, rays go through it that would have met it.
+  // Where the surface is cut out or partly transparent, rays that would have hit it pass through.
   if (s.has_alpha(e.instance)) out.weight *= opacity_at(s.material(e.instance), q.attributes);
   return out;
 }

@@ -48,7 +48,7 @@ SpotLight SpotLight::parse(RecordReader& r, const Mat4x3& to_world) {
   l.axis_ = normalize_or(-to_world[2], Vec3(0, 0, -1));
   l.outer_ = std::clamp<double>(r.number("outer", 0.78539816f), 0.0, kHalfPi);
   l.inner_ = std::clamp<double>(r.number("inner", 0.0f), 0.0, l.outer_);
-  // KHR_lights_punctual, "Inner and Outer Cone Angles", in 1 - cos = 2 sin^2(half the angle).
+  // KHR_lights_punctual, "Inner and Outer Cone Angles", with 1 - cos = 2 sin^2(half the angle).
   const auto versine = [](double angle) { return 2.0 * std::sin(0.5 * angle) * std::sin(0.5 * angle); };
   l.h_outer_ = versine(l.outer_);
   l.outer_f_ = static_cast<float>(l.h_outer_);
@@ -57,7 +57,7 @@ SpotLight SpotLight::parse(RecordReader& r, const Mat4x3& to_world) {
 }
 
 float SpotLight::cone(const Vec3& p) const {
-  // 1 - cos is half the squared distance of two unit vectors.
+  // 1 - cos is half the squared distance between two unit vectors.
   const Vec3 apart = normalize_or(p - position(), axis_) - axis_;
   const float t = std::clamp((outer_f_ - 0.5f * dot(apart, apart)) * scale_, 0.0f, 1.0f);
   return t * t;
@@ -68,7 +68,7 @@ Vec3 SpotLight::irradiance(const Vec3& p) const {
 }
 
 double SpotLight::power() const {
-  // The square rises over a width of 1/scale in the cosine; the extension's least width cuts narrow cones.
+  // The square rises over a width of 1/scale in cosine; the extension's minimum width clips narrow cones.
   const double scale = scale_, rise = std::min(h_outer_, 1.0 / scale);
   return 0.5 * point_.power() * (scale * scale * rise * rise * rise / 3.0 + h_outer_ - rise);
 }

@@ -38,7 +38,7 @@ class PointLight {
   friend class SpotLight;
   friend class IesLight;
   Vec3 position_, intensity_;
-  float range_ = 0.0f;  // 0: no limit
+  float range_ = 0.0f;  // metres; 0: no limit
 };
 
 class SpotLight {

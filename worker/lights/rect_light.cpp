@@ -6,9 +6,9 @@
 namespace kiln {
 namespace {
 
-// Below this many steradians points are chosen by area: the solid angle is a difference of angles of up to
+// Below this many steradians points are sampled by area: the solid angle is a difference of angles of up to
 // pi/2, and its rounding error of 1e-14 would no longer be far below a float's. Both densities are exact.
-// That of area varies little over so small a light, unless the receiver is nearly in its plane.
+// Over so small a light the area density varies little, unless the receiver is nearly in its plane.
 constexpr double kLeastSolidAngle = 1e-6;
 
 SphericalRectangle seen(const LightPlane::View& v, const DVec2& half) {

@@ -1,4 +1,4 @@
-// A rectangle of constant radiance, one- or two-sided, sampled by the solid angle that it subtends.
+// A rectangle of constant radiance, one- or two-sided, sampled by solid angle.
 #pragma once
 
 #include "worker/lights/light_plane.h"
@@ -9,15 +9,15 @@ class RectLight {
  public:
   static constexpr std::string_view kType = "rectangle";
   static constexpr bool kDelta = false;
-  // Errors, beside those of LightPlane: a size that is not two positive finite numbers.
+  // Errors, besides those of LightPlane: a size that is not two positive finite numbers.
   static Expected<RectLight> parse(RecordReader& r, const Record& record, const Scene& scene);
 
   LightSample sample(const Vec3& p, const Vec2& u) const;
-  // How far from `origin`, in metres, the ray that left p along a unit direction meets a side that shines:
-  // negative before it, infinite if it never does. `origin` is on that ray, but for the offsets from
-  // surfaces.
+  // Distance in metres from `origin` to a shining side along the ray that left p in a unit
+  // direction; negative if the side is before `origin`, infinite if the ray misses. `origin` lies
+  // on that ray up to surface offsets.
   double distance(const Vec3& p, const Vec3& origin, const Vec3& direction) const;
-  // Density per steradian with which sample() at p takes a unit direction; 0 where it cannot.
+  // Density per steradian with which sample() at p draws a unit direction; 0 if it cannot.
   float pdf(const Vec3& p, const Vec3& direction) const;
   const Vec3& radiance() const { return plane_.radiance(); }
   double power() const { return plane_.power(area()); }  // luminance
@@ -30,7 +30,7 @@ class RectLight {
   double pdf_at(const LightPlane::View& view, double solid_angle, const DVec2& at) const;
 
   LightPlane plane_;
-  DVec2 half_{0.0};  // of the size, metres
+  DVec2 half_{0.0};  // half the size, metres
 };
 
 }  // namespace kiln

@@ -1,10 +1,10 @@
-// Directions towards a disc, nearly uniform and of a density that is known exactly. What a disc covers of the
-// sphere is the inside of an elliptic cone (Guillen et al. 2017, Area-Preserving Parameterizations for
-// Spherical Ellipses, section 3.1). Uniform directions in it need elliptic integrals and their inverse;
-// instead the angle around the axis is taken from the ellipse that agrees with the cone's boundary on its
-// four vertices in an equal-area projection, and 1 - cos of the angle from the axis is uniform within the
-// boundary. The weight of a direction, 1 / density, then lies within [0.82, 1] of the largest, and is
-// constant for small and for round cones.
+// Directions towards a disc, nearly uniform, with an exactly known density. A disc covers the
+// inside of an elliptic cone on the sphere (Guillen et al. 2017, Area-Preserving Parameterizations
+// for Spherical Ellipses, section 3.1). Uniform directions in it need elliptic integrals and their
+// inverse. Instead, the angle around the axis is drawn from the ellipse that agrees with the cone's
+// boundary at its four vertices in an equal-area projection, and 1 - cos of the angle from the axis
+// is uniform within the boundary. The weight of a direction, 1 / density, then lies within [0.82,
+// 1] of the largest, and is constant for small and for round cones.
 #pragma once
 
 #include "common/math/trig.h"
@@ -14,14 +14,14 @@ namespace kiln {
 
 class SphericalEllipse {
  public:
-  // A disc of radius R > 0 in a plane at height h > 0 over the receiver, whose centre is a distance D >= 0
-  // from the receiver's foot; metres.
+  // A disc of radius R > 0 in a plane at height h > 0 above the receiver, its centre a distance D
+  // >= 0 from the receiver's foot; metres.
   SphericalEllipse(double radius, double foot, double height) : radius_(radius), foot_(foot), h_(height) {
     const double near = foot - radius, far = foot + radius;
     const double to_near = std::sqrt(near * near + height * height);
     const double to_far = std::sqrt(far * far + height * height), sum = to_near + to_far;
-    // The axis halves the angle between the nearest and the farthest point of the rim, so it divides their
-    // distance as to_near : to_far. `beyond` is sum^2 - 4 R^2, written so that it does not cancel.
+    // The axis bisects the angle between the nearest and the farthest point of the rim, so it divides the
+    // segment between them as to_near : to_far. `beyond` is sum^2 - 4 R^2, written without cancellation.
     const double q = near * far + height * height, product = to_near * to_far;
     const double beyond = 2 * (q < 0 ? 4 * radius * radius * height * height / (product - q) : q + product);
     axis_foot_ = foot * (beyond / (sum * sum));
@@ -48,12 +48,12 @@ class SphericalEllipse {
     const double norm2 = x * x + y * y, edge = versine_of(x * x / norm2, y * y / norm2);
     const double versine = u.x * edge, sin = std::sqrt(versine * (2 - versine) / norm2);
     const double along_axis = 1 - versine, aside = sin * x;
-    // Turned from the cone's axis into the plane's frame, and on to the plane.
+    // Rotate from the cone's axis into the plane's frame and project onto the plane.
     const double up = (along_axis * h_ - aside * axis_foot_) / axis_;
     const double t = h_ / std::max(up, 1e-30);
     DVec2 at(t * (along_axis * axis_foot_ + aside * h_) / axis_ - foot_, t * sin * y);
     const double beyond = length(at) / radius_;
-    if (beyond > 1) at /= beyond;  // by rounding
+    if (beyond > 1) at /= beyond;  // outside only by rounding
     return {at, density(x * x / norm2, y * y / norm2)};
   }
   // Density of sample() at a point of the disc.
@@ -63,8 +63,8 @@ class SphericalEllipse {
   }
 
  private:
-  // 1 - cos of the angle between the axis and the boundary, in the direction around the axis whose squared
-  // cosine and sine are given.
+  // 1 - cos of the angle between axis and boundary, for the direction around the axis with the
+  // given squared cosine and sine.
   double versine_of(double cos2, double sin2) const {
     const double cot2 = cos2 * cot2_a_ + sin2 * cot2_b_;
     return 1 / (1 + cot2 + std::sqrt(cot2 * (1 + cot2)));
@@ -77,7 +77,7 @@ class SphericalEllipse {
   double radius_, foot_, h_;
   double axis_foot_, shift_,
       axis_;  // where the axis meets the plane: from the foot, from the centre; distance
-  // Of the half angles of the cone in the plane of symmetry (a) and across (b).
+  // Half angles of the cone: in the plane of symmetry (a) and across it (b).
   double cot2_a_, cot2_b_, versine_a_, versine_b_;
 };
 

@@ -2,8 +2,8 @@
 // Spherical Rectangles, section 3.
 //
 // Departures: the angles between the planes of the edges are differences of corner terms atan(x y / (h r)),
-// so that no 2 pi is added and taken away, and the inverse is solved in half angles, so that nothing cancels
-// for a receiver close to the plane or far from the rectangle. In double throughout.
+// so that 2 pi is never added and subtracted, and the inverse is solved in half angles, so that nothing
+// cancels for a receiver close to the plane or far from the rectangle. Double precision throughout.
 #pragma once
 
 #include "common/math/trig_double.h"
@@ -13,7 +13,7 @@ namespace kiln {
 
 class SphericalRectangle {
  public:
-  // Edges x0 < x1 and y0 < y1 at height h > 0 over the receiver, metres, as seen from its foot.
+  // Edges x0 < x1 and y0 < y1 at height h > 0 above the receiver, metres, relative to its foot.
   SphericalRectangle(double x0, double x1, double y0, double y1, double h)
       : x0_(x0),
         x1_(x1),
@@ -23,10 +23,10 @@ class SphericalRectangle {
         first_(right_of_foot(x0)),
         solid_angle_(right_of_foot(x1) - first_) {}
 
-  // Steradians. Its rounding error is below 1e-14, so that a smaller one may come out as 0 or less.
+  // Steradians. The rounding error is below 1e-14, so a smaller angle may come out as 0 or negative.
   double solid_angle() const { return solid_angle_; }
 
-  // A point of the plane whose direction has the density 1 / solid_angle(). `u` in [0, 1]^2.
+  // A point of the plane, with direction density 1 / solid_angle(). `u` in [0, 1]^2.
   DVec2 sample(const Vec2& u) const {
     const double x = std::clamp(x_of(first_ + u.x * solid_angle_), x0_, x1_);
     return {x, std::clamp(y_of(u.y, std::sqrt(x * x + h_ * h_)), y0_, y1_)};
@@ -39,7 +39,7 @@ class SphericalRectangle {
     return corner(y1_) - corner(y0_);
   }
 
-  // The x of which right_of_foot is `angle`. With a = atan(y0/h), b = atan(y1/h), d = b - a, s = a + b:
+  // Inverse of right_of_foot. With a = atan(y0/h), b = atan(y1/h), d = b - a, s = a + b:
   //   x = h sin(angle) / sqrt((cos angle - cos d)(cos angle + cos s)).
   double x_of(double angle) const {
     const HalfAngle a = half_of(y0_), b = half_of(y1_);
@@ -48,7 +48,7 @@ class SphericalRectangle {
     const SinCosDouble g = sincos_radians(0.5 * angle);
     const double first = (sin_d * g.cos - cos_d * g.sin) * (sin_d * g.cos + cos_d * g.sin);
     const double second = (cos_s * g.cos - sin_s * g.sin) * (cos_s * g.cos + sin_s * g.sin);
-    // Rounded past the end of an endless strip: an x that is clamped.
+    // Rounded past the end of an infinite strip: x is clamped later.
     return h_ * g.sin * g.cos / std::sqrt(std::max(first * second, 1e-200));
   }
   struct HalfAngle {
@@ -59,10 +59,10 @@ class SphericalRectangle {
     return {0.5 * y / (r * cos), cos};
   }
 
-  // At a distance d from the line x = 0 on the receiver's height, directions are uniform in y / sqrt(y^2 +
-  // d^2).
+  // At distance d from the line x = 0 at the receiver's height, directions are uniform in y /
+  // sqrt(y^2 + d^2).
   double y_of(double u, double d) const {
-    // Counted from the end that is further away, where the difference to 1 is what matters.
+    // Measured from the farther end, where the difference to 1 matters.
     const bool mirrored = y0_ + y1_ < 0;
     const double low = mirrored ? -y1_ : y0_, high = mirrored ? -y0_ : y1_;
     const auto below_one = [d](double y) {

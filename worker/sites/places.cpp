@@ -35,7 +35,7 @@ std::optional<SitePlaces::Place> SitePlaces::instead_of(SitePicker& picker, uint
     return std::nullopt;
   };
   if (const auto open = look_for(Side::kOpen)) return open;
-  // The same few for every point, so that all agree on whether any is usable.
+  // The same few for every point, so that all agree whether any is usable.
   const uint32_t few = std::min(asked, kMoved), nearest = first * few / asked;
   for (uint32_t k = 0; k < few; ++k) {
     const uint32_t from = (nearest + k) % few * asked / few * count / asked;

@@ -12,7 +12,7 @@ namespace kiln {
 
 class SitePlaces {
  public:
-  // All outlive this. `hopeless`: shared between units: set if no point of this texel is usable.
+  // Arguments outlive this. `hopeless`: shared between units; set if no point of this texel is usable.
   SitePlaces(const Surfaces& surfaces, const Tracer& tracer, std::atomic<bool>& hopeless)
       : surfaces_(surfaces), tracer_(tracer), hopeless_(hopeless) {}
 
@@ -23,8 +23,8 @@ class SitePlaces {
   // Where to repeat a sample from point `index` of the texel's `picker` that hit a back face: the next open
   // one of kAsked of its points, spread over the texel; if none is open, a point beside the first of kMoved
   // of them that has one; else the next that is at least outside. nullopt if the point is not inside, or if
-  // no point is usable. A function of scene, texel and point; results are cached, because most texels inside
-  // walls have all points inside, which takes about a hundred rays to find out, once per worker.
+  // no point is usable. A pure function of scene, texel and point. Results are cached because most texels
+  // inside walls have all their points inside, and finding that out takes about a hundred rays per worker.
   std::optional<Place> instead_of(SitePicker& picker, uint32_t index, uint64_t& rays);
 
  private:

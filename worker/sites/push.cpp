@@ -9,7 +9,7 @@
 namespace kiln {
 namespace {
 
-constexpr float kReach = 2.0f;     // texels; a bilinear lookup reads less far under an object
+constexpr float kReach = 2.0f;     // texels; further than a bilinear lookup reads under an object
 constexpr float kMargin = 0.125f;  // texels between the point and the exit
 constexpr int kRing = 16;          // directions in the tangent plane
 constexpr int kProbes = 12;        // directions that decide whether a point is inside
@@ -54,7 +54,7 @@ class Push {
     return dot(direction, at.ng) > 0.0f;
   }
 
-  // Back faces along the tangent plane within `reach`, nearest first; of equally near ones the first
+  // Back faces along the tangent plane within `reach`, nearest first; ties go to the earlier
   // direction.
   size_t find_exits(float reach, std::array<Exit, kRing>& exits) {
     const Vec3 origin = offset_origin(site_.position, site_.ng, site_.error);

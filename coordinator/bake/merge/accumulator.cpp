@@ -10,7 +10,7 @@
 namespace kiln {
 namespace {
 
-constexpr uint32_t kFewSamples = 8;  // of a replicate
+constexpr uint32_t kFewSamples = 8;  // per replicate
 
 }  // namespace
 
@@ -125,7 +125,7 @@ TexelStatistics Accumulator::statistics_of_planes(size_t first, size_t second) c
     const auto site = static_cast<uint32_t>(index);
     if (estimate(site).inside || out.samples[site] == 0) return;
     out.known[site] = 1;
-    // Within the replicates: what the means differ by is not in it, but where there is next to nothing else.
+    // Pooled within the replicates, without the difference of their means, unless there are too few samples.
     const double n = samples(site);
     double squares = 0;
     for (uint32_t r = 0; r < kReplicates; ++r) {
@@ -152,7 +152,7 @@ IrradianceCache Accumulator::cache(uint32_t replicate) const {
   for_each_index(sites(), 0, [&](size_t index) {
     const auto site = static_cast<uint32_t>(index);
     const double* sums = &sums_[replicate][site * planes_];
-    // Rays that met back faces carry nothing, to this texel as to paths that are reflected here.
+    // Rays that hit back faces carry no light, in this texel as in paths reflected here.
     const double n = samples_[replicate][site];
     if (!(n > 0) || estimate(site).inside) return;
     const Vec3 e(DVec3(sums[kMomentER], sums[kMomentEG], sums[kMomentEB]) / n);
@@ -167,7 +167,7 @@ Lightmap Accumulator::resolve(const Atlas& atlas) const {
   map.planes.width = atlas.width;
   map.planes.height = atlas.height * atlas.pages;
   map.validity.assign(atlas.texel_count(), Validity::kEmpty);
-  // Plane i of the map is sums plane source[i]; error and samples are computed.
+  // Plane i of the map is the sums' plane source[i]; error and samples are computed.
   std::vector<size_t> source;
   map.has_light = layout_.has_light();
   if (map.has_light) {

@@ -1,5 +1,5 @@
-// Sums of all texels by replicate, merged in sample order whatever the order of arrival, and what they
-// resolve to.
+// Sums of all texels by replicate, merged in sample order whatever the order of arrival, and
+// resolved to means and errors.
 #pragma once
 
 #include <cstdint>
@@ -20,38 +20,37 @@ class Accumulator {
  public:
   Accumulator(size_t sites, const MomentLayout& layout);
 
-  // Adds a unit's sums. A unit whose earlier range of the same sites is still missing waits for it.
+  // Adds a unit's sums. A unit is held back until the earlier range of the same sites has arrived.
   Status add(const WorkUnit& unit, const UnitResult& result);
 
   size_t sites() const { return samples_[0].size(); }
   uint32_t samples(uint32_t site) const {
     return samples_[0][site] + samples_[1][site];
-  }  // of all replicates
+  }  // both replicates together
   uint32_t samples(uint32_t site, uint32_t replicate) const { return samples_[replicate][site]; }
-  // By site, of each replicate: both have as many.
+  // By site, per replicate; both have equal counts.
   std::vector<uint32_t> replicate_samples() const;
   struct Estimate {
     double mean = 0, standard_error = 0;  // luminance of E
     bool inside = false;                  // more than half of the primary rays met back faces
     bool pushed = false;                  // more than half of the samples were taken from a moved place
   };
-  // Of a texel by itself: sqrt(variance / n) of its samples as if they were independent, which for a
-  // stratified sequence is an upper estimate, plus 2^-20 of the mean for the rounding of float paths. n < 2:
-  // infinite. What a bake states is in coordinator/bake/sampling.
+  // Estimate from one texel alone: sqrt(variance / n) as if its samples were independent, an upper
+  // estimate for a stratified sequence, plus 2^-20 of the mean for the rounding of float paths.
+  // Infinite if n < 2. The error that a bake reports is computed in coordinator/bake/sampling.
   Estimate estimate(uint32_t site) const;
 
-  // `planes`: with the means of all planes; without them they are as large as a few planes, whatever the
-  // basis.
+  // `planes`: include the means of all planes; without them the size does not depend on the basis.
   TexelStatistics statistics(bool planes = true) const;
-  // Of one component of entry `response` of the layout's responses, in the place of luminance; no planes.
+  // The same for one component of entry `response` of the layout's responses instead of luminance; no planes.
   TexelStatistics statistics_of(size_t response, size_t component) const;
   const MomentLayout& layout() const { return layout_; }
-  // What paths of the next pass may read: means of one replicate.
+  // Means of one replicate, for the paths of the next pass to read.
   IrradianceCache cache(uint32_t replicate) const;
 
-  void clear();  // as new
+  void clear();  // back to the initial state
 
-  // Means of everything, by texel.
+  // Means of all planes, by texel.
   Lightmap resolve(const Atlas& atlas) const;
 
  private:

@@ -9,7 +9,7 @@
 namespace kiln {
 namespace {
 
-// `least`: by site, the smallest error that is reported.
+// `least`: by site, the smallest error to report.
 TexelErrors errors_of(const Accumulator& sums, size_t response, std::span<const uint32_t> charts,
                       std::span<const float> least) {
   const ResponseInfo& r = response_roster()[sums.layout().quantities().responses[response]];

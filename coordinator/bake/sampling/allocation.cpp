@@ -41,11 +41,11 @@ std::vector<double> needed_samples(const SampleState& s, ErrorNorm norm, double 
                                    double fall) {
   std::vector<double> needed(s.samples.begin(), s.samples.end());
   const double floor = least_mean(s, norm);
-  // Relative deviation of one sample, as if errors came from independent ones.
+  // Relative deviation of one sample, as if samples were independent.
   const auto deviation = [&](size_t i) {
     return s.standard_error[i] / std::max<double>(s.mean[i], floor) * std::sqrt(s.samples[i]);
   };
-  double factor = z / error;  // on the deviation: needed = (factor x deviation)^2
+  double factor = z / error;  // needed = (factor x deviation)^2
   if (norm == ErrorNorm::kMeanSquare) {
     double sum = 0;
     size_t count = 0;
@@ -76,9 +76,9 @@ void ConvergenceRate::observe(const SampleState& before, const SampleState& afte
 }
 
 double ConvergenceRate::get() const {
-  // A few texels' worth of what is expected, so that the first few do not decide.
+  // Prior worth a few texels, so that the first few do not decide.
   constexpr double kExpected = 0.75, kTexels = 100, kMin = 0.4;
-  // In steps, so that the last bits of logarithms decide nothing.
+  // Quantised, so that the last bits of logarithms decide nothing.
   constexpr double kSteps = 64;
   const double fall = (errors_ + kExpected * kTexels) / (samples_ + kTexels);
   return std::round(kSteps * std::clamp(fall, kMin, 1.0)) / kSteps;
@@ -93,7 +93,7 @@ double missing_samples(std::span<const double> needed, const SampleState& s, uin
 
 double affordable_error(const SampleState& s, ErrorNorm norm, double error, double z, uint32_t most,
                         double samples, double fall) {
-  // Of a large map every so-manieth texel tells what all cost.
+  // On large maps, a regular subset of texels estimates the total cost.
   constexpr size_t kAsked = 100'000;
   const size_t step_sites = std::max<size_t>(1, s.samples.size() / kAsked);
   std::vector<float> mean, deviation;

@@ -8,7 +8,7 @@
 namespace kiln {
 
 std::vector<std::vector<uint32_t>> sites_by_look(const Atlas& atlas) {
-  constexpr int kFinest = 3;  // log2 of the widest stride
+  constexpr int kFinest = 3;  // log2 of the coarsest stride
   std::vector<std::vector<uint32_t>> looks(kFinest + 1);
   std::vector<uint8_t> seen(atlas.placements.size() + 1, 0);  // by chart
   const auto look_of = [&](uint32_t texel) {

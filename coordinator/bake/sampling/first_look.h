@@ -1,4 +1,4 @@
-// In which order the texels of a bake whose time is limited get their first sample: whole before fine.
+// The order in which texels of a time-limited bake get their first sample: coarse to fine over the whole map.
 #pragma once
 
 #include <cstdint>
@@ -11,15 +11,15 @@
 namespace kiln {
 
 // Sites by look, ascending in each: one texel of 8 x 8 and at least one of every chart; one of 4 x 4; one of
-// 2 x 2; the rest. A fixed pattern of places in the atlas, so that it depends on nothing but the atlas.
+// 2 x 2; the rest. The pattern is fixed in atlas coordinates, so it depends on the atlas alone.
 std::vector<std::vector<uint32_t>> sites_by_look(const Atlas& atlas);
 
-// The stride of texels that have their sample once the first `looks` looks are done: 8, 4, 2, 1.
+// Stride of the texels that have a sample after `looks` looks: 8, 4, 2, 1.
 uint32_t look_stride(size_t looks);
 
-// Gives sites that have no sample yet what the samples around them say, so that paths which meet them can end
-// there: of the texels of that stride within two strides and of the same chart (`chart` by site) by a tent of
-// distance, else of the whole chart. `sampled` by site; where the chart has no known one sites stay unknown.
+// Fills sites without a sample from sampled ones around them, so that paths can end there: from texels of
+// that stride within two strides and on the same chart (`chart` by site), weighted by a tent of distance;
+// failing that, from the whole chart. `sampled` by site; charts without a known site stay unknown.
 void fill_between(const Atlas& atlas, std::span<const uint32_t> chart, std::span<const uint8_t> sampled,
                   uint32_t stride, IrradianceCache& cache);
 

@@ -7,8 +7,8 @@
 namespace kiln {
 namespace {
 
-constexpr double kUnitSeconds = 1;     // of a thread: long beside a message, short beside a lost machine
-constexpr double kUnitsPerThread = 8;  // at least, of a pass: so that its end is not one thread's
+constexpr double kUnitSeconds = 1;     // on one thread: long beside a message, short beside a lost machine
+constexpr double kUnitsPerThread = 8;  // at least, in each pass, so that its end does not wait for one thread
 
 }  // namespace
 

@@ -26,9 +26,9 @@ std::vector<SampleRange> ranges_of(SampleRange pass) {
 
 std::vector<WorkUnit> cut_pass(const std::vector<SiteSamples>& work, uint32_t tile_texels,
                                std::span<const Digest> caches, uint64_t& next_id) {
-  constexpr uint64_t kMaxSites = 32768;  // of one unit: keeps a result within a data frame
+  constexpr uint64_t kMaxSites = 32768;  // per unit: keeps a result within one data frame
   std::vector<WorkUnit> units;
-  std::map<std::pair<uint32_t, uint32_t>, std::vector<uint32_t>> sites_of;  // by first sample and count
+  std::map<std::pair<uint32_t, uint32_t>, std::vector<uint32_t>> sites_of;  // keyed by first sample and count
   for (const SiteSamples& s : work)
     if (s.range.count > 0) sites_of[{s.range.first, s.range.count}].push_back(s.site);
   for (const auto& entry : sites_of) {

@@ -1,4 +1,4 @@
-// Which samples exist: fixed bounds, so that sums do not depend on how work was cut or who did it.
+// Which samples exist: fixed bounds, so that sums do not depend on how work is cut or who does it.
 #pragma once
 
 #include <cstdint>
@@ -13,24 +13,24 @@ struct SampleRange {
   uint32_t first = 0, count = 0;
 };
 
-// Counts of samples that a texel may have in a replicate: four to each power of two (16, 20, 24, 28, 32, 40
-// ...), so that what is needed is overshot by a tenth on average, and texels of a pass share few ranges. This
-// is the least one that is not below `needed`. (Flux steps by a tenth of the budget.)
+// The smallest allowed sample count (per texel and replicate) not below `needed`. There are four
+// counts per power of two (16, 20, 24, 28, 32, 40 ...), so the overshoot is a tenth on average and
+// texels of a pass share few ranges. (Flux steps by a tenth of the budget.)
 uint32_t sample_count(double needed);
 
-// A pass is summed in ranges of at most this many samples, whoever does them.
+// A pass is summed in ranges of at most this many samples, on whichever machine.
 constexpr uint32_t kRangeSamples = 1024;
 std::vector<SampleRange> ranges_of(SampleRange pass);
 
-// Samples that a site gets in a pass, in each replicate.
+// Samples that a site gets in a pass, per replicate.
 struct SiteSamples {
   uint32_t site;
   SampleRange range;
 };
 
-// Cuts a pass over sites (ascending: Morton order) into units of about tile_texels x 256 samples of one
-// replicate and one range; all ranges of a run of sites are cut alike. `caches`: what the units of each
-// replicate name. Ids continue from next_id.
+// Cuts a pass over sites (ascending: Morton order) into units of about tile_texels x 256 samples of
+// one replicate and one range; all ranges of a run of sites are cut alike. `caches`: the cache that
+// units of each replicate name. Ids continue from next_id.
 std::vector<WorkUnit> cut_pass(const std::vector<SiteSamples>& work, uint32_t tile_texels,
                                std::span<const Digest> caches, uint64_t& next_id);
 

@@ -9,7 +9,7 @@
 namespace kiln {
 namespace {
 
-// Sums over runs of the order, from sums over its beginnings.
+// Sums over runs of the order, from prefix sums.
 class RunSums {
  public:
   void add(double value) { sums_.push_back(sums_.back() + value); }
@@ -22,7 +22,7 @@ class RunSums {
   std::vector<double> sums_ = {0.0};
 };
 
-// Known sites of the same chart near site i, without itself.
+// Known sites of the same chart near site i, excluding i.
 template <class Visit>
 void for_each_near(const TexelStatistics& s, std::span<const uint32_t> chart_of_site, size_t i,
                    const Visit& visit) {
@@ -31,7 +31,7 @@ void for_each_near(const TexelStatistics& s, std::span<const uint32_t> chart_of_
     if (j != i && s.known[j] && chart_of_site[j] == chart_of_site[i]) visit(j);
 }
 
-// Of one sample: the texel's own and its neighbourhood's, half and half.
+// Variance of one sample: half the texel's own, half its neighbourhood's.
 double pooled_variance(const TexelStatistics& s, std::span<const uint32_t> chart_of_site, size_t i) {
   double near = 0;
   size_t neighbours = 0;
@@ -48,7 +48,7 @@ TexelErrors estimate_errors(const TexelStatistics& s, std::span<const uint32_t> 
   TexelErrors out;
   out.mean.assign(s.sites, 0.0f);
   out.standard_error.assign(s.sites, std::numeric_limits<float>::infinity());
-  std::vector<double> independent(s.sites, 0.0);  // variance of the mean, if samples were
+  std::vector<double> independent(s.sites, 0.0);  // variance of the mean of independent samples
   RunSums ratio, count;
   for_each_index(s.sites, 0, [&](size_t i) {
     if (s.known[i]) independent[i] = pooled_variance(s, chart_of_site, i) / (2.0 * s.samples[i]);
@@ -62,7 +62,7 @@ TexelErrors estimate_errors(const TexelStatistics& s, std::span<const uint32_t> 
     if (!s.known[i]) return;
     const double freedom = count.around(i, kReplicateNeighbours);
     const double q = freedom > 0 ? ratio.around(i, kReplicateNeighbours) / freedom : 1.0;
-    // Student's t of so many degrees of freedom over the normal's, at 95 %: 1 + (z^2 + 1) / (4 freedom) + ...
+    // Student's t over the normal quantile at 95 %: 1 + (z^2 + 1) / (4 freedom) + ...
     const double student = 1.0 + 1.21 / std::max(1.0, freedom);
     const double mean = 0.5 * (double{s.luminance[0][i]} + double{s.luminance[1][i]});
     out.mean[i] = static_cast<float>(mean);
@@ -144,7 +144,7 @@ std::vector<float> chart_errors(const TexelStatistics& s, std::span<const uint32
 
 std::vector<float> band_errors(const TexelStatistics& s, std::span<const uint32_t> chart_of_site,
                                std::span<const size_t> first_planes) {
-  // Of each site: the square that one sample of each replicate would have, if errors were those of samples.
+  // Per site: the squared error of one sample of each replicate, if errors come from independent samples.
   std::vector<double> square(s.sites, 0.0);
   for_each_index(s.sites, 0, [&](size_t i) {
     if (!s.known[i]) return;

@@ -1,14 +1,16 @@
-// The stated error of texels, before filters: how far the mean of both replicates may be from the truth.
+// The reported error of texels before filters: how far the mean of both replicates may be from the
+// truth.
 //
-// What is asked of it: true for low-discrepancy samples (whose error is below sqrt(variance / n)), with
-// irradiance caches (whose own error all texels of a replicate share), for texels that have not met a rare
-// bright path that their neighbours have, and when it also decides when to stop (Kirk & Arvo 1991, Unbiased
-// Sampling Techniques for Image Synthesis: a texel's own variance stops the texels that underestimate it).
+// It must hold for low-discrepancy samples (whose error is below sqrt(variance / n)), for
+// irradiance caches (whose own error is shared by all texels of a replicate), for texels that
+// missed a rare bright path that their neighbours found, and when it also decides when to stop
+// (Kirk & Arvo 1991, Unbiased Sampling Techniques for Image Synthesis: stopping on a texel's own
+// variance stops the texels that underestimate it).
 //
-// Hence  SE^2 = q S^2 / (2 n):  S^2, the variance of one sample, is the mean of the texel's own and of its
-// neighbourhood's; q, by how much the replicates differ more or less than independent samples would, is
-// pooled over a wider one:  q = mean of (A - B)^2/4 / (S^2/(2 n)).  (Replicates: Cranley & Patterson 1976;
-// Owen 1997.)
+// Hence  SE^2 = q S^2 / (2 n):  S^2, the variance of one sample, is the mean of the texel's own
+// and its neighbourhood's; q, the ratio of the replicates' observed difference to that of
+// independent samples, is pooled over a wider neighbourhood:  q = mean of (A - B)^2/4 / (S^2/(2
+// n)).  (Replicates: Cranley & Patterson 1976; Owen 1997.)
 #pragma once
 
 #include <span>
@@ -19,43 +21,43 @@
 namespace kiln {
 
 struct TexelErrors {
-  std::vector<float> mean, standard_error;  // by site: luminance of E; infinite where nothing is known
+  std::vector<float> mean, standard_error;  // by site: luminance of E; infinite if unknown
 };
 
-// Neighbourhoods are runs of the sites' order (Morton: near each other in the world): of the same chart for
-// S, of any for q.
+// Neighbourhoods are runs in the sites' Morton order, so near each other in the world: on the same
+// chart for S, on any for q.
 constexpr uint32_t kVarianceNeighbours = 24;  // on either side
 constexpr uint32_t kReplicateNeighbours = 128;
 
 TexelErrors estimate_errors(const TexelStatistics& statistics, std::span<const uint32_t> chart_of_site);
 
-// Luminance of E of a texel of few samples is next to unknown, and what it needs depends on it: by site, the
-// mean over the texel and its neighbourhood (as for S), where the texel's own counts as its samples do beside
-// kMeanDoubt of the neighbours'.
+// The luminance of E of a texel with few samples is hardly known, but its sample count depends on
+// it. By site, the mean over the texel and its neighbourhood (as for S); the texel's own mean has
+// the weight of its samples against kMeanDoubt samples for the neighbours'.
 constexpr double kMeanDoubt = 8;
 std::vector<float> neighbourhood_means(const TexelStatistics& statistics,
                                        std::span<const uint32_t> chart_of_site);
 
-// How many equal samples would tell as much as those that a texel and its neighbourhood have: (sum x)^2 / sum
-// x^2 of the luminance of E (Kish 1965). Below kFewSamples what is stated rests on a few bright samples, and
-// may be wrong by more than it says.
+// Effective sample count of a texel and its neighbourhood: (sum x)^2 / sum x^2 of the luminance of
+// E (Kish 1965). Below kFewSamples the reported error rests on a few bright samples and may be too
+// low.
 constexpr double kFewSamples = 32;
 std::vector<float> effective_samples(const TexelStatistics& statistics,
                                      std::span<const uint32_t> chart_of_site);
 
-// Samples (of both replicates) of each site and its neighbourhood: what S above is pooled over.
+// Samples (of both replicates) of each site and its neighbourhood: the pool that S is computed over.
 std::vector<float> samples_around(const TexelStatistics& statistics, std::span<const uint32_t> chart_of_site);
 
-// Relative error of the light of a texel's chart as a whole, by site, where the errors of its texels are
-// independent: what an irradiance cache made of these samples is wrong by, all texels alike. Paths that end
-// at it carry that on, however many they are; two replicates are two draws of it, which may agree by chance.
-// Charts of fewer than kSharingTexels count as that many: their texels see others too.
+// Relative error of the mean light of a texel's chart, by site, assuming independent errors of its texels. It
+// is the common error of an irradiance cache made of these samples: every path that ends at the cache
+// inherits it, however many there are, and two replicates are two draws of it that may agree by chance.
+// Charts of fewer than kSharingTexels texels count as that many: their texels see others too.
 constexpr double kSharingTexels = 256;
 std::vector<float> chart_errors(const TexelStatistics& statistics, std::span<const uint32_t> chart_of_site);
 
-// Standard error of a band of the basis: of the length of its vector of luminances, one for each function.
-// From the replicates' differences at the site and around it, as many samples as each has. `first_planes`: of
-// its functions, whose colours follow each other.
+// Standard error of a band of the basis: of the length of its vector of luminances, one per
+// function. Estimated from the replicates' differences at the site and around it, over as many
+// samples as each has. `first_planes`: first plane of each function; its colours are consecutive.
 std::vector<float> band_errors(const TexelStatistics& statistics, std::span<const uint32_t> chart_of_site,
                                std::span<const size_t> first_planes);
 

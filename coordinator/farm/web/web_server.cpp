@@ -149,7 +149,7 @@ struct WebServer::Impl final : httplib::Server {
     response.set_header("Referrer-Policy", "no-referrer");
     // DNS rebinding: a page from elsewhere must not read data that needs no token.
     if (settings.token.empty() && !is_loopback(host_name(head.host)))
-      return say(response, 421, "this server speaks for localhost only");
+      return say(response, 421, "this server answers requests for localhost only");
     const bool trusted = may_read(head);
     if (head.path == "/healthz") {
       const std::string why = unhealthy(sources);

@@ -31,7 +31,7 @@ class BenchRunner {
   }
 
  private:
-  // True: the ladder has been climbed far enough.
+  // Whether to stop climbing the ladder.
   Expected<bool> run_one(const Configuration& c, double budget, uint32_t repeat) {
     MeasureRequest m;
     m.scene = request_.scene;
@@ -55,7 +55,7 @@ class BenchRunner {
   const std::function<void(const BakeProgress&)>& progress_;
   const std::function<void(const std::string&)>& note_;
   BenchResult& result_;
-  std::set<std::pair<std::string, double>> known_;  // rungs of the first repeat
+  std::set<std::pair<std::string, double>> known_;  // rungs that the first repeat reached
 };
 
 CurvePoint point_of(const std::vector<const BenchRun*>& repeats) {

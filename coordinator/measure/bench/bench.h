@@ -1,5 +1,5 @@
-// Error against run time and against rays, for chosen settings: bakes every configuration at every budget of
-// its ladder, several times, and holds each against one reference.
+// Error against run time and against rays: bakes every configuration at every budget of its ladder,
+// several times, and compares each with one reference.
 #pragma once
 
 #include "coordinator/measure/bench/curve.h"
@@ -8,27 +8,27 @@
 namespace kiln {
 
 struct BenchRequest {
-  std::filesystem::path scene, output;  // `output` takes bench.json, bench.csv, bench.svg and bench.png
+  std::filesystem::path scene, output;  // `output` receives bench.json, bench.csv, bench.svg and bench.png
   std::filesystem::path references;
   std::filesystem::path worker_program;
   BakeSettings settings;
   std::vector<Configuration> configurations;
-  std::vector<double> errors, samples;  // budgets, from cheap to dear
+  std::vector<double> errors, samples;  // budgets, from cheap to expensive
   uint32_t repeats = 3;
   uint32_t reference_samples = 16384;
-  double reference_share = 1;  // of the texels, in blocks
+  double reference_share = 1;  // share of the texels, in blocks
   bool reference_cache = false;
-  double most_seconds = 120;  // a run beyond this is the last of its ladder
+  double most_seconds = 120;  // a longer run is the last of its ladder
 };
 
-// What curves are asked for.
+// Errors at which curves are compared.
 constexpr double kTargets[] = {1e-3, 1e-4};
-// A ladder ends below this: nobody asks for less, and the reference is not meant for it.
+// A ladder ends below this: users do not need less, and the reference is not accurate enough for it.
 constexpr double kGoodEnough = 2.5e-5;
 
 struct BenchCurve {
   std::string configuration;
-  std::vector<CurvePoint> points;  // in the order of the budgets
+  std::vector<CurvePoint> points;  // in budget order
   Crossing seconds[2], rays[2];    // at kTargets
 };
 
@@ -41,17 +41,17 @@ struct BenchResult {
   double reference_share = 1;
   bool reference_reused = false;
   double reference_rel_mse = 0;  // of the mean of its halves: its own noise
-  std::vector<BenchRun> runs;    // in the order they were made
+  std::vector<BenchRun> runs;    // in execution order
   std::vector<BenchCurve> curves;
 };
 
-// Runs take turns, one repeat of all configurations after the other, so that other work on the machine meets
-// all. A repeat has a seed of its own. `note` is told of every run.
+// Runs alternate: one repeat of all configurations, then the next, so that other load on the
+// machine affects all. Each repeat has its own seed. `note` is called for every run.
 Expected<BenchResult> run_bench(const BenchRequest& request,
                                 const std::function<void(const BakeProgress&)>& progress,
                                 const std::function<void(const std::string&)>& note);
 
-// Medians and crossings of the runs, in the order in which configurations and budgets occur.
+// Medians and crossings of the runs, in the order in which configurations and budgets appear.
 std::vector<BenchCurve> curves_of(const std::vector<BenchRun>& runs);
 
 }  // namespace kiln

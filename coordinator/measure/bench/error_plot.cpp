@@ -8,10 +8,10 @@ namespace kiln {
 namespace {
 
 constexpr double kPanelWidth = 460, kPanelHeight = 340;
-constexpr double kLeft = 62, kRight = 28, kTop = 30, kBottom = 44;  // margins in a panel
+constexpr double kLeft = 62, kRight = 28, kTop = 30, kBottom = 44;  // margins of a panel
 constexpr double kLegend = 26, kFooter = 24, kLegendStep = 110;
 constexpr InkColor kInk = {40, 40, 40}, kGrid = {221, 221, 221};
-// Okabe and Ito: told apart with any colour vision.
+// Okabe and Ito: distinguishable with any colour vision.
 constexpr InkColor kInks[] = {{0, 0, 0},       {0, 114, 178}, {213, 94, 0},  {0, 158, 115},
                               {204, 121, 167}, {230, 159, 0}, {86, 180, 233}};
 

@@ -1,4 +1,4 @@
-// Curves of error against cost, both axes logarithmic.
+// Curves of error against cost with logarithmic axes.
 #pragma once
 
 #include "coordinator/picture/canvas.h"
@@ -7,12 +7,12 @@ namespace kiln {
 
 struct PlotLine {
   std::string name;
-  std::vector<double> x, y;  // points with a part that is not above 0 are left out
+  std::vector<double> x, y;  // points that are not positive are left out
 };
 
 struct PlotPanel {
   std::string title, x_name, y_name;
-  std::vector<PlotLine> lines;  // the same names in every panel: the legend is of the first
+  std::vector<PlotLine> lines;  // same names in every panel: the legend shows the first's
 };
 
 // Panels side by side on one canvas, `footer` below them.

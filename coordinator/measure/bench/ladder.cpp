@@ -20,11 +20,10 @@ std::vector<std::string> parts_of(const std::string& list) {
 }
 
 tl::unexpected<Error> refuse(const std::string& given, const std::string& why) {
-  return fail(
-      ErrorKind::kUsage,
-      text("--set {}: {}: NAME:key=value,key=value is wanted, with settings as 'kiln bake --help' lists them "
-           "and ladder=error or ladder=samples",
-           given, why));
+  return fail(ErrorKind::kUsage, text("--set {}: {}: NAME:key=value,key=value is expected, with settings as "
+                                      "'kiln bake --help' lists them "
+                                      "and ladder=error or ladder=samples",
+                                      given, why));
 }
 
 Configuration known(const std::string& text) {
@@ -98,7 +97,7 @@ Expected<BakeSettings> settings_of_run(const BakeSettings& base, const Configura
   KILN_TRY_STATUS(unless_said("encode", "none"));
   KILN_TRY_STATUS(unless_said("seams", "off"));
   KILN_TRY_STATUS(unless_said("dilate", "0"));
-  KILN_TRY_STATUS(unless_said("error-norm", "mean-square"));  // what relMSE is the measure of
+  KILN_TRY_STATUS(unless_said("error-norm", "mean-square"));  // the norm that relMSE measures
   for (const auto& [key, value] : configuration.settings)
     KILN_TRY_STATUS(set_option(s, key, value, "--set " + configuration.name));
   if (configuration.by_samples) {

@@ -1,4 +1,4 @@
-// What is measured: named sets of settings, each at a ladder of budgets.
+// The configurations to measure: named sets of settings, each at a ladder of budgets.
 #pragma once
 
 #include <string>
@@ -12,22 +12,22 @@ namespace kiln {
 struct Configuration {
   std::string name;
   std::vector<std::pair<std::string, std::string>> settings;  // rows of settings_table
-  bool by_samples = false;  // budgets are samples of every texel; else the error that is asked for
+  bool by_samples = false;  // budgets are samples per texel; otherwise target errors
 };
 
-// "NAME:key=value,key=value". A part without "=" belongs to the value before it (suns have commas). The key
-// `ladder` is not a setting: `samples` gives every texel as many, `error` (default) asks for a stated error.
+// Parses "NAME:key=value,key=value". A part without "=" continues the value before it (suns have commas). Key
+// `ladder` is no setting: budgets are `samples`, equal for all texels, or `error` (default), the target.
 Expected<Configuration> parse_configuration(const std::string& text);
 
-// brute: Halton points and the same number of samples for all texels, as Flux bakes; owen: Kiln without its
+// brute: Halton points and equal samples for all texels, as Flux bakes; owen: Kiln without its
 // cache and denoiser; cache; denoise: both.
 std::vector<Configuration> default_configurations();
 
-// "0.4,0.2,0.1": positive numbers, at least one; `name` is the option's, for messages.
+// Parses "0.4,0.2,0.1": positive numbers, at least one; `name` is the option's, for messages.
 Expected<std::vector<double>> parse_budgets(const std::string& name, const std::string& list);
 
-// The settings of one run. What makes files that nobody reads is left out: textures, a basis other than
-// irradiance, joined seams and dilation, unless `base` says so by a source of its own.
+// The settings of one run. Files that nobody reads are turned off: textures, a basis other than
+// irradiance, joined seams and dilation, unless `base` sets them explicitly.
 Expected<BakeSettings> settings_of_run(const BakeSettings& base, const Configuration& configuration,
                                        double budget, uint32_t repeat);
 

@@ -13,13 +13,13 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr uint64_t kMaxJson = 1 << 20;
-constexpr uint64_t kReferenceSeed = 9007199254740000;  // within what --seed takes, and far from small numbers
+constexpr uint64_t kReferenceSeed = 9007199254740000;  // within the range of --seed, far from small numbers
 
 std::string half_name(uint32_t half) {
   return text("half{}", half);
 }
 
-// What decides every byte of a reference. The release counts, because the next one may bake better or worse.
+// Everything that decides a reference's bytes. The release counts: the next one may bake differently.
 Expected<std::string> identity_of(const ReferenceRequest& r) {
   const BakeSettings s = reference_settings(r.settings, r.samples, r.cache, 0);
   std::vector<StageTime> times;
@@ -39,7 +39,7 @@ Expected<std::string> digest_of(const fs::path& file) {
   return sha256(bytes).hex();
 }
 
-// Keeps what compare reads of a bake's folder and returns the names of the files.
+// Keeps the files of a bake's folder that compare reads, and returns their names.
 Expected<std::vector<std::string>> keep_maps(const fs::path& folder) {
   std::vector<std::string> kept;
   std::vector<fs::path> gone;
@@ -68,7 +68,7 @@ Status make_reference(const ReferenceRequest& r, const std::string& identity, co
     bake.pictures = r.share >= 1;
     if (r.share < 1)
       bake.sampled = [share = r.share](uint32_t texel, uint32_t width) {
-        // Pages are stacked and may not end with a block: then one reaches over both.
+        // Pages are stacked; if a page does not end with a block, that block spans two pages.
         return is_reference_block(texel % width / kReferenceBlock, texel / width / kReferenceBlock, share);
       };
     KILN_TRY(const BakeReport report, run_bake(bake, progress));
@@ -98,7 +98,7 @@ Status check_files(const fs::path& folder, const std::string& identity) {
   if (!own || own->text != identity) return damaged(folder, "reference.json is of another reference");
   if (!files || files->members.empty()) return damaged(folder, "reference.json names no files");
   for (const JsonMember& file : files->members) {
-    // Names come from the file: they stay in the folder.
+    // Names come from a file: they must stay in the folder.
     const fs::path name = file.first;
     if (name.has_root_path() || file.first.find("..") != std::string::npos)
       return damaged(folder, text("reference.json names '{}'", file.first));
@@ -126,7 +126,7 @@ BakeSettings reference_settings(BakeSettings settings, uint32_t samples, bool ca
 }
 
 bool is_reference_block(uint32_t column, uint32_t row, double share) {
-  constexpr uint64_t kKey = 0x6b696c6e20726566;  // of this use alone: no sampler's
+  constexpr uint64_t kKey = 0x6b696c6e20726566;  // for this purpose only: no sampler uses it
   const uint64_t hash = mix_bits(kKey ^ mix_bits(uint64_t{row} << 32 | column));
   return static_cast<double>(hash >> 11) * 0x1p-53 < share;
 }
@@ -155,7 +155,7 @@ Expected<Reference> obtain_reference(const ReferenceRequest& r,
     const fs::path making = r.folder / text("making-{}", random_hex(8));
     Status made = make_reference(r, identity, making, progress);
     if (made) fs::rename(making, reference.folder, code);
-    // Where another process was faster its folder stands, with the same bytes.
+    // If another process was faster, its folder is there, with the same bytes.
     fs::remove_all(making, code);
     KILN_TRY_STATUS(made);
   }

@@ -1,5 +1,5 @@
-// References: bakes of one scene as exact as samples make them, in two independent halves, kept by what went
-// into them.
+// References: bakes of one scene with many samples, in two independent halves, cached by their
+// inputs.
 #pragma once
 
 #include <filesystem>
@@ -11,13 +11,13 @@ namespace kiln {
 
 struct ReferenceRequest {
   std::filesystem::path scene;
-  BakeSettings settings;     // those that say what the light is count: see reference_settings
-  uint32_t samples = 16384;  // of every texel, in each half
-  // Of the texels, those of blocks of 16 x 16 that a hash picks: maps of millions of texels need no more to
-  // be measured by. 1: all.
+  BakeSettings settings;     // only those that change the light matter: see reference_settings
+  uint32_t samples = 16384;  // per texel, in each half
+  // Share of the texels to bake, in blocks of 16 x 16 that a hash selects: maps of millions of
+  // texels need no more. 1: all.
   double share = 1;
   bool cache = false;            // paths may end at measured surfaces: for light that whole paths hardly find
-  std::filesystem::path folder;  // where references are kept; made if needed
+  std::filesystem::path folder;  // cache of references; created if needed
   std::filesystem::path worker_program;
 };
 
@@ -26,24 +26,24 @@ struct Reference {
   std::filesystem::path folder;  // has half0 and half1, each with irradiance.exr and validity.exr
   ErrorMap half[2];
   bool reused = false;
-  double seconds = 0;  // that this call took
+  double seconds = 0;  // spent by this call
 };
 
-// What the halves are baked with: the scene, layout and transport of `settings`, and nothing that trades
-// exactness for time: no cache, no denoiser, no seams joined, a fixed count of samples; seeds that no
-// measured run has.
-// `cache`: but for the irradiance cache, whose bias is measured apart (docs/error_vs_time.md).
+// Settings of the halves: the scene, layout and transport of `settings`, without anything that
+// trades exactness for time: no cache, no denoiser, no joined seams, a fixed sample count; with
+// seeds that no measured run has. `cache`: keep the irradiance cache, whose bias is measured
+// separately (docs/error_vs_time.md).
 BakeSettings reference_settings(BakeSettings settings, uint32_t samples, bool cache, uint32_t half);
 
-// Is a block of 16 x 16 texels of those that are baked? Alike in both halves and in every reference of a
-// share; a smaller share is a part of a larger one.
+// Whether a block of 16 x 16 texels is baked. The same in both halves and in every reference with
+// that share; a smaller share is a subset of a larger one.
 constexpr uint32_t kReferenceBlock = 16;
 bool is_reference_block(uint32_t column, uint32_t row, double share);
 
-// $KILN_CACHE/references or its like (unwrap_cache.h); empty: there is no such place.
+// $KILN_CACHE/references or equivalent (unwrap_cache.h); empty if there is none.
 std::filesystem::path default_reference_folder();
 
-// The kept reference, or a new one, which is then kept. Fails (kInvalidInput) on one that has been damaged,
+// The cached reference, or a new one, which is then cached. Fails (kInvalidInput) on a damaged one,
 // naming the file and what to do.
 Expected<Reference> obtain_reference(const ReferenceRequest& request,
                                      const std::function<void(const BakeProgress&)>& progress);

@@ -16,7 +16,7 @@ double number_of(const JsonValue& object, const char* key) {
   return number_of(object.find(key));
 }
 
-// A row of "transforms": scale x and y, offset x and y, page, turned; of the page as [0, 1]^2.
+// A row of "transforms": scale x and y, offset x and y, page, turned; relative to the page as [0, 1]^2.
 std::optional<ChartRegion> box_of(const JsonValue& row, double width, double height) {
   if (row.items.size() != 6) return std::nullopt;
   const auto at = [&](size_t i) { return number_of(&row.items[i]); };

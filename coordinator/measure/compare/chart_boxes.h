@@ -1,4 +1,4 @@
-// Where charts lie, as charts.json of a bake says.
+// The boxes of charts, read from a bake's charts.json.
 #pragma once
 
 #include <filesystem>
@@ -13,22 +13,22 @@ struct ChartRegion {
   uint32_t page = 0;
   uint32_t chart = 0;  // its number in the file
   double area() const { return (right - left) * (bottom - top); }
-  // A texel belongs to a chart that reaches into it; of several boxes the smallest counts, as charts may lie
-  // in each other's gaps.
+  // A texel belongs to a chart whose box overlaps it; of several boxes the smallest counts, since
+  // charts may lie in each other's gaps.
   bool reaches(uint32_t x, uint32_t y) const {
     return x + 1 > left && x < right && y + 1 > top && y < bottom;
   }
 };
 struct ChartObject {
   std::string name;
-  double first = 0, count = 0;  // its charts
+  double first = 0, count = 0;  // range of its charts
 };
 struct ChartFile {
   std::vector<ChartRegion> boxes;
   std::vector<ChartObject> objects;
 };
 
-// Nothing where there is no such file or none that can be read.
+// Nothing if the file does not exist or cannot be read.
 std::optional<ChartFile> read_chart_boxes(const std::filesystem::path& folder);
 
 }  // namespace kiln

@@ -14,7 +14,7 @@ using Color = std::array<uint8_t, 3>;
 constexpr Color kUnmeasured = {96, 96, 96}, kInk = {20, 20, 20};
 constexpr uint32_t kMinSide = 512, kLegend = 56, kMargin = 16, kBar = 14;
 
-// White in the middle, ColorBrewer's RdBu at the ends. t in [-1, 1].
+// Diverging colours: white in the middle, ColorBrewer's RdBu at the ends. t in [-1, 1].
 Color diverging(double t) {
   const double end[2][3] = {{33, 102, 172}, {178, 24, 43}};
   Color c;

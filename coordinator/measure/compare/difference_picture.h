@@ -1,4 +1,4 @@
-// The signed relative error of a bake, to look at.
+// A picture of the signed relative error of a bake.
 #pragma once
 
 #include "coordinator/measure/compare/error_map.h"
@@ -6,13 +6,13 @@
 
 namespace kiln {
 
-// Red: brighter than the reference, blue: darker, white: equal, grey: not measured. The colours are full at
-// the 99th percentile of the size, rounded up to 1, 2 or 5 times a power of ten; the legend below names it.
-// Pages stand below each other; small maps are shown with large texels. `relative`: as relative_differences
-// gives it.
+// Red: brighter than the reference, blue: darker, white: equal, grey: not measured. Colours
+// saturate at the 99th percentile of the magnitude, rounded up to 1, 2 or 5 times a power of ten,
+// which the legend names. Pages are stacked; small maps are enlarged. `relative`: from
+// relative_differences.
 Picture difference_picture(const ErrorMap& layout, const std::vector<double>& relative);
 
-// The smallest of 1, 2 and 5 times a power of ten that is not below v; v > 0.
+// The smallest of 1, 2 and 5 times a power of ten that is at least v; v > 0.
 double round_up_125(double v);
 
 }  // namespace kiln

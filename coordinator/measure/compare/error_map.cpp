@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr uint32_t kMaxPages = 64;  // as the packer
+constexpr uint32_t kMaxPages = 64;  // the packer's limit
 
 tl::unexpected<Error> refuse(std::string why) {
   return fail(ErrorKind::kInvalidInput, std::move(why));
@@ -30,7 +30,7 @@ std::string listed(const Planes& p) {
   return all.empty() ? "no channel" : all;
 }
 
-// The files of a master: one, or one a page.
+// The files of a master: one, or one per page.
 std::vector<fs::path> pages_of(const fs::path& folder, const std::string& stem) {
   std::error_code code;
   const fs::path single = folder / page_name(stem, "exr", 0, 1);
@@ -72,7 +72,7 @@ Status add_page(const fs::path& path, ErrorMap& map) {
   return {};
 }
 
-// The one channel of error.exr or validity.exr; nothing if the folder has no such file.
+// The single channel of error.exr or validity.exr; nothing if the folder has no such file.
 Expected<std::vector<double>> read_plane(const fs::path& folder, const std::string& stem,
                                          const ErrorMap& map) {
   std::vector<double> out;
@@ -80,7 +80,7 @@ Expected<std::vector<double>> read_plane(const fs::path& folder, const std::stri
   for (const fs::path& path : files) {
     KILN_TRY(const Planes p, read_exr(path));
     if (p.names.size() != 1)
-      return refuse(text("{} has {}: one channel is wanted", path.string(), listed(p)));
+      return refuse(text("{} has {}: one channel is expected", path.string(), listed(p)));
     if (p.width != map.width || p.height != map.page_height)
       return refuse(text("{} has {}x{} texels, irradiance.exr beside it {}x{}: they are of two bakes",
                          path.string(), p.width, p.height, map.width, map.page_height));
@@ -105,7 +105,7 @@ Status check_values(const ErrorMap& map) {
       return refuse(
           text("{}: {} is {}: a bake writes finite light; the file is damaged or of another program",
                map.name, place_of(map, i), map.light[i]));
-    // An infinite error is one of a single sample; the rest is nonsense.
+    // A texel with a single sample has an infinite error; other non-finite values are damage.
     if (!map.stated.empty() && !(map.stated[i] >= 0))
       return refuse(text("{}: the stated error of {} is {}: error.exr is damaged or of another program",
                          map.name, place_of(map, i), map.stated[i]));

@@ -14,8 +14,8 @@ namespace {
 // A texel that counts.
 struct Pair {
   size_t index;
-  double a, b1, b2, floor;          // floor: squared, added below relative errors
-  double stated, reference_stated;  // standard errors; 0: not known
+  double a, b1, b2, floor;          // floor: squared, added to the denominator of relative errors
+  double stated, reference_stated;  // standard errors; 0: unknown
   double r() const { return 0.5 * (b1 + b2); }
   double squared() const { return (a - b1) * (a - b2); }
   double scale() const { return r() * r() + floor; }
@@ -46,7 +46,7 @@ std::vector<Pair> pairs_of(const ErrorMap& a, const ErrorMap& b, const ErrorMap*
     mean += pairs.back().r();
   }
   mean /= static_cast<double>(std::max<size_t>(1, pairs.size()));
-  // Two black maps are equal: nothing over nothing is then nothing.
+  // Two black maps are equal: define 0 / 0 as 0.
   for (Pair& p : pairs) p.floor = std::max(1e-4 * mean * mean, std::numeric_limits<double>::min());
   return pairs;
 }
@@ -67,7 +67,7 @@ void measure_reference(const std::vector<Pair>& pairs, bool halves, bool stated,
   if (halves) c.bias_error = std::sqrt(mean_of(pairs, variance) / static_cast<double>(pairs.size()));
 }
 
-// Of the mean of a map: less is as good as black, and its errors are relative to nothing.
+// Texels below this share of the map's mean are as good as black: their relative errors mean nothing.
 constexpr double kBlackShare = 0.01;
 
 Calibration calibrate(const std::vector<Pair>& pairs, bool halves, const CompareSettings& s) {
@@ -112,7 +112,7 @@ void list_worst(std::vector<Pair> pairs, const ErrorMap& a, size_t count, Compar
                    [](const Pair& x, const Pair& y) { return relative(x) > relative(y); });
   const size_t n = pairs.size();
   for (size_t k = 0; k < std::size(kComparePercentiles); ++k) {
-    // The value that so many percent of the texels do not exceed.
+    // The given percentiles of the texels.
     const auto rank = static_cast<size_t>(std::ceil(kComparePercentiles[k] / 100 * static_cast<double>(n)));
     c.percentiles[k] = relative(pairs[n - std::clamp<size_t>(rank, 1, n)]);
   }

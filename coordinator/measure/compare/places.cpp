@@ -5,7 +5,7 @@
 namespace kiln {
 namespace {
 
-// The name of the object whose chart has this number.
+// Name of the object that owns a chart number.
 std::string owner_of(const ChartFile& file, uint32_t chart) {
   for (const ChartObject& object : file.objects)
     if (object.first >= 0 && chart >= object.first && chart < object.first + object.count) return object.name;

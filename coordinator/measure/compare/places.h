@@ -1,4 +1,4 @@
-// Which object a texel is of.
+// The object that a texel belongs to.
 #pragma once
 
 #include <filesystem>
@@ -8,9 +8,9 @@
 
 namespace kiln {
 
-// Names the objects of the texels by the boxes of charts in charts.json of the bake's folder; the smallest
-// box around the texel counts, as charts may lie in each other's gaps. Leaves the names empty where there is
-// no such file or none that can be read: they are a help for a person and decide nothing.
+// Names the objects of the texels by the chart boxes in charts.json of the bake's folder; the
+// smallest box around the texel counts, since charts may lie in each other's gaps. Leaves the names
+// empty if the file does not exist or cannot be read: they only help people and decide nothing.
 void name_places(const std::filesystem::path& folder, std::span<WorstTexel> texels);
 
 }  // namespace kiln

@@ -13,7 +13,7 @@ namespace kiln {
 namespace {
 
 constexpr int kReach = 5;
-constexpr double kSigma = 1.5, kC1 = 0.01 * 0.01, kC2 = 0.03 * 0.03;  // of a range of 1
+constexpr double kSigma = 1.5, kC1 = 0.01 * 0.01, kC2 = 0.03 * 0.03;  // for a range of 1
 
 struct Shown {
   std::vector<float> a, b;
@@ -46,7 +46,7 @@ Shown show(const ErrorMap& a, const ErrorMap& b, const ErrorMap* b2, const std::
   return s;
 }
 
-// NaN where the window does not count.
+// NaN if the window does not count.
 double window_similarity(const ErrorMap& layout, const Shown& s, size_t t) {
   static const std::array<double, 2 * kReach + 1> kWeights = [] {
     std::array<double, 2 * kReach + 1> w{};

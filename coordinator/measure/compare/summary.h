@@ -1,4 +1,4 @@
-// A comparison in words, JSON and CSV.
+// A comparison as text, JSON and CSV.
 #pragma once
 
 #include <string>
@@ -10,7 +10,7 @@ namespace kiln {
 
 std::string comparison_text(const Comparison& c, const CompareSettings& settings);
 std::string comparison_json(const Comparison& c, const CompareSettings& settings);
-// A line of names and a line of values; what is not known is empty.
+// A line of names and a line of values; unknown values are empty.
 std::string comparison_csv(const Comparison& c);
 
 }  // namespace kiln

@@ -41,7 +41,7 @@ std::vector<ChartTransform> chart_transforms(const Atlas& atlas) {
       const ChartPlacement& place = atlas.placements[out.size()];
       const DVec2 extent = b.high - b.low;
       const DVec2 along = place.turned ? DVec2(extent.y, extent.x) : extent;
-      // In double: the box's corner may be far from 0, where floats would lose the texel.
+      // In double: the box's corner may be far from 0, where a float has no texel precision.
       out.push_back({Vec2(along * DVec2(place.scale) / size), Vec2(place.to_texels(b.low) / size), place.page,
                      place.turned});
     }

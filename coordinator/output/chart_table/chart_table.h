@@ -10,9 +10,9 @@
 
 namespace kiln {
 
-// Lightmap coordinates of a point of a chart: (turned ? uv.yx : uv) * scale + offset, where uv is in the
-// chart's box: (0, 0) its least corner in the mesh's own coordinates, (1, 1) its greatest. The page is
-// [0, 1]^2, v downwards. One element of the GPU's buffer: std430 and HLSL lay it out like this.
+// Maps a point of a chart to lightmap coordinates: (turned ? uv.yx : uv) * scale + offset. uv is relative to
+// the chart's box: (0, 0) at its smallest corner in the mesh's own coordinates, (1, 1) at its largest. The
+// page is [0, 1]^2, v downwards. One element of the GPU buffer, in the layout of std430 and HLSL.
 struct ChartTransform {
   Vec2 scale, offset;
   uint32_t page, turned;  // turned: 0 or 1
@@ -22,26 +22,26 @@ static_assert(sizeof(ChartTransform) == 24);
 // A chart's box in the coordinates of MeshCharts::corner_uv.
 struct ChartBounds {
   DVec2 low, high;
-  Vec2 to_box(const Vec2& uv) const;  // to [0, 1]^2; a side without extent gives 0
+  Vec2 to_box(const Vec2& uv) const;  // to [0, 1]^2; 0 along a side without extent
 };
 std::vector<ChartBounds> chart_bounds(const MeshCharts& charts);  // by chart
 
-// By placement: Atlas::instance_first_chart + chart.
+// Indexed by placement: Atlas::instance_first_chart + chart.
 std::vector<ChartTransform> chart_transforms(const Atlas& atlas);
 
-// Text of charts.json and bytes of charts.bin, as docs/engines.md gives them. Floats in the JSON are the
-// shortest decimals that read back as the same float.
+// Text of charts.json and bytes of charts.bin, as described in docs/engines.md. Floats in the JSON
+// are the shortest decimals that read back as the same float.
 std::string charts_json(const Scene& scene, const Atlas& atlas);
 Bytes charts_binary(const Atlas& atlas);
 
-// Begins at multiples of this in charts.bin: the largest minStorageBufferOffsetAlignment that Vulkan allows.
+// Alignment of blocks in charts.bin: the largest minStorageBufferOffsetAlignment that Vulkan allows.
 constexpr size_t kTableAlignment = 256;
 
 struct KeptLayout {
   PreviousLayout layout;
-  Digest digest;  // of the file
+  Digest digest;  // SHA-256 of the file
 };
-// The layout of a charts.json. Errors (kInvalidInput) name the file and the field.
+// The layout in a charts.json. Errors (kInvalidInput) name the file and the field.
 Expected<KeptLayout> read_layout(const std::filesystem::path& charts_json);
 
 }  // namespace kiln

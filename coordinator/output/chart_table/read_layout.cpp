@@ -1,5 +1,5 @@
-// A charts.json may come from anywhere: every field that is used is checked, and no number in it decides how
-// much memory is asked for.
+// A charts.json may come from anywhere: every field read is checked, and no number in it decides
+// how much memory is allocated.
 #include <charconv>
 #include <nlohmann/json.hpp>
 
@@ -13,7 +13,7 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr uint64_t kMaxFile = uint64_t{1} << 31;
-constexpr uint32_t kMaxSide = 16384, kMaxPages = 64;  // as --page-size and the packer
+constexpr uint32_t kMaxSide = 16384, kMaxPages = 64;  // as for --page-size and the packer
 constexpr uint32_t kAny = ~0u;
 
 class LayoutReader {
@@ -48,10 +48,10 @@ class LayoutReader {
   tl::unexpected<Error> bad(const std::string& field, const std::string& what) const {
     return fail(
         ErrorKind::kInvalidInput,
-        text("{}: {} {}: --keep-layout wants the charts.json of an earlier bake", name_, field, what));
+        text("{}: {} {}: --keep-layout needs the charts.json of an earlier bake", name_, field, what));
   }
 
-  // An element of an object or, for a number as `at`, of an array.
+  // A member of an object or, if `at` is a number, an element of an array.
   template <class At>
   Expected<uint32_t> number(const Json& in, const At& at, const std::string& field, uint32_t low,
                             uint32_t high) const {
@@ -98,7 +98,7 @@ class LayoutReader {
     return chart;
   }
 
-  // Takes the instance's charts; those before `used` have been taken.
+  // Reads the instance's charts; those before `used` are taken already.
   Status object(const Json& in, const std::string& field, const std::vector<PackedChart>& charts,
                 size_t& used, PreviousLayout& layout) const {
     if (!in.is_object()) return bad(field, "is not an object");
@@ -131,7 +131,7 @@ Expected<KeptLayout> read_layout(const std::filesystem::path& path) {
   const Json root = Json::parse(begin, begin + file.size(), nullptr, false);
   if (root.is_discarded())
     return fail(ErrorKind::kInvalidInput,
-                text("{}: its JSON does not parse: --keep-layout wants the charts.json of an earlier bake",
+                text("{}: its JSON does not parse: --keep-layout needs the charts.json of an earlier bake",
                      path.string()));
   KILN_TRY(PreviousLayout layout, LayoutReader(path.string()).read(root));
   return KeptLayout{std::move(layout), sha256(file)};

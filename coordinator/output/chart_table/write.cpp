@@ -6,7 +6,7 @@
 namespace kiln {
 namespace {
 
-// Elements of a JSON array, one a line.
+// Elements of a JSON array, one per line.
 class Lines {
  public:
   explicit Lines(std::string& out) : out_(out) {}
@@ -31,7 +31,7 @@ std::string instance_line(const Scene& scene, const Atlas& atlas, size_t i,
       atlas.of_instance(i).chart_count, atlas.charts_of_instance[i], json_quote(object.name), object.pose);
 }
 
-// The mesh that a set of charts is of, by set; a set that no instance uses keeps its own number.
+// The mesh of each set of charts; a set that no instance uses keeps its own number.
 std::vector<uint32_t> mesh_of_set(const Scene& scene, const Atlas& atlas) {
   std::vector<uint32_t> mesh(atlas.charts.size(), 0);
   for (uint32_t m = 0; m < scene.meshes.size() && m < mesh.size(); ++m) mesh[m] = m;

@@ -1,4 +1,4 @@
-// What is handed to every output of a bake, and how its files are named.
+// The input of every output of a bake, and the names of the files.
 #pragma once
 
 #include <filesystem>
@@ -22,11 +22,11 @@ struct OutputContext {
   const GltfDocument& document;
   const Lightmap& lightmap;
   std::filesystem::path folder;
-  const Display* display = nullptr;                         // null: what is drawn is the scene
-  const Projection* projection = nullptr;                   // of `display`
-  const TextureList* textures = nullptr;                    // published beside; null: none
-  const std::vector<std::string>* texture_files = nullptr;  // their files, and others of the same stage
-  bool compress = true;                                     // masters: smaller, and longer to write
+  const Display* display = nullptr;                         // null: the scene itself is drawn
+  const Projection* projection = nullptr;                   // projection of `display`
+  const TextureList* textures = nullptr;                    // published textures; null: none
+  const std::vector<std::string>* texture_files = nullptr;  // theirs, and others of the same stage
+  bool compress = true;                                     // masters: smaller files, slower to write
 };
 
 // "irradiance.exr", or "irradiance.2.exr" for page 2 of several.

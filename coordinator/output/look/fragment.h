@@ -1,4 +1,4 @@
-// What one pixel of a picture shows of the scene.
+// The part of the scene that one pixel of a picture shows.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// What a preview knows of materials, textures, sky and lightmap: colour lookups by record.
+// Colour lookups for previews: materials, textures, sky and lightmap.
 #pragma once
 
 #include "common/atlas/atlas_lookup.h"
@@ -10,13 +10,13 @@ namespace kiln {
 
 class SurfaceLook {
  public:
-  // `textures` off: colours are the factors alone.
+  // `textures` off: colours come from the factors alone.
   SurfaceLook(const Scene& scene, const Atlas& atlas, const Lightmap& map, bool textures = true);
   Vec4 base_color(const Fragment& f) const;  // linear, alpha by the material's alpha mode
   Vec3 emission(const Fragment& f) const;    // radiance
-  // Irradiance by bilinear lookup; false where the texel has no value, or there is none.
+  // Irradiance by bilinear lookup; false if the texel has no value or does not exist.
   bool irradiance(const Fragment& f, Vec3& e) const;
-  size_t texel(const Fragment& f) const;  // of the lightmap, nearest; of an object that receives
+  size_t texel(const Fragment& f) const;  // nearest lightmap texel; the object must receive
   bool receives(const Fragment& f) const { return lookup_.holds(f.instance, f.triangle); }
   bool visible(const Fragment& f) const;  // culling and alpha
   bool solid(const Fragment& f) const;    // alpha alone

@@ -1,4 +1,4 @@
-// From radiance to a displayed picture.
+// Tone mapping: from radiance to displayed values.
 #pragma once
 
 #include <vector>
@@ -8,8 +8,8 @@ namespace kiln {
 // Narkowicz 2015, ACES filmic tone mapping curve (fit): display light in [0, 1] from exposed radiance.
 float filmic(float x);
 
-// Scale that brings the median of the positive luminances to a mid grey, but leaves the brightest twentieth
-// room before the curve clips: sunlit ground beside deep shade stays readable. 1 where nothing is lit.
+// Exposure that maps the median of the positive luminances to mid grey, but keeps the brightest twentieth
+// below clipping, so that sunlit ground beside deep shade stays readable. 1 if nothing is lit.
 float exposure_of(std::vector<float> luminances);
 
 }  // namespace kiln

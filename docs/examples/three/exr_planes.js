@@ -1,8 +1,8 @@
-// Reads scan-line OpenEXR files without loss or with ZIP, all channels by name: three's EXRLoader knows R, G, B, A
-// and Y, while a bake's masters have layers (L1x.G). Values are floats, row 0 on top.
+// Reads scan-line OpenEXR files, uncompressed, ZIPS or ZIP, with all channels by name: three's EXRLoader reads only
+// R, G, B, A and Y, while a bake's masters have layers (L1x.G). Values are floats; row 0 is the top row.
 
 const FLOAT = 2, HALF = 1;
-const LINES_OF = { 0: 1, 2: 1, 3: 16 };  // lines a chunk, by compression: none, ZIPS, ZIP
+const LINES_OF = { 0: 1, 2: 1, 3: 16 };  // lines per chunk, by compression: none, ZIPS, ZIP
 
 class Cursor {
   constructor(buffer) { this.view = new DataView(buffer); this.at = 0; }
@@ -44,7 +44,7 @@ async function inflate(bytes) {
   return new Uint8Array(await new Response(stream).arrayBuffer());
 }
 
-// ZIP of OpenEXR: bytes were split into even and odd ones, then replaced by differences.
+// OpenEXR's ZIP filter: bytes are split into even and odd ones, then replaced by differences.
 function unfilter(bytes) {
   for (let i = 1; i < bytes.length; ++i) bytes[i] = bytes[i - 1] + bytes[i] - 128;
   const out = new Uint8Array(bytes.length), half = (bytes.length + 1) >> 1;
@@ -58,7 +58,7 @@ function half(bits) {
   return sign * (exponent ? 2 ** (exponent - 15) * (1 + fraction / 1024) : 2 ** -14 * (fraction / 1024));
 }
 
-// {width, height, planes: {name: Float32Array}}
+// Returns {width, height, planes: {name: Float32Array}}.
 export async function readExrPlanes(buffer) {
   const cursor = new Cursor(buffer), header = readHeader(cursor);
   const { width, height, channels } = header, lines = LINES_OF[header.compression];

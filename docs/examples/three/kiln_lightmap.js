@@ -1,4 +1,4 @@
-// Loads a scene that kiln bake wrote and lights it by its lightmap. In short:
+// Loads a scene that kiln bake wrote and lights it with its lightmap:
 //   const { scene, lightmap } = await loadLitScene('/bake/', 'scene.glb', renderer);
 import * as THREE from 'three';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
@@ -15,19 +15,19 @@ function uniformsOf(description) {
            kilnExposure: value(description.exposure ?? 1), kilnMostSamples: value(1) };
 }
 
-// Those that can be read here: DDS files hold what KTX2 files hold too.
+// Containers this loader reads; DDS files have the same content as KTX2 files.
 export const readable = (description) => description.encodings.filter((e) => e.container !== 'dds');
 export const encodingName = ({ name, container }) => (name === 'masters' ? name : `${name} ${container}`);
 
-// Ambient occlusion, sky visibility and bent normals are shown from the masters: they need not be loaded twice.
+// Ambient occlusion, sky visibility and bent normals are shown from the masters, so they are not loaded twice.
 const responsePlanes = (description) => new Set((description.responses ?? []).flatMap((r) => r.planes));
 const holds = (texture, planes) => texture.channels.some(({ plane }) => planes.has(plane));
 function withoutResponses(encoding, planes) {
   return { ...encoding, textures: encoding.textures.filter((t) => !holds(t, planes)) };
 }
 
-// The maps of the encoding called `name`, by itself or with its container. Without a name the first one that this
-// graphics card and the scene's coordinates allow.
+// The maps of encoding `name`, with or without its container. Without a name, the first encoding that the graphics
+// card and the scene's coordinates support.
 async function loadMaps(description, folder, renderer, name) {
   const all = readable(description), asked = all.filter((e) => encodingName(e) === name || e.name === name);
   if (name && asked.length === 0)
@@ -56,7 +56,7 @@ async function loadLightmap(description, folder, renderer, name) {
     loadEncoding(withoutResponses(masters, planes), folder, renderer, pages),
     loadEncoding({ textures: masters.textures.filter((t) => holds(t, planes)) }, folder, renderer, pages, true),
     loadEncoding({ textures: (description.diagnostics ?? []).filter((t) => holds(t, shown)) }, folder, renderer, pages)]);
-  for (const slot of diagnostics) {  // classes have no mean
+  for (const slot of diagnostics) {  // classes cannot be averaged
     const { texture } = slot.byPage(0);
     texture.magFilter = texture.minFilter = THREE.NearestFilter;
   }
@@ -72,7 +72,7 @@ async function loadLightmap(description, folder, renderer, name) {
   return lightmap;
 }
 
-// charts.bin (docs/engines.md) as a float texture, two texels a chart: scale and offset; page and turned.
+// charts.bin (docs/engines.md) as a float texture, two texels per chart: scale and offset; page and turned.
 async function loadCharts(url) {
   const view = new DataView(await (await fetchOrThrow(url)).arrayBuffer());
   const count = view.getUint32(28, true), begin = Number(view.getBigUint64(40, true));
@@ -86,7 +86,7 @@ async function loadCharts(url) {
   return { texture, across };
 }
 
-// The rectangle of a node: coordinates x scale + offset.
+// Lightmap rectangle of a node: coordinates x scale + offset.
 function movedUv(uv, scale, offset) {
   const out = new Float32Array(2 * uv.count);
   for (let v = 0; v < uv.count; ++v) {
@@ -96,7 +96,7 @@ function movedUv(uv, scale, offset) {
   return new THREE.BufferAttribute(out, 2);
 }
 
-// A geometry with the same data and the attributes that the material asks for.
+// A geometry that shares its data and adds the attributes that the material reads.
 function litGeometry(mesh, mark, node, description) {
   const from = mesh.geometry, to = new THREE.BufferGeometry();
   to.setIndex(from.index);

@@ -1,5 +1,5 @@
-// The textures of a lightmap that KILN_lightmap describes (docs/gltf.md), as three.js textures, and the GLSL that
-// turns their texels into planes. Maps are textures or texture arrays, as their files hold them.
+// The textures of a KILN_lightmap (docs/gltf.md) as three.js textures, and the GLSL that decodes their texels into
+// planes. Maps are textures or texture arrays, like their files.
 import * as THREE from 'three';
 import { HDRLoader } from 'three/addons/loaders/HDRLoader.js';
 import { readExrPlanes } from './exr_planes.js';
@@ -24,8 +24,8 @@ function setUp(texture) {
   return texture;
 }
 
-// Masters: every named channel of all pages, four to a texture array.
-// `pack`: whatever their names.
+// Masters: every named channel of all pages, four per texture array.
+// `pack`: group channels regardless of their names.
 async function loadExr(descriptions, folder, pages, pack) {
   const files = await Promise.all(descriptions.map(async (d) =>
     ({ d, exr: await readExrPlanes(await (await fetchOrThrow(folder + d.uri)).arrayBuffer()) })));
@@ -67,12 +67,12 @@ async function loadImage(description, folder, renderer) {
 }
 
 async function loadOthers(descriptions, folder, renderer, pages) {
-  const slots = new Map();  // files that differ in their page alone
+  const slots = new Map();  // files that differ only in their page
   for (const d of descriptions) {
     const key = JSON.stringify([d.channels, d.unpack, d.unpackRange]);
     if (!slots.has(key)) slots.set(key, { channels: d.channels, unpack: d.unpack ?? 'none', range: d.unpackRange ?? 1, files: [] });
     const texture = setUp(await loadImage(d, folder, renderer));
-    if (d.unpack === 'srgb') texture.colorSpace = THREE.SRGBColorSpace;  // the hardware unpacks, before it filters
+    if (d.unpack === 'srgb') texture.colorSpace = THREE.SRGBColorSpace;  // hardware decodes before filtering
     slots.get(key).files.push({ first: d.page, layers: d.layers, texture });
   }
   for (const slot of slots.values())
@@ -91,7 +91,7 @@ export async function loadEncoding(encoding, folder, renderer, pages, pack = fal
 const isArray = (texture) => texture.isDataArrayTexture || texture.isCompressedArrayTexture;
 const number = (x) => (Number.isInteger(x) ? `${x}.0` : `${x}`);
 
-// GLSL of functions NAME_PLANE... : samplers, and `Planes` as a list of float variables that `body` may use.
+// GLSL for functions NAME_PLANE...: samplers, and `Planes` as a list of float variables that `body` may use.
 export function planesGlsl(slots, prefix, page) {
   const declarations = [], code = [], uniforms = {}, known = new Set();
   const products = [];

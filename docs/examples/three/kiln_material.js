@@ -1,9 +1,9 @@
-// Lights a three.js scene by a lightmap of KILN_lightmap: geometry gets the map's coordinates, materials the GLSL
-// that evaluates it. Works on MeshStandardMaterial and MeshPhysicalMaterial; unlit ones are only exposed.
+// Lights a three.js scene with a KILN_lightmap: geometry gets the map's coordinates, materials the GLSL that
+// evaluates it. Supports MeshStandardMaterial and MeshPhysicalMaterial; unlit ones are only exposed.
 import * as THREE from 'three';
 import { planesGlsl } from './kiln_maps.js';
 
-// In place of three's light at a pixel, and of what is shown in the end.
+// Replaces three's lighting of a pixel, and its final colour.
 const VIEW = /* glsl */`
 uniform int kilnView, kilnLight;
 uniform bool kilnFilmic, kilnSpecularOn, kilnPlain;
@@ -14,7 +14,7 @@ vec3 kilnCurve(vec3 x) {
   x = max(x, 0.0) * kilnExposure;
   return kilnFilmic ? clamp((x * (2.51 * x + 0.03)) / (x * (2.43 * x + 0.59) + 0.14), 0.0, 1.0) : x;
 }
-vec3 kilnLinear(vec3 srgb) {  // colours of legends are given as they shall look
+vec3 kilnLinear(vec3 srgb) {  // legend colours are given in sRGB
   return mix(srgb / 12.92, pow((srgb + 0.055) / 1.055, vec3(2.4)), step(0.04045, srgb));
 }
 vec3 kilnHeat(float x) {  // black, blue, green, yellow, red
@@ -48,7 +48,7 @@ ${responses.declarations}
 ${diagnostics.declarations}
 ${hasBasis ? fetchL1('kilnFetch', maps) : 'KilnL1 kilnFetch(vec3 place) { return KilnL1(vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0)); }'}
 ${!hasBasis || masters === maps ? 'KilnL1 kilnFetchMaster(vec3 place) { return kilnFetch(place); }' : fetchL1('kilnFetchMaster', masters)}
-vec3 kilnFetchE(vec3 place) {  // without light: as under a white sky
+vec3 kilnFetchE(vec3 place) {  // maps without light: as under a white sky
 ${light ? `${light.code}\nreturn vec3(E_R, E_G, E_B);` : 'return vec3(KILN_PI);'}
 }
 vec2 kilnFetchVisibility(vec3 place) {
@@ -84,8 +84,8 @@ function vertexGlsl(charts) {
            body: `${place}\nvKilnColour = kilnColour;\n` };
 }
 
-// A copy of `material` that is lit by page `page`. `lightmap`: what loadLightmap gave. `charts`: the chart table as
-// a texture, for primitives whose coordinates are in charts.
+// A copy of `material` lit by page `page`. `lightmap`: from loadLightmap. `charts`: the chart table as a texture,
+// for primitives whose coordinates are relative to charts.
 export function litMaterial(material, lightmap, page, charts = null) {
   const copy = material.clone();
   const maps = planesGlsl(lightmap.maps, 'kiln', page);
@@ -105,7 +105,7 @@ export function litMaterial(material, lightmap, page, charts = null) {
       .replace('#include <lights_fragment_maps>', /* glsl */`
         vec3 kilnPlace = vec3(vKilnUv, vKilnPage);
         KilnL1 kilnTexel = kilnFetch(kilnPlace);
-        // The bake saw the front side; a double-sided surface has its light on both.
+        // Only the front side is baked; a double-sided surface uses its light on both sides.
         vec3 kilnNormal = inverseTransformDirection(normal, viewMatrix) * faceDirection;
         vec3 kilnE = kilnIrradiance(kilnTexel, kilnNormal, kilnPlace);
         #include <lights_fragment_maps>
@@ -136,7 +136,7 @@ export function litMaterial(material, lightmap, page, charts = null) {
   return copy;
 }
 
-// Unlit materials shine by themselves: they are exposed like everything.
+// Unlit materials emit their colour, which is exposed like everything else.
 export function exposedMaterial(material, lightmap) {
   const copy = material.clone();
   copy.onBeforeCompile = (shader) => {
@@ -149,7 +149,7 @@ export function exposedMaterial(material, lightmap) {
   return copy;
 }
 
-// Number of the chart of every vertex: vertices are split at chart borders, so charts are what faces connect.
+// Chart number of every vertex: vertices are split at chart borders, so charts are the connected components.
 export function chartNumbers(geometry) {
   const count = geometry.attributes.position.count, index = geometry.index;
   const parent = new Uint32Array(count).map((_, i) => i);

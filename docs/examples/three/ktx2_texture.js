@@ -1,5 +1,5 @@
-// KTX2 files of raw or block-compressed texels as three.js textures. three's KTX2Loader (r187) is made for Basis
-// Universal: it knows neither BC6H nor arrays of raw blocks. Its parser and its zstd decoder are used here.
+// Loads KTX2 files of raw or block-compressed texels as three.js textures. three's KTX2Loader (r187) is made for
+// Basis Universal and supports neither BC6H nor arrays of raw blocks. This uses its parser and zstd decoder.
 import * as THREE from 'three';
 import { read } from 'three/addons/libs/ktx-parse.module.js';
 import { ZSTDDecoder } from 'three/addons/libs/zstddec.module.js';
@@ -41,7 +41,7 @@ function typed(bytes, type) {
   return Kind ? new Kind(bytes.slice().buffer) : bytes;
 }
 
-// `renderer`: to ask whether the graphics card knows the format.
+// `renderer`: queried for the formats that the graphics card supports.
 export async function readKtx2(buffer, renderer) {
   const container = read(new Uint8Array(buffer)), known = FORMATS[container.vkFormat];
   if (!known) throw new Error(`format ${container.vkFormat} is not read`);

@@ -26,7 +26,7 @@ function fail(error) {
 function makeRenderer() {
   const renderer = new THREE.WebGLRenderer({ antialias: on('antialias', true), preserveDrawingBuffer: true });
   renderer.setPixelRatio(query.has('ratio') ? Number(query.get('ratio')) : devicePixelRatio);
-  renderer.toneMapping = THREE.NoToneMapping;  // the materials do it themselves
+  renderer.toneMapping = THREE.NoToneMapping;  // the materials do it
   renderer.setClearColor(0x15171a);
   document.body.append(renderer.domElement);
   renderer.extensions.has('OES_texture_float_linear');
@@ -53,7 +53,7 @@ function makeCamera(scene, renderer) {
   if (query.has('target')) target.fromArray(query.get('target').split(',').map(Number));
   if (query.has('fov')) camera.fov = Number(query.get('fov'));
   const pose = camera.quaternion.clone();
-  const controls = new OrbitControls(camera, renderer.domElement);  // turns the camera to the origin
+  const controls = new OrbitControls(camera, renderer.domElement);  // points the camera at the origin
   controls.target.copy(target);
   if (own && !query.has('target') && !query.has('eye')) camera.quaternion.copy(pose);
   else controls.update();
@@ -71,7 +71,7 @@ function applySwitches(scene, textures, normals) {
   });
 }
 
-// Those of what was baked.
+// Views of the quantities that were baked.
 function viewsOf({ description }) {
   const responses = new Set((description.responses ?? []).map((r) => r.name));
   const light = ['irradiance', 'directions', 'error', 'encode-error'];
@@ -85,7 +85,7 @@ function addControls(state, lightmap, redraw) {
   fill('light', lightmap.hasBasis ? LIGHTS : LIGHTS.slice(0, 1));
   fill('encoding', readable(lightmap.description).map((e) => [encodingName(e)]));
   byId('encoding').value = lightmap.encoding;
-  byId('encoding').onchange = () => {  // other maps: other shaders, so the page is loaded anew
+  byId('encoding').onchange = () => {  // other maps need other shaders: reload the page
     query.set('encoding', byId('encoding').value);
     location.search = query;
   };
