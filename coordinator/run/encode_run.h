@@ -1,6 +1,8 @@
 // Textures again from the masters of a finished bake: no ray is traced.
 #pragma once
 
+#include <set>
+
 #include "coordinator/run/bake_run.h"
 
 namespace kiln {
@@ -16,8 +18,10 @@ struct EncodeReport {
   BakeSettings settings;  // as used
   std::vector<TextureFigures> textures;
   std::vector<OutputFile> files;
-  std::string unmet;   // as BakeReport's
-  double seconds = 0;  // of the textures
+  std::set<std::string> written;       // every file but encode.json
+  std::set<std::string> added_before;  // by earlier runs into the bake's own folder
+  std::string unmet;                   // as BakeReport's
+  double seconds = 0;                  // of the textures
 };
 
 // Builds the atlas again from the scene and the settings of the bake, reads the masters, and makes textures
