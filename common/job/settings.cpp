@@ -526,6 +526,13 @@ const Setting kTable[] = {
      "on: also write scene_unlit.glb, light baked into base-colour textures, for any viewer",
      [](B& b, S s) { return store_switch(b.embed_basecolor, s); },
      [](const B& b) { return print_switch(b.embed_basecolor); }},
+    {"lamps", "WORD", "",
+     "lamps and sky whose light is in the map, in scene.glb: drop: left out, so that no viewer lights twice; "
+     "mark: kept, with extras.kiln.baked; keep: as they are",
+     [](B& b, S s) {
+       return store_word(b.lamps, s, {"drop", "keep", "mark"});
+     },
+     [](const B& b) { return b.lamps; }},
     {"sampler", "NAME", "", "random numbers: owen (scrambled Sobol'), halton, pmj02 or random", parse_sampler,
      [](const B& b) { return b.sampler; }},
     {"watertight", "WORD", "",
@@ -598,7 +605,29 @@ const BasisInfo& basis_of(const BakeSettings& b) {
   return basis_roster()[basis_index(b)];
 }
 
+namespace {
+
+// A wish about scene.glb that needs light in the map; defaults do without.
+Status check_lit_scene(const BakeSettings& b) {
+  if (b.source.contains("lamps") && b.lamps != "keep" && !has_direct_light(b))
+    return refuse(
+        text("--lamps {} is for lamps that are in the map, and with {} none is: use --lamps keep, or "
+             "{}",
+             b.lamps,
+             b.quantities.light ? "--components indirect" : "--quantities " + print_quantities(b.quantities),
+             b.quantities.light ? "bake direct light too" : "add light to --quantities"));
+  if (b.source.contains("embed-basecolor") && b.embed_basecolor && !b.quantities.light)
+    return refuse(
+        text("--embed-basecolor on draws light into textures, and --quantities {} bakes none: leave "
+             "it off, or add light",
+             print_quantities(b.quantities)));
+  return {};
+}
+
+}  // namespace
+
 Status check_settings(const BakeSettings& b) {
+  KILN_TRY_STATUS(check_lit_scene(b));
   if (b.two_pass && !b.quantities.responses.empty())
     return refuse(
         text("--two-pass on takes texels from charts by their light alone, and {} would lose them too: leave "

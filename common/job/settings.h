@@ -67,8 +67,9 @@ struct BakeSettings {
   bool contact_cuts = true;  // layout pack
   bool instanced = false;    // scene_instanced.glb, layout pack
   GltfLightmaps gltf_lightmap;
-  bool embed_basecolor = false;  // scene_unlit.glb
-  std::string keep_layout;       // charts.json of an earlier bake; empty: none
+  bool embed_basecolor = true;  // scene_unlit.glb, of bakes with light
+  std::string lamps = "drop";   // in scene.glb, those whose light is in the map: drop, keep, mark
+  std::string keep_layout;      // charts.json of an earlier bake; empty: none
   std::vector<std::string> encodings = {"bc6h"};
   bool dds = true, ktx2 = true;
   std::string encode_effort = "normal";      // fast, normal, best
@@ -103,6 +104,12 @@ struct Setting {
 };
 
 std::span<const Setting> settings_table();
+
+// Whether light straight from lamps and skies is in the map; a lamp whose extras.kiln.bake is not "full" is
+// an exception.
+inline bool has_direct_light(const BakeSettings& settings) {
+  return settings.quantities.light && settings.direct;
+}
 
 // The names that --encode accepts; coordinator/output/textures defines each.
 std::span<const std::string_view> encoding_names();

@@ -67,6 +67,9 @@ void print_result(const BakeReport& r, const std::string& folder) {
       "load:     %s/scene.glb, and %s\n",
       r.settings.preview ? "          " : "look at:  ", folder.c_str(), folder.c_str(), folder.c_str(),
       r.textures.empty() ? "irradiance.exr" : "the lightmap_* textures that it names");
+  if (r.lamps.mode == "drop" && !r.lamps.in_map.empty())
+    std::printf("          %zu of its lamps left out, because the map has their light (--lamps)\n",
+                r.lamps.in_map.size());
 }
 
 int run(const Arguments& a, const BakeSettings& settings) {

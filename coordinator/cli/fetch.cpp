@@ -1,8 +1,11 @@
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <set>
 
 #include "common/base/format.h"
 #include "coordinator/cli/service_options.h"
+#include "coordinator/run/publish_folder.h"
 
 namespace kiln {
 namespace fs = std::filesystem;
@@ -15,12 +18,24 @@ Status fetch_results(ServiceClient& client, uint64_t job, const std::string& fol
   std::error_code code;
   fs::create_directories(folder, code);
   if (code) return fail(ErrorKind::kIo, text("cannot make {}: {}", folder, code.message()));
+  std::vector<const JsonValue*> wanted;
+  std::set<std::string> names;
   for (const JsonValue& file : files->items) {
     const std::string path = text_of(file, "path");
     // Results are plain file names; anything else might lie outside this folder.
     if (path.empty() || path.find('/') != std::string::npos || path.front() == '.')
       return fail(ErrorKind::kProtocol,
                   text("the coordinator names a result '{}', which is not a file name", path));
+    wanted.push_back(&file);
+    if (path != "report.json") names.insert(path);
+  }
+  // Nothing of an earlier bake stays. report.json comes last: a folder that has one is whole.
+  KILN_TRY_STATUS(remove_earlier_bake(folder, names));
+  std::stable_partition(wanted.begin(), wanted.end(),
+                        [](const JsonValue* file) { return text_of(*file, "path") != "report.json"; });
+  for (const JsonValue* one : wanted) {
+    const JsonValue& file = *one;
+    const std::string path = text_of(file, "path");
     KILN_TRY(const Digest digest, Digest::from_hex(text_of(file, "digest")));
     KILN_TRY_STATUS(
         client.download({job, path, digest, whole_of(file, "size")}, fs::path(folder) / path, {}));

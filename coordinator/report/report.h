@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -69,6 +70,14 @@ struct TwoPassFigures {
   std::string collapsed[kCollapseReasons];
 };
 
+// What became of the file's lamps in scene.glb.
+struct LampReport {
+  std::string mode;                 // "drop", "keep", "mark": what was done
+  std::vector<std::string> in_map;  // names of lamps whose direct light is in the map
+  bool sky_in_map = false;          // the direct light of an environment is
+  uint64_t others = 0;              // lamps that scene.glb has in any mode
+};
+
 struct BakeReport {
   std::filesystem::path scene_path;
   BakeSettings settings;
@@ -98,6 +107,8 @@ struct BakeReport {
   std::string
       unmet;  // why the bake failed although its masters are complete, in a sentence; empty: it succeeded
   std::vector<OutputFile> outputs;
+  LampReport lamps;
+  std::set<std::string> files;  // all that the bake wrote but report.json: the next bake replaces them
 };
 
 std::string_view validity_name(Validity v);

@@ -166,6 +166,12 @@ std::string facts(const BakeReport& r) {
   row("atlas used", text("{:.1f} %", 100.0 * r.owned_texels / std::max<uint64_t>(1, r.plan.texels)));
   for (int i = 0; i < kValidityClasses; ++i)
     row(text("texels {}", validity_name(static_cast<Validity>(i))), text("{}", r.texels_by_class[i]));
+  if (!r.lamps.in_map.empty()) {
+    const char* fate = r.lamps.mode == "drop"   ? "left out of"
+                       : r.lamps.mode == "mark" ? "marked in"
+                                                : "kept in";
+    row("lamps in the map", text("{}, {} scene.glb", r.lamps.in_map.size(), fate));
+  }
   row("units answered twice / reassigned", text("{} / {}", r.farm.duplicates, r.farm.reassigned));
   row("samples beyond the range of a float", text("{}", r.farm.nonfinite));
   for (const NonfinitePlace& p : r.nonfinite)

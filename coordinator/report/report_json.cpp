@@ -99,6 +99,13 @@ void write_nonfinite(JsonWriter& w, const BakeReport& r) {
   w.end_array();
 }
 
+void write_lamps(JsonWriter& w, const LampReport& lamps) {
+  w.key("lamps").begin_object().pair("mode", lamps.mode).pair("others", lamps.others);
+  w.pair("sky_in_map", lamps.sky_in_map).key("in_map").begin_array();
+  for (const std::string& name : lamps.in_map) w.value(name);
+  w.end_array().end_object();
+}
+
 void write_lods(JsonWriter& w, const BakeReport& r) {
   w.key("lods").begin_array();
   for (const DisplayFit& f : r.lods) {
@@ -189,6 +196,7 @@ std::string report_json(const BakeReport& r) {
   write_passes(w, r);
   write_farm(w, r.farm);
   write_nonfinite(w, r);
+  write_lamps(w, r.lamps);
   write_lods(w, r);
   write_textures(w, r.textures);
   w.key("notes").begin_array();
@@ -205,6 +213,9 @@ std::string report_json(const BakeReport& r) {
         .pair("master", f.master)
         .pair("sha256", f.digest.hex())
         .end_object();
+  w.end_array();
+  w.key("files").begin_array();
+  for (const std::string& name : r.files) w.value(name);
   w.end_array();
   return w.end_object().take();
 }

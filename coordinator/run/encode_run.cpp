@@ -10,7 +10,9 @@
 #include "common/responses/basis.h"
 #include "coordinator/bake/collapse/same_charts.h"
 #include "coordinator/output/chart_table/chart_table.h"
+#include "coordinator/output/context/context.h"
 #include "coordinator/report/texture_report.h"
+#include "coordinator/run/publish_folder.h"
 #include "coordinator/scene/imageio/exr.h"
 
 namespace kiln {
@@ -101,6 +103,35 @@ LayoutWish layout_of(const JsonValue& json) {
   return wish;
 }
 
+// Blocks cannot hold what is no number, and a texture would show it as light or a hole.
+Status check_finite(const fs::path& path, const std::string& channel, std::span<const float> values,
+                    uint32_t width) {
+  for (size_t t = 0; t < values.size(); ++t)
+    if (!std::isfinite(values[t]))
+      return refuse(
+          text("{}: channel {} is {} at texel ({}, {}): the file was changed or damaged since the bake. "
+               "Bake again, or put back the file that report.json has the SHA-256 of",
+               path.string(), channel, values[t], t % width, t / width));
+  return {};
+}
+
+// Textures are of what the bake stored.
+Status check_fit(const fs::path& folder, const Atlas& atlas, const BakeSettings& settings) {
+  const fs::path path = folder / page_name(settings.basis, "exr", 0, atlas.pages);
+  KILN_TRY(const ExrNotes notes, read_exr_notes(path));
+  const auto basis = notes.find("basis"), fit = notes.find("fit");
+  if (basis != notes.end() && basis->second != settings.basis)
+    return refuse(text("{}: it says that it holds the basis {}", path.string(), basis->second));
+  // Bakes whose headers do not say so are projections.
+  const std::string baked = fit == notes.end() ? "project" : fit->second;
+  if (baked != fit_name(settings))
+    return refuse(
+        text("{}: its {} is a fit by '{}', and textures of '{}' are asked for: encode makes textures of "
+             "what the bake stored. Leave the setting out, or bake again with it",
+             path.string(), settings.basis, baked, fit_name(settings)));
+  return {};
+}
+
 // Reads one master, pages stacked, into planes of the map; `names`: (channel of the file, plane).
 Status read_master(const fs::path& folder, const std::string& stem, const Atlas& atlas,
                    const std::vector<std::pair<std::string, std::string>>& names, Planes& planes) {
@@ -116,6 +147,7 @@ Status read_master(const fs::path& folder, const std::string& stem, const Atlas&
       if (std::find(file.names.begin(), file.names.end(), names[k].first) == file.names.end())
         return refuse(text("{}: it has no channel {}", path.string(), names[k].first));
       const std::vector<float>& channel = file.plane(names[k].first);
+      KILN_TRY_STATUS(check_finite(path, names[k].first, channel, file.width));
       all[k].insert(all[k].end(), channel.begin(), channel.end());
     }
   }
@@ -143,7 +175,10 @@ Status read_light(const fs::path& folder, const Atlas& atlas, const BakeSettings
   for (const std::string_view function : basis.functions)
     for (const char* channel : {".R", ".G", ".B"})
       names.emplace_back(std::string(function) + channel, std::string(function) + channel);
-  if (!names.empty()) KILN_TRY_STATUS(read_master(folder, std::string(basis.name), atlas, names, map.planes));
+  if (!names.empty()) {
+    KILN_TRY_STATUS(check_fit(folder, atlas, settings));
+    KILN_TRY_STATUS(read_master(folder, std::string(basis.name), atlas, names, map.planes));
+  }
   map.bounds = direction_bounds(basis);
   KILN_TRY_STATUS(read_master(folder, "error", atlas, {{"Y", "error"}}, map.planes));
   std::vector<std::string> bands, measured;
@@ -215,6 +250,16 @@ Status check_layout(const EncodeRequest& r, const Preflight& pre, const Lightmap
   return {};
 }
 
+// Textures that earlier runs added to the bake's folder: the next bake there removes them too.
+std::set<std::string> files_of_earlier_encodes(const fs::path& folder, const std::set<std::string>& written) {
+  const auto earlier = read_file(folder / "encode.json", kMaxReportBytes);
+  if (!earlier) return {};
+  std::set<std::string> names =
+      listed_files({reinterpret_cast<const char*>(earlier->data()), earlier->size()});
+  for (const std::string& name : written) names.erase(name);
+  return names;
+}
+
 }  // namespace
 
 Expected<EncodeReport> run_encode(const EncodeRequest& request,
@@ -229,18 +274,25 @@ Expected<EncodeReport> run_encode(const EncodeRequest& request,
   KILN_TRY(const Lightmap map, read_lightmap(request.from, pre.atlas, report.settings));
   KILN_TRY_STATUS(check_layout(request, pre, map));
   KILN_TRY_STATUS(prepare_output_folder(request.output, pre.plan.output_bytes));
+  KILN_TRY(PublishFolder folder, PublishFolder::open(request.output));
   progress({.stage = "textures"});
   const Stopwatch watch;
   KILN_TRY(const TextureResult textures,
-           make_textures({pre.imported.scene, pre.atlas, map, report.settings, request.output}));
+           make_textures({pre.imported.scene, pre.atlas, map, report.settings, folder.path()}));
   report.seconds = watch.seconds();
   report.textures = textures.figures;
   report.unmet = beyond_bound(textures, report.settings);
   progress({.stage = "publish"});
   KILN_TRY(report.files, write_outputs({report.settings, pre.imported.scene, pre.atlas, pre.imported.document,
-                                        map, request.output, &pre.imported.display, &pre.projection,
+                                        map, folder.path(), &pre.imported.display, &pre.projection,
                                         &textures.list, &textures.files}));
-  KILN_TRY_STATUS(write_file_atomic(request.output / "encode.json", encode_json(report)));
+  KILN_TRY(report.written, folder.names());
+  // Into the bake's own folder textures are added; its report stays that of the bake.
+  std::error_code code;
+  const bool adds = fs::equivalent(request.from, request.output, code) && !code;
+  if (adds) report.added_before = files_of_earlier_encodes(request.output, report.written);
+  KILN_TRY_STATUS(write_file_atomic(folder.path() / "encode.json", encode_json(report)));
+  KILN_TRY_STATUS(folder.publish("encode.json", adds ? Earlier::kKeep : Earlier::kRemove));
   return report;
 }
 
@@ -253,6 +305,12 @@ std::string encode_json(const EncodeReport& r) {
   for (const OutputFile& f : r.files)
     w.begin_object().pair("file", f.name).pair("bytes", f.bytes).pair("sha256", f.digest.hex()).end_object();
   w.end_array();
+  for (const auto& [key, names] :
+       {std::pair("files", &r.written), std::pair("added_before", &r.added_before)}) {
+    w.key(key).begin_array();
+    for (const std::string& name : *names) w.value(name);
+    w.end_array();
+  }
   return w.end_object().take();
 }
 

@@ -1,6 +1,8 @@
 // Encodes textures again from the masters of a finished bake, without tracing rays.
 #pragma once
 
+#include <set>
+
 #include "coordinator/run/bake_run.h"
 
 namespace kiln {
@@ -16,8 +18,10 @@ struct EncodeReport {
   BakeSettings settings;  // the settings used
   std::vector<TextureFigures> textures;
   std::vector<OutputFile> files;
-  std::string unmet;   // as in BakeReport
-  double seconds = 0;  // spent on textures
+  std::set<std::string> written;       // every file but encode.json
+  std::set<std::string> added_before;  // by earlier runs into the bake's own folder
+  std::string unmet;                   // as in BakeReport
+  double seconds = 0;                  // spent on textures
 };
 
 // Rebuilds the atlas from the scene and the bake's settings, reads the masters, and writes textures and the

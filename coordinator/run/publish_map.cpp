@@ -6,6 +6,7 @@
 #include "coordinator/output/textures/textures.h"
 #include "coordinator/report/report_pictures.h"
 #include "coordinator/run/bake_stages.h"
+#include "coordinator/run/publish_folder.h"
 
 namespace kiln {
 namespace {
@@ -38,6 +39,25 @@ BakeSettings picture_settings(const BakeRequest& request, const TimeBudget& budg
   return settings;
 }
 
+// Without scene_unlit.glb, where time is short and nobody asked for it.
+BakeSettings output_settings(const BakeRequest& request, const TimeBudget& budget, BakeReport& report) {
+  BakeSettings settings = request.settings;
+  if (!budget.is_quick() || !settings.embed_basecolor || settings.source.contains("embed-basecolor"))
+    return settings;
+  settings.embed_basecolor = false;
+  report.notes.push_back(
+      {ImportNote::Kind::kIgnored, "there is no scene_unlit.glb: the time limit left no time for it"});
+  return settings;
+}
+
+// What became of the lamps of scene.glb.
+void report_lamps(const LampChoice& lamps, const Display& display, BakeReport& report) {
+  report.lamps.mode = lamps.mode;
+  for (const DisplayLamp* lamp : lamps.in_map) report.lamps.in_map.push_back(lamp->name);
+  report.lamps.sky_in_map = lamps.sky;
+  report.lamps.others = display.lamps.size() - lamps.in_map.size();
+}
+
 }  // namespace
 
 bool complete_map(const BakeRun& run, Lightmap& map) {
@@ -64,6 +84,7 @@ Status publish_map(const BakeRun& run, const Lightmap& map, bool seams) {
   const Preflight& pre = run.preflight;
   BakeReport& report = run.report;
   const TimeBudget& budget = run.budget;
+  KILN_TRY(PublishFolder folder, PublishFolder::open(request.output));
   count_classes(map, pre.atlas, report);
   run.progress({.stage = "publish"});
   ReportPictures pictures;
@@ -79,29 +100,40 @@ Status publish_map(const BakeRun& run, const Lightmap& map, bool seams) {
                               "quarter of their blocks, and masters are written without compression: the "
                               "time limit left no more time"});
     }
-    KILN_TRY(textures, make_textures({pre.imported.scene, pre.atlas, map, settings, request.output,
+    KILN_TRY(textures, make_textures({pre.imported.scene, pre.atlas, map, settings, folder.path(),
                                       budget.is_quick() ? 4u : 1u, &run.seams}));
     report.textures = textures.figures;
     report.unmet = beyond_bound(textures, request.settings);
   }
   {
     const StageTimer timer(report.stages, "encode");
-    KILN_TRY(report.outputs,
-             write_outputs({request.settings, pre.imported.scene, pre.atlas, pre.imported.document, map,
-                            request.output, &pre.imported.display, &pre.projection, &textures.list,
-                            &textures.files, !budget.is_quick()}));
+    const OutputContext context{output_settings(request, budget, report),
+                                pre.imported.scene,
+                                pre.atlas,
+                                pre.imported.document,
+                                map,
+                                folder.path(),
+                                &pre.imported.display,
+                                &pre.projection,
+                                &textures.list,
+                                &textures.files,
+                                !budget.is_quick()};
+    KILN_TRY(report.outputs, write_outputs(context));
+    report_lamps(choose_lamps(context), pre.imported.display, report);
   }
   if (request.pictures) {
     const StageTimer timer(report.stages, "preview");
-    KILN_TRY(pictures, write_pictures(request.output, pre.imported, pre.atlas, map,
+    KILN_TRY(pictures, write_pictures(folder.path(), pre.imported, pre.atlas, map,
                                       picture_settings(request, budget, report)));
   }
   report.total_seconds = run.watch.seconds();
   if (request.pictures) {
     KILN_TRY(const std::string page, report_html(report, map, pictures, textures.error_pictures));
-    KILN_TRY_STATUS(write_file_atomic(request.output / "report.html", page));
+    KILN_TRY_STATUS(write_file_atomic(folder.path() / "report.html", page));
   }
-  return write_file_atomic(request.output / "report.json", report_json(report));
+  KILN_TRY(report.files, folder.names());
+  KILN_TRY_STATUS(write_file_atomic(folder.path() / "report.json", report_json(report)));
+  return folder.publish("report.json");
 }
 
 }  // namespace kiln

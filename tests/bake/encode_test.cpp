@@ -1,9 +1,12 @@
 // Textures made again from masters are the textures of the bake.
+#include <cmath>
 #include <fstream>
+#include <limits>
 #include <map>
 
 #include "common/base/files.h"
 #include "coordinator/run/encode_run.h"
+#include "coordinator/scene/imageio/exr.h"
 #include "tests/bake/scene_gltf.h"
 
 namespace kiln {
@@ -93,6 +96,70 @@ TEST_F(Encode, RefusesWhatDoesNotBelongTogether) {
   std::filesystem::remove(out() / "report.json");
   EXPECT_NE(refusal(encode("x")).find("no output folder of a bake"), std::string::npos);
   EXPECT_FALSE(std::filesystem::exists(dir_.path() / "x"));
+}
+
+// Writes one channel's first texel anew, and the header's notes.
+void change_master(const std::filesystem::path& path, const std::string& channel, float value,
+                   const ExrNotes& notes) {
+  Planes planes = *read_exr(path);
+  planes.plane(channel)[planes.width + 2] = value;
+  std::vector<ExrChannel> channels;
+  for (size_t k = 0; k < planes.names.size(); ++k)
+    channels.push_back({planes.names[k], planes.data[k].data()});
+  ASSERT_TRUE(write_exr(path, planes.width, planes.height, channels, {}, notes));
+}
+
+TEST_F(Encode, RefusesMastersThatAreNoNumbers) {
+  for (const float bad : {std::nanf(""), std::numeric_limits<float>::infinity()})
+    for (const auto& [file, channel] : {std::pair("irradiance", "G"), {"sh_l1", "L1y.B"}, {"error", "Y"}}) {
+      const std::filesystem::path path = out() / (std::string(file) + ".exr");
+      const Bytes before = *read_file(path);
+      change_master(path, channel, bad, *read_exr_notes(path));
+      const auto result = encode("x");
+      const std::string why = refusal(result);
+      for (const std::string& part : {path.filename().string(), std::string("channel ") + channel,
+                                      std::string("texel (2, 1)"), std::string("Bake again")})
+        EXPECT_NE(why.find(part), std::string::npos) << why;
+      if (!result) EXPECT_EQ(result.error().kind, ErrorKind::kInvalidInput);  // exit status 2
+      ASSERT_TRUE(write_file_atomic(path, before));
+    }
+  EXPECT_FALSE(std::filesystem::exists(dir_.path() / "x"));
+}
+
+TEST_F(Encode, RefusesAnotherFitOrBasis) {
+  const std::filesystem::path path = out() / "sh_l1.exr";
+  ExrNotes notes = *read_exr_notes(path);
+  EXPECT_EQ(notes["basis"], "sh_l1");
+  const std::string fit = notes["fit"];
+  EXPECT_EQ(fit, "project");
+  const float same = read_exr(path)->plane("L0.R")[read_exr(path)->width + 2];
+  notes["fit"] = "other";
+  change_master(path, "L0.R", same, notes);
+  const std::string why = refusal(encode("x"));
+  for (const char* part : {"sh_l1.exr", "'other'", "'project'", "bake again"})
+    EXPECT_NE(why.find(part), std::string::npos) << why;
+  notes["basis"] = "h6";
+  change_master(path, "L0.R", same, notes);
+  EXPECT_NE(refusal(encode("x")).find("basis h6"), std::string::npos);
+  EXPECT_FALSE(std::filesystem::exists(dir_.path() / "x"));
+  change_master(path, "L0.R", same, {});  // of a release whose headers said nothing
+  EXPECT_TRUE(encode("x"));
+}
+
+// Every EXR says what it is.
+TEST_F(Encode, HeadersSayQuantityUnitBasisFitAndVersion) {
+  size_t seen = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(out())) {
+    if (entry.path().extension() != ".exr") continue;
+    const auto notes = read_exr_notes(entry.path());
+    ASSERT_TRUE(notes) << entry.path();
+    for (const char* key : {"quantity", "unit", "basis", "fit", "version"})
+      EXPECT_TRUE(notes->contains(key) && !notes->at(key).empty()) << entry.path() << " " << key;
+    const bool of_basis = entry.path().filename().string().find("sh_l1") != std::string::npos;
+    EXPECT_EQ(notes->at("basis") == "sh_l1", of_basis || entry.path().stem() == "measured") << entry.path();
+    ++seen;
+  }
+  EXPECT_GE(seen, 6u);
 }
 
 }  // namespace

@@ -251,6 +251,21 @@ std::vector<Case> cases() {
     return spoiled(
         dir, [](SmallScene&) {}, "--quantities light,ao --two-pass on");
   });
+  add("lamps to be left out of a map without light", 2, {"--lamps drop", "ao", "--lamps keep"},
+      [](const fs::path& dir) {
+        return spoiled(
+            dir, [](SmallScene&) {}, "--quantities ao --lamps drop");
+      });
+  add("lamps to be marked in a map of reflections", 2, {"--lamps mark", "indirect", "--lamps keep"},
+      [](const fs::path& dir) {
+        return spoiled(
+            dir, [](SmallScene&) {}, "--components indirect --lamps mark");
+      });
+  add("light in textures without light", 2, {"--embed-basecolor on", "ao", "leave it off"},
+      [](const fs::path& dir) {
+        return spoiled(
+            dir, [](SmallScene&) {}, "--quantities ao --embed-basecolor on");
+      });
   add("value out of range", 2, {"--error", "-1"}, [](const fs::path& dir) {
     return spoiled(
         dir, [](SmallScene&) {}, "--error=-1");

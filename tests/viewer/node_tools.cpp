@@ -13,6 +13,14 @@ std::optional<std::string> no_node_tools(bool browser) {
   return std::nullopt;
 }
 
+std::optional<std::string> no_engines() {
+  if (auto why = no_node_tools(true)) return why;
+  const fs::path engines = source_dir() / "tests/node/engines";
+  for (const char* module : {"three", "babylonjs", "babylonjs-loaders", "playcanvas"})
+    if (!fs::exists(engines / "node_modules" / module)) return "run: npm ci --prefix " + engines.string();
+  return std::nullopt;
+}
+
 std::string node_script(const std::string& name) {
   return "node '" + (source_dir() / "tests/node" / name).string() + "'";
 }

@@ -9,6 +9,8 @@ namespace kiln::test {
 // Why tests/node cannot run here (with what to do); nothing: it can. `browser`: Chromium is needed too, and
 // three.js.
 std::optional<std::string> no_node_tools(bool browser);
+// The same of the engines of tests/node/engines.
+std::optional<std::string> no_engines();
 std::string node_script(const std::string& name);  // `node .../tests/node/NAME`, quoted for the shell
 
 }  // namespace kiln::test

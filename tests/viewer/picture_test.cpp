@@ -6,11 +6,11 @@
 #include "coordinator/output/textures/texel_codec.h"
 #include "coordinator/picture/raster.h"
 #include "coordinator/report/preview.h"
-#include "coordinator/run/bake_run.h"
 #include "coordinator/scene/imageio/exr.h"
 #include "coordinator/scene/imageio/imageio.h"
 #include "coordinator/viewer/view_server.h"
 #include "tests/viewer/node_tools.h"
+#include "tests/viewer/published.h"
 
 namespace kiln {
 namespace {
@@ -19,29 +19,7 @@ namespace fs = std::filesystem;
 constexpr uint32_t kWidth = 480, kHeight = 270;
 constexpr float kExposure = 0.5f;
 
-// The scene and its atlas as the bake had them, and the maps that it published.
-struct Published {
-  ImportResult imported;
-  Atlas atlas;
-  Lightmap map;
-};
-
-Expected<Published> read_published(const fs::path& scene, const BakeSettings& settings,
-                                   const fs::path& folder) {
-  Published p;
-  std::vector<StageTime> times;
-  KILN_TRY(Preflight pre, run_preflight(scene, settings, times, [](const BakeProgress&) {}));
-  p.imported = std::move(pre.imported);
-  p.atlas = std::move(pre.atlas);
-  KILN_TRY(const Planes e, read_exr(folder / "irradiance.exr"));
-  KILN_TRY(const Planes v, read_exr(folder / "validity.exr"));
-  p.map.page_height = e.height;
-  p.map.planes.width = e.width;
-  p.map.planes.height = e.height;
-  for (const char* name : {"R", "G", "B"}) p.map.planes.add(std::string("E.") + name) = e.plane(name);
-  for (const float c : v.plane("Y")) p.map.validity.push_back(static_cast<Validity>(static_cast<int>(c)));
-  return p;
-}
+using test::Published;
 
 // Pixels to compare: 0, or by how much of displayed steps the lookup itself may differ, plus 1.
 //   Left out are pixels whose 3 x 3 neighbours do not all show one chart (silhouettes and creases: which
@@ -211,7 +189,7 @@ TEST(Viewer, ShowsWhatOurOwnRendererShows) {
   request.settings.encode_quantity = "irradiance";
   const auto report = run_bake(request, [](const BakeProgress&) {});
   ASSERT_TRUE(report) << report.error().message;
-  auto published = read_published(scene, request.settings, out);
+  auto published = test::read_published(scene, request.settings, out);
   ASSERT_TRUE(published) << published.error().message;
   ASSERT_FALSE(published->imported.cameras.empty());
   const auto server = ViewServer::start({out, test::source_dir() / "docs", 0});

@@ -32,6 +32,7 @@ constexpr int kTextureFormats = 18;
 struct TextureFormatInfo {
   TextureFormat format;
   std::string_view name;      // "BC6H_UFLOAT_BLOCK"
+  std::string_view word;      // "bc6h": in names of files
   uint32_t vulkan;            // VkFormat
   uint32_t dxgi;              // DXGI_FORMAT; 0: there is none
   uint32_t block_x, block_y;  // texels; 1 of formats without blocks

@@ -11,8 +11,24 @@ struct NamedPlane {
   const std::vector<float>* data;
 };
 
+// What the values of a file are, for its header.
+struct Meaning {
+  std::string quantity, unit;
+  bool in_basis = false;  // planes are coefficients of the stored basis
+};
+
+constexpr const char* kShare = "1";
+
+ExrNotes notes_of(const OutputContext& c, const Meaning& meaning) {
+  return {{"quantity", meaning.quantity},
+          {"unit", meaning.unit},
+          {"basis", meaning.in_basis ? c.settings.basis : "none"},
+          {"fit", meaning.in_basis ? fit_name(c.settings) : "none"}};
+}
+
 // One file a page; planes hold all pages stacked.
 Expected<std::vector<std::string>> write_pages(const OutputContext& c, const std::string& stem,
+                                               const Meaning& meaning,
                                                const std::vector<NamedPlane>& planes) {
   std::vector<std::string> names;
   const size_t page_texels = size_t{c.atlas.width} * c.atlas.height;
@@ -21,7 +37,8 @@ Expected<std::vector<std::string>> write_pages(const OutputContext& c, const std
     for (const NamedPlane& p : planes) channels.push_back({p.name, p.data->data() + page * page_texels});
     names.push_back(page_name(stem, "exr", page, c.atlas.pages));
     KILN_TRY_STATUS(write_exr(c.folder / names.back(), c.atlas.width, c.atlas.height, channels,
-                              ExrType::kFloat, c.compress ? ExrCompression::kZip : ExrCompression::kNone));
+                              {ExrType::kFloat, c.compress ? ExrCompression::kZip : ExrCompression::kNone},
+                              notes_of(c, meaning)));
   }
   return names;
 }
@@ -37,6 +54,7 @@ Expected<std::vector<std::string>> write_irradiance(const OutputContext& c) {
   }
   const Planes& p = c.lightmap.planes;
   return write_pages(c, "irradiance",
+                     {"irradiance E at the surface normal; A: 1 measured or filled", kIrradianceUnit},
                      {{"R", &p.plane("E.R")}, {"G", &p.plane("E.G")}, {"B", &p.plane("E.B")}, {"A", &alpha}});
 }
 
@@ -50,30 +68,36 @@ Expected<std::vector<std::string>> write_basis(const OutputContext& c) {
       planes.push_back({name, &c.lightmap.planes.plane(name)});
     }
   if (planes.empty()) return std::vector<std::string>{};
-  return write_pages(c, std::string(basis.name), planes);
+  return write_pages(c, std::string(basis.name), {std::string(basis.about), kRadianceUnit, true}, planes);
 }
 
 Expected<std::vector<std::string>> write_error(const OutputContext& c) {
   if (!c.lightmap.has_light) return std::vector<std::string>{};
-  return write_pages(c, "error", {{"Y", &c.lightmap.planes.plane("error")}});
+  return write_pages(c, "error", {"standard error of the luminance of E", kIrradianceUnit},
+                     {{"Y", &c.lightmap.planes.plane("error")}});
 }
 
 namespace {
 Expected<std::vector<std::string>> write_all(const OutputContext& c, const std::string& stem,
-                                             const Planes& planes) {
+                                             const Meaning& meaning, const Planes& planes) {
   if (planes.names.empty()) return std::vector<std::string>{};
   std::vector<NamedPlane> named;
   for (const std::string& name : planes.names) named.push_back({name, &planes.plane(name)});
-  return write_pages(c, stem, named);
+  return write_pages(c, stem, meaning, named);
 }
 }  // namespace
 
 Expected<std::vector<std::string>> write_band_error(const OutputContext& c) {
-  return write_all(c, "error_" + c.settings.basis, c.lightmap.band_error);
+  return write_all(c, "error_" + c.settings.basis,
+                   {"standard error of the luminance of the basis, by band", kRadianceUnit, true},
+                   c.lightmap.band_error);
 }
 
 Expected<std::vector<std::string>> write_measured(const OutputContext& c) {
-  return write_all(c, "measured", c.lightmap.measured);
+  return write_all(c, "measured",
+                   {"E, the basis and the standard error of E before the denoiser",
+                    text("E and error: {}; basis: {}", kIrradianceUnit, kRadianceUnit), true},
+                   c.lightmap.measured);
 }
 
 Expected<std::vector<std::string>> write_responses(const OutputContext& c) {
@@ -84,9 +108,11 @@ Expected<std::vector<std::string>> write_responses(const OutputContext& c) {
     std::vector<NamedPlane> values;
     for (size_t s = 0; s < r.stored.size(); ++s)
       values.push_back({std::string(r.stored[s]), &c.lightmap.responses.plane(response_plane(r, s))});
-    KILN_TRY(const std::vector<std::string> value_files, write_pages(c, name, values));
+    KILN_TRY(const std::vector<std::string> value_files,
+             write_pages(c, name, {std::string(r.about), kShare}, values));
     KILN_TRY(const std::vector<std::string> error_files,
-             write_pages(c, "error_" + name, {{"Y", &c.lightmap.response_error.plane(name)}}));
+             write_pages(c, "error_" + name, {text("standard error of {}", name), kShare},
+                         {{"Y", &c.lightmap.response_error.plane(name)}}));
     files.insert(files.end(), value_files.begin(), value_files.end());
     files.insert(files.end(), error_files.begin(), error_files.end());
   }
@@ -94,13 +120,17 @@ Expected<std::vector<std::string>> write_responses(const OutputContext& c) {
 }
 
 Expected<std::vector<std::string>> write_samples(const OutputContext& c) {
-  return write_pages(c, "samples", {{"Y", &c.lightmap.planes.plane("samples")}});
+  return write_pages(c, "samples", {"samples of the texel", kShare},
+                     {{"Y", &c.lightmap.planes.plane("samples")}});
 }
 
 Expected<std::vector<std::string>> write_validity(const OutputContext& c) {
   std::vector<float> plane(c.lightmap.validity.size());
   for (size_t i = 0; i < plane.size(); ++i) plane[i] = static_cast<float>(c.lightmap.validity[i]);
-  return write_pages(c, "validity", {{"Y", &plane}});
+  return write_pages(
+      c, "validity",
+      {"class of the texel: 0 empty, 1 measured, 2 pushed, 3 filled, 4 dilated, 5 inside", kShare},
+      {{"Y", &plane}});
 }
 
 }  // namespace kiln

@@ -151,6 +151,7 @@ Expected<Bytes> write(const OutputContext& c) {
   KILN_TRY_STATUS(InstancedWriter(c, scene).write());
   KILN_TRY_STATUS(scene.give_levels_their_meshes());
   scene.note_lightmap();
+  scene.treat_lamps();
   Json& note = GltfOutput::note(scene.doc);
   note["charts"] = "charts.bin";
   note["texcoord_space"] = "chart";

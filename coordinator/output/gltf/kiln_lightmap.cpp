@@ -143,6 +143,7 @@ void GltfOutput::attach_kiln_lightmap(bool by_table) {
     map["basis"] = basis_json(basis);
     map["exposure"] = viewing_exposure(*c_);
   }
+  if (!lamps_.is_null()) map["lamps"] = lamps_;
   if (!c_->settings.quantities.responses.empty()) map["responses"] = responses_json(c_->settings);
   if (by_table) map["chartTable"] = {{"uri", "charts.bin"}, {"attribute", "_CHART"}};
   if (c_->textures)

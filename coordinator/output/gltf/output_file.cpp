@@ -180,7 +180,7 @@ void GltfOutput::note_lightmap() {
           {"width", c_->atlas.width},
           {"height", c_->atlas.height}};
   if (light) kiln["quantity"] = "irradiance; a renderer shows base colour / pi x E";
-  doc["asset"]["generator"] = "Kiln";
+  doc["asset"]["generator"] = program_name();
 }
 
 Expected<Bytes> GltfOutput::finish(const std::string& name) {

@@ -59,6 +59,13 @@ class GltfOutput {
   // extras.kiln of any glTF object; extras that are not an object are kept as extras.value.
   static nlohmann::json& note(nlohmann::json& object);
   void note_lightmap();
+  // Leaves out, marks or keeps the lamps whose light is in the map, and remembers it for KILN_lightmap.
+  void treat_lamps();
+  // Leaves out every lamp and image-based light.
+  void drop_lamps();
+  // Leaves out materials that no primitive shows, their textures and images, and extensions that are then not
+  // used. Materials must be of KHR_materials_unlit alone.
+  void drop_unused_materials();
 
   // KILN_lightmap at the root and on every node that shows a marked primitive. `by_table`: primitives with
   // _CHART get coordinates from the chart table.
@@ -84,6 +91,7 @@ class GltfOutput {
   void fill_texcoord_gaps();
   void drop_unused();
 
+  nlohmann::json lamps_;  // as KILN_lightmap has it
   const OutputContext* c_;
   nlohmann::json file_meshes_;           // as they were
   std::set<uint32_t> in_use_;            // occupied indices of doc["meshes"]
@@ -98,6 +106,10 @@ void mark_page(nlohmann::json& primitive, uint32_t page);
 // Adds to extensionsUsed; removes an extension from every object that may have it here.
 void use_extension(nlohmann::json& doc, const char* name);
 void drop_extension(nlohmann::json& doc, const char* name);
+
+// Whether lights and materials may get other numbers: pointers of animations and unknown extensions name
+// them.
+bool may_renumber(const nlohmann::json& doc);
 
 // Exposure factor at which a mid grey surface lit by the median texel appears mid grey.
 float viewing_exposure(const OutputContext& context);

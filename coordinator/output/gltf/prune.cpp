@@ -1,5 +1,7 @@
 // Removes data that the scene no longer references: replaced accessors and their bytes. Keeps data that an
 // unknown extension may reference.
+#include <algorithm>
+
 #include "coordinator/output/gltf/output_file.h"
 
 namespace kiln {
@@ -139,7 +141,80 @@ bool is_known(const std::string& extension) {
   return extension.rfind("KHR_materials_", 0) == 0;
 }
 
+// The entries of a list that `used` names, and by old number the new one.
+std::vector<size_t> keep_used(Json& doc, const char* key, const std::vector<bool>& used) {
+  Json kept = Json::array();
+  for (size_t i = 0; i < used.size(); ++i)
+    if (used[i]) kept.push_back(std::move(doc[key][i]));
+  if (kept.empty())
+    doc.erase(key);
+  else
+    doc[key] = std::move(kept);
+  return new_numbers(used);
+}
+
+// Calls visit(object, key) for the number of every image that a texture names.
+template <class Visit>
+void for_each_source(Json& texture, const Visit& visit) {
+  if (texture.contains("source")) visit(texture, "source");
+  if (!texture.contains("extensions")) return;
+  for (Json& extension : texture["extensions"])
+    if (extension.is_object() && extension.contains("source")) visit(extension, "source");
+}
+
+// Extensions that only materials and textures have.
+bool is_of_materials(const std::string& extension) {
+  return extension.starts_with("KHR_materials_") || extension.starts_with("KHR_texture_") ||
+         extension.starts_with("EXT_texture_") || extension.starts_with("MSFT_texture_");
+}
+
+bool is_in_use(const Json& value, const std::string& extension) {
+  if (!value.is_structured()) return false;
+  if (value.is_object() && value.contains("extensions") && value["extensions"].is_object() &&
+      value["extensions"].contains(extension))
+    return true;
+  return std::any_of(value.begin(), value.end(),
+                     [&](const Json& part) { return is_in_use(part, extension); });
+}
+
 }  // namespace
+
+bool may_renumber(const Json& doc) {
+  for (const Json& name : list(doc, "extensionsUsed"))
+    if (!name.is_string() || name == "KHR_animation_pointer" || !is_known(name)) return false;
+  return true;
+}
+
+void GltfOutput::drop_unused_materials() {
+  if (!may_renumber(doc)) return;
+  Marks materials(list(doc, "materials").size()), textures(list(doc, "textures").size()),
+      images(list(doc, "images").size());
+  for (const Json& mesh : list(doc, "meshes"))
+    for (const Json& primitive : list(mesh, "primitives"))
+      if (const Json* index = at(primitive, "material")) materials.add(*index);
+  const std::vector<size_t> material = keep_used(doc, "materials", materials.used);
+  const auto texture_of = [](Json& m) -> Json* {
+    Json& pbr = m["pbrMetallicRoughness"];
+    return pbr.contains("baseColorTexture") ? &pbr["baseColorTexture"] : nullptr;
+  };
+  for (Json& m : doc["materials"])
+    if (const Json* use = texture_of(m)) textures.add((*use)["index"]);
+  const std::vector<size_t> texture = keep_used(doc, "textures", textures.used);
+  if (doc.contains("textures"))
+    for (Json& t : doc["textures"])
+      for_each_source(t, [&](Json& holder, const char* key) { images.add(holder[key]); });
+  const std::vector<size_t> image = keep_used(doc, "images", images.used);
+  for (Json& mesh : doc["meshes"])
+    for (Json& primitive : mesh["primitives"]) renumber(primitive, "material", material);
+  for (Json& m : doc["materials"])
+    if (Json* use = texture_of(m)) renumber(*use, "index", texture);
+  if (doc.contains("textures"))
+    for (Json& t : doc["textures"])
+      for_each_source(t, [&](Json& holder, const char* key) { renumber(holder, key, image); });
+  for (const Json& name : Json(doc.value("extensionsUsed", Json::array())))
+    if (name.is_string() && is_of_materials(name) && !is_in_use(doc, name))
+      drop_extension(doc, name.get<std::string>().c_str());
+}
 
 void GltfOutput::drop_unused() {
   for (const Json& extension : list(doc, "extensionsUsed"))

@@ -73,6 +73,7 @@ void mark_instances(const OutputContext& c, GltfOutput& scene) {
 Expected<Bytes> write(const OutputContext& c) {
   KILN_TRY(GltfOutput scene, open_lit_scene(c));
   scene.note_lightmap();
+  scene.treat_lamps();
   scene.attach_kiln_lightmap(false);
   const GltfLightmaps& which = c.settings.gltf_lightmap;
   KILN_TRY_STATUS(scene.attach_material_maps());

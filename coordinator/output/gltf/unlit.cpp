@@ -1,6 +1,7 @@
 // scene_unlit.glb: the lit scene for viewers without lightmaps. Base colour x E / pi plus emission, exposed
-// and tone-mapped with the filmic curve, become base-colour textures of unlit materials; the only coordinates
-// are the lightmap's.
+// and tone-mapped with the filmic curve, become base-colour textures of unlit materials; their only
+// coordinates are the lightmap's. Objects without texels keep their own textures and are unlit in the median
+// light of the others, as in preview.png. Lamps would light nothing, so there are none.
 #include <cmath>
 
 #include "common/raster/triangle2.h"
@@ -125,45 +126,122 @@ Json unlit_material(const Json& original, size_t texture) {
   return made;
 }
 
+// Median luminance of E over texels with a value.
+float median_light(const OutputContext& c) {
+  std::vector<float> light;
+  const auto& planes = c.lightmap.planes.data;
+  for (size_t t = 0; t < c.lightmap.validity.size(); ++t)
+    if (is_set(c.lightmap.validity[t]))
+      light.push_back(luminance(Vec3(planes[0][t], planes[1][t], planes[2][t])));
+  if (light.empty()) return 0;
+  const auto middle = light.begin() + static_cast<ptrdiff_t>(light.size() / 2);
+  std::nth_element(light.begin(), middle, light.end());
+  return *middle;
+}
+
+class UnlitWriter {
+ public:
+  UnlitWriter(const OutputContext& c, GltfOutput& scene)
+      : c_(c),
+        scene_(scene),
+        look_(c.scene, c.atlas, c.lightmap),
+        exposure_(viewing_exposure(c)),
+        others_light_(median_light(c)) {}
+
+  Status write() {
+    Json& doc = scene_.doc;
+    if (!doc.contains("materials")) doc["materials"] = Json::array();
+    for (Json& mesh : doc["meshes"])
+      for (Json& primitive : mesh["primitives"]) {
+        const bool lit = primitive.contains("extensions") && primitive["extensions"].contains(kKilnLightmap);
+        if (lit) {
+          KILN_TRY_STATUS(draw_page(primitive["extensions"][kKilnLightmap]["page"]));
+          keep_lightmap_coordinates(primitive["attributes"]);
+        }
+        const int page = lit ? primitive["extensions"][kKilnLightmap]["page"].get<int>() : kNoPage;
+        primitive["material"] = material_of(primitive.value("material", SIZE_MAX), page);
+      }
+    for (const char* extension : {kKilnLightmap, "KHR_materials_variants"}) drop_extension(doc, extension);
+    use_extension(doc, "KHR_materials_unlit");
+    GltfOutput::note(doc) = {{"version", 1}, {"exposure", exposure_}, {"curve", "filmic"}};
+    doc["asset"]["generator"] = program_name();
+    scene_.drop_lamps();
+    scene_.drop_unused_materials();
+    return {};
+  }
+
+ private:
+  static constexpr int kNoPage = -1;
+
+  Status draw_page(uint32_t page) {
+    if (textures_.count(page)) return {};
+    KILN_TRY(const Bytes png, PagePicture(c_, look_, page, exposure_).draw());
+    textures_[page] = scene_.buffer.add_page_texture(scene_.doc, png, "lit page " + std::to_string(page));
+    return {};
+  }
+
+  static void keep_lightmap_coordinates(Json& attributes) {
+    Json kept = {{"POSITION", attributes["POSITION"]}, {"TEXCOORD_0", attributes["TEXCOORD_1"]}};
+    for (const char* key : {"NORMAL", "JOINTS_0", "WEIGHTS_0"})
+      if (attributes.contains(key)) kept[key] = attributes[key];
+    attributes = std::move(kept);
+  }
+
+  // `original`: SIZE_MAX for glTF's default material.
+  size_t material_of(size_t original, int page) {
+    Json& materials = scene_.doc["materials"];
+    const auto [at, added] = made_.try_emplace({original, page}, materials.size());
+    if (added) {
+      const Json from = original == SIZE_MAX ? Json::object() : Json(materials[original]);
+      materials.push_back(page == kNoPage ? other_material(from)
+                                          : unlit_material(from, textures_[static_cast<uint32_t>(page)]));
+    }
+    return at->second;
+  }
+
+  // One factor cannot follow the curve: it is right for a base colour of 0.5.
+  Json other_material(const Json& original) const {
+    constexpr float kMiddleAlbedo = 0.5f;
+    const bool unlit = original.contains("extensions") &&
+                       original["extensions"].contains("KHR_materials_unlit");  // emits its colour
+    const float light = exposure_ * (unlit ? 1.0f : others_light_ * kInvPi);
+    const float shown = filmic(kMiddleAlbedo * light) / kMiddleAlbedo;
+    Json made = {{"extensions", {{"KHR_materials_unlit", Json::object()}}}};
+    for (const char* key : {"name", "doubleSided", "alphaMode", "alphaCutoff"})
+      if (original.contains(key)) made[key] = original[key];
+    const Json pbr = original.value("pbrMetallicRoughness", Json::object());
+    Json& kept = made["pbrMetallicRoughness"] = Json::object();
+    if (pbr.contains("baseColorTexture")) kept["baseColorTexture"] = pbr["baseColorTexture"];
+    Json colour = pbr.value("baseColorFactor", Json{1.0, 1.0, 1.0, 1.0});
+    for (size_t k = 0; k < 3; ++k) {
+      double emission = 0;
+      if (original.contains("emissiveFactor")) emission = original["emissiveFactor"].at(k).get<double>();
+      const double value = colour.at(k).get<double>() * double{shown} +
+                           double{filmic(static_cast<float>(emission) * exposure_)};
+      colour[k] = std::clamp(value, 0.0, 1.0);
+    }
+    kept["baseColorFactor"] = std::move(colour);
+    return made;
+  }
+
+  const OutputContext& c_;
+  GltfOutput& scene_;
+  const SurfaceLook look_;
+  const float exposure_, others_light_;
+  std::map<uint32_t, size_t> textures_;            // by page
+  std::map<std::pair<size_t, int>, size_t> made_;  // by material of the file and page
+};
+
 Expected<Bytes> write(const OutputContext& c) {
   KILN_TRY(GltfOutput scene, open_lit_scene(c));
-  const float exposure = viewing_exposure(c);
-  const SurfaceLook look(c.scene, c.atlas, c.lightmap);
-  std::map<uint32_t, size_t> textures;
-  std::map<std::pair<size_t, uint32_t>, size_t> materials;  // by material of the file and page
-  Json& doc = scene.doc;
-  for (Json& mesh : doc["meshes"])
-    for (Json& primitive : mesh["primitives"]) {
-      if (!primitive.contains("extensions") || !primitive["extensions"].contains(kKilnLightmap)) continue;
-      const uint32_t page = primitive["extensions"][kKilnLightmap]["page"];
-      if (!textures.count(page)) {
-        KILN_TRY(const Bytes png, PagePicture(c, look, page, exposure).draw());
-        textures[page] = scene.buffer.add_page_texture(doc, png, "lit page " + std::to_string(page));
-      }
-      const size_t original = primitive.value("material", SIZE_MAX);
-      const auto [at, added] = materials.try_emplace({original, page}, doc["materials"].size());
-      if (added)
-        doc["materials"].push_back(unlit_material(
-            original == SIZE_MAX ? Json::object() : Json(doc["materials"][original]), textures[page]));
-      Json attributes = {{"POSITION", primitive["attributes"]["POSITION"]},
-                         {"TEXCOORD_0", primitive["attributes"]["TEXCOORD_1"]}};
-      for (const char* key : {"NORMAL", "JOINTS_0", "WEIGHTS_0"})
-        if (primitive["attributes"].contains(key)) attributes[key] = primitive["attributes"][key];
-      primitive["attributes"] = std::move(attributes);
-      primitive["material"] = at->second;
-      primitive["extensions"].erase("KHR_materials_variants");
-    }
-  drop_extension(doc, kKilnLightmap);
-  use_extension(doc, "KHR_materials_unlit");
-  GltfOutput::note(doc) = {{"version", 1}, {"exposure", exposure}, {"curve", "filmic"}};
-  doc["asset"]["generator"] = "Kiln";
+  KILN_TRY_STATUS(UnlitWriter(c, scene).write());
   return scene.finish("scene_unlit.glb");
 }
 
 }  // namespace
 
 Expected<std::vector<std::string>> write_gltf_unlit(const OutputContext& c) {
-  if (!c.settings.embed_basecolor) return std::vector<std::string>{};
+  if (!c.settings.embed_basecolor || !c.lightmap.has_light) return std::vector<std::string>{};
   return publish_glb(c, "scene_unlit.glb", write);
 }
 

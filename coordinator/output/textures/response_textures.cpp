@@ -29,7 +29,7 @@ class ResponseTexture {
     texture_.pages = levels[0].pages;
   }
 
-  Status make(TextureResult& result) {
+  Status make(TextureFolder& folder, TextureResult& result) {
     const Stopwatch watch;
     const TextureFormatInfo& format = texture_format(texture_.layout.format);
     const BlockEffort effort = effort_of(r_.settings.encode_effort);
@@ -43,8 +43,8 @@ class ResponseTexture {
     figures.seconds = watch.seconds();
     std::vector<float> picture;
     KILN_TRY_STATUS(measure(figures, picture));
-    KILN_TRY(WrittenFiles written, write_texture_files(encoding_, {&texture_, 1}, r_.settings, r_.folder));
-    publish(std::move(written), figures, result);
+    KILN_TRY(WrittenFiles written, write_texture_files(encoding_, {&texture_, 1}, r_.settings, folder));
+    figures.bytes = add_written(std::move(written), folder, result);
     result.error_pictures.push_back(std::move(picture));
     result.figures.push_back(std::move(figures));
     return {};
@@ -121,15 +121,6 @@ class ResponseTexture {
     return {};
   }
 
-  void publish(WrittenFiles written, TextureFigures& figures, TextureResult& result) const {
-    for (const std::string& name : written.names) {
-      std::error_code ignored;
-      figures.bytes += std::filesystem::file_size(r_.folder / name, ignored);
-      result.files.push_back(name);
-    }
-    add_published(std::move(written.list), result.list);
-  }
-
   static constexpr double kNoise = 0.02;
 
   const EncodeTextures& r_;
@@ -141,7 +132,19 @@ class ResponseTexture {
 
 }  // namespace
 
-Status make_response_textures(const EncodeTextures& request, TextureResult& result) {
+uint64_t add_written(WrittenFiles written, const TextureFolder& folder, TextureResult& result) {
+  uint64_t bytes = 0;
+  for (const std::string& name : written.names) {
+    std::error_code ignored;
+    bytes += std::filesystem::file_size(folder.path() / name, ignored);
+    if (std::find(result.files.begin(), result.files.end(), name) == result.files.end())
+      result.files.push_back(name);
+  }
+  add_published(std::move(written.list), result.list);
+  return bytes;
+}
+
+Status make_response_textures(const EncodeTextures& request, TextureFolder& folder, TextureResult& result) {
   const std::vector<uint32_t>& responses = request.settings.quantities.responses;
   if (responses.empty()) return {};
   Lightmap map;
@@ -153,7 +156,7 @@ Status make_response_textures(const EncodeTextures& request, TextureResult& resu
     if (!encoding(name).responses) continue;
     for (const uint32_t response : responses)
       KILN_TRY_STATUS(
-          ResponseTexture(request, levels, encoding(name), response_roster()[response]).make(result));
+          ResponseTexture(request, levels, encoding(name), response_roster()[response]).make(folder, result));
   }
   return {};
 }

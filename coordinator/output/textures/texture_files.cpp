@@ -4,6 +4,7 @@
 
 #include "common/base/files.h"
 #include "common/base/format.h"
+#include "coordinator/output/context/context.h"
 #include "coordinator/output/textures/pixel_codes.h"
 #include "coordinator/output/textures/radiance.h"
 #include "coordinator/scene/imageio/exr.h"
@@ -12,13 +13,22 @@
 namespace kiln {
 namespace {
 
-std::string file_name(const Encoding& e, const std::string& texture, std::string_view extension,
-                      uint32_t page, uint32_t pages) {
-  std::string name = "lightmap";
-  if (e.files != FileKind::kExr && e.files != FileKind::kHdr) name += text("_{}", e.name);
-  if (!texture.empty()) name += "_" + texture;
-  if (pages > 1) name += text(".{}", page);
-  return name + "." + std::string(extension);
+// What an 8-bit file holds, or the texel format.
+std::string format_word(const Encoding& e, const TextureLayout& layout) {
+  if (e.files != FileKind::kPng) return std::string(texture_format(layout.format).word);
+  return layout.unpack == Unpack::kNone ? "rgb8" : std::string(unpack_name(layout.unpack));
+}
+
+// Without extension. EXR and HDR have one format each, which the extension says.
+std::string file_name(const Encoding& e, const FinishedTexture& t, uint32_t page, uint32_t pages) {
+  std::string name = "lightmap_";
+  if (e.files != FileKind::kHdr) name += format_word(e, t.layout) + "_";
+  name += t.layout.name;
+  return pages > 1 ? text("{}.{}", name, page) : name;
+}
+
+std::string exr_name(const FinishedTexture* alone, uint32_t page, uint32_t pages) {
+  return page_name(alone ? "lightmap_" + alone->layout.name : "lightmap", "exr", page, pages);
 }
 
 PublishedTexture describe(const FinishedTexture& t, std::string uri, std::string_view container,
@@ -56,19 +66,18 @@ std::vector<KtxNote> notes_of(const FinishedTexture& t) {
 }
 
 Status write_gpu(const Encoding& e, const FinishedTexture& t, bool ktx2, const BakeSettings& settings,
-                 const std::filesystem::path& folder, WrittenFiles& out) {
+                 TextureFolder& folder, WrittenFiles& out) {
   const char* extension = ktx2 ? "ktx2" : "dds";
   const TextureImages images{t.layout.format, t.width, t.height, t.levels};
-  const std::string name = file_name(e, t.layout.name, extension, 0, 1);
   KILN_TRY(const Bytes file,
            ktx2 ? write_ktx2(images, static_cast<int>(settings.ktx2_zstd), notes_of(t)) : write_dds(images));
-  KILN_TRY_STATUS(write_file_atomic(folder / name, file));
+  KILN_TRY(const std::string name, folder.write(file_name(e, t, 0, 1), std::string(e.name), extension, file));
   out.names.push_back(name);
   out.list.back().textures.push_back(describe(t, name, extension, 0, t.pages));
   return {};
 }
 
-Status write_png_pages(const Encoding& e, const FinishedTexture& t, const std::filesystem::path& folder,
+Status write_png_pages(const Encoding& e, const FinishedTexture& t, TextureFolder& folder,
                        WrittenFiles& out) {
   const bool alpha = t.layout.unpack != Unpack::kNone && t.layout.unpack != Unpack::kSrgb;
   for (uint32_t page = 0; page < t.pages; ++page) {
@@ -77,8 +86,8 @@ Status write_png_pages(const Encoding& e, const FinishedTexture& t, const std::f
     for (size_t i = 0; i < rgba.size(); ++i)
       if (alpha || i % 4 != 3) texels.push_back(std::to_integer<uint8_t>(rgba[i]));
     KILN_TRY(const Bytes file, encode_png(t.width, t.height, texels, alpha ? 4 : 3));
-    const std::string name = file_name(e, t.layout.name, "png", page, t.pages);
-    KILN_TRY_STATUS(write_file_atomic(folder / name, file));
+    KILN_TRY(const std::string name,
+             folder.write(file_name(e, t, page, t.pages), std::string(e.name), "png", file));
     out.names.push_back(name);
     out.list.back().textures.push_back(describe(t, name, "png", page, 1));
   }
@@ -86,11 +95,11 @@ Status write_png_pages(const Encoding& e, const FinishedTexture& t, const std::f
 }
 
 // The file reader decodes the file's own code, so the texture needs no unpacking.
-Status write_hdr_pages(const Encoding& e, const FinishedTexture& t, const std::filesystem::path& folder,
+Status write_hdr_pages(const Encoding& e, const FinishedTexture& t, TextureFolder& folder,
                        WrittenFiles& out) {
   for (uint32_t page = 0; page < t.pages; ++page) {
-    const std::string name = file_name(e, t.layout.name, "hdr", page, t.pages);
-    KILN_TRY_STATUS(write_file_atomic(folder / name, write_radiance(t.width, t.height, t.levels[0][page])));
+    KILN_TRY(const std::string name, folder.write(file_name(e, t, page, t.pages), std::string(e.name), "hdr",
+                                                  write_radiance(t.width, t.height, t.levels[0][page])));
     out.names.push_back(name);
     out.list.back().textures.push_back(describe(t, name, "hdr", page, 1));
     out.list.back().textures.back().unpack = "none";
@@ -98,8 +107,22 @@ Status write_hdr_pages(const Encoding& e, const FinishedTexture& t, const std::f
   return {};
 }
 
+ExrNotes exr_notes(std::span<const FinishedTexture> textures, const BakeSettings& settings) {
+  if (textures.size() > 1)
+    return {{"quantity", std::string(basis_of(settings).about)},
+            {"unit", kRadianceUnit},
+            {"basis", settings.basis},
+            {"fit", fit_name(settings)}};
+  const bool over_pi = settings.encode_units == "e-over-pi";
+  return {{"quantity",
+           over_pi ? "irradiance E at the surface normal / pi" : "irradiance E at the surface normal"},
+          {"unit", over_pi ? kRadianceUnit : kIrradianceUnit},
+          {"basis", "none"},
+          {"fit", "none"}};
+}
+
 // All textures as layers of one file: L0.R ... L1z.B, in the planes' own scale.
-Status write_exr_pages(const Encoding& e, std::span<const FinishedTexture> textures,
+Status write_exr_pages(std::span<const FinishedTexture> textures, const ExrNotes& notes,
                        const std::filesystem::path& folder, WrittenFiles& out) {
   const FinishedTexture& first = textures.front();
   const size_t page_texels = size_t{first.width} * first.height;
@@ -108,14 +131,14 @@ Status write_exr_pages(const Encoding& e, std::span<const FinishedTexture> textu
     std::vector<std::vector<float>> planes;
     std::vector<ExrChannel> channels;
     planes.reserve(3 * textures.size());
-    const std::string name = file_name(e, alone ? first.layout.name : "", "exr", page, first.pages);
+    const std::string name = exr_name(alone ? &first : nullptr, page, first.pages);
     for (const FinishedTexture& t : textures)
       for (size_t c = 0; c < 3; ++c) {
         std::vector<float>& plane = planes.emplace_back(page_texels);
         for (size_t i = 0; i < page_texels; ++i) plane[i] = t.values[4 * (page * page_texels + i) + c];
         channels.push_back({alone ? std::string(1, "RGB"[c]) : t.layout.plane[c], plane.data()});
       }
-    KILN_TRY_STATUS(write_exr(folder / name, first.width, first.height, channels, ExrType::kHalf));
+    KILN_TRY_STATUS(write_exr(folder / name, first.width, first.height, channels, {ExrType::kHalf}, notes));
     out.names.push_back(name);
     for (const FinishedTexture& t : textures) {
       PublishedTexture& published = out.list.back().textures.emplace_back(describe(t, name, "exr", page, 1));
@@ -127,6 +150,19 @@ Status write_exr_pages(const Encoding& e, std::span<const FinishedTexture> textu
 }
 
 }  // namespace
+
+Expected<std::string> TextureFolder::write(const std::string& name, const std::string& encoding,
+                                           std::string_view extension, std::span<const std::byte> bytes) {
+  const Digest digest = sha256(bytes);
+  std::string file = text("{}.{}", name, extension);
+  if (const auto there = written_.find(file); there != written_.end()) {
+    if (there->second == digest) return file;
+    file = text("{}-{}.{}", name, encoding, extension);
+  }
+  KILN_TRY_STATUS(write_file_atomic(path_ / file, bytes));
+  written_[file] = digest;
+  return file;
+}
 
 void add_published(TextureList added, TextureList& list) {
   for (PublishedEncoding& one : added) {
@@ -141,8 +177,7 @@ void add_published(TextureList added, TextureList& list) {
 }
 
 Expected<WrittenFiles> write_texture_files(const Encoding& e, std::span<const FinishedTexture> textures,
-                                           const BakeSettings& settings,
-                                           const std::filesystem::path& folder) {
+                                           const BakeSettings& settings, TextureFolder& folder) {
   WrittenFiles out;
   const auto begin = [&](const char* container) { out.list.push_back({std::string(e.name), container, {}}); };
   switch (e.files) {
@@ -164,7 +199,7 @@ Expected<WrittenFiles> write_texture_files(const Encoding& e, std::span<const Fi
       break;
     case FileKind::kExr:
       begin("exr");
-      KILN_TRY_STATUS(write_exr_pages(e, textures, folder, out));
+      KILN_TRY_STATUS(write_exr_pages(textures, exr_notes(textures, settings), folder.path(), out));
       break;
   }
   return out;

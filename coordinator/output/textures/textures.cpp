@@ -31,7 +31,8 @@ std::vector<Quantity> quantities(const Encoding& e, const BasisInfo& basis, cons
 // Shared by all encodings of a bake.
 class Maker {
  public:
-  explicit Maker(const EncodeTextures& request) : r_(request), basis_(basis_of(request.settings)) {}
+  Maker(const EncodeTextures& request, TextureFolder& folder)
+      : r_(request), folder_(folder), basis_(basis_of(request.settings)) {}
 
   Expected<TextureResult> run() {
     TextureResult result;
@@ -61,13 +62,8 @@ class Maker {
       if (figures.within_bound || !efforts || effort == BlockEffort::kBest) break;
     }
     if (figures.within_bound) {
-      KILN_TRY(WrittenFiles written, write_texture_files(e, textures, r_.settings, r_.folder));
-      for (const std::string& name : written.names) {
-        std::error_code ignored;
-        figures.bytes += std::filesystem::file_size(r_.folder / name, ignored);
-        result.files.push_back(name);
-      }
-      add_published(std::move(written.list), result.list);
+      KILN_TRY(WrittenFiles written, write_texture_files(e, textures, r_.settings, folder_));
+      figures.bytes = add_written(std::move(written), folder_, result);
     }
     KILN_TRY_STATUS(write_picture(figures, picture, result));
     result.error_pictures.push_back(std::move(picture));
@@ -83,8 +79,12 @@ class Maker {
     for (uint32_t page = 0; page < level.pages; ++page) {
       const std::string name = level.pages == 1 ? stem + ".exr" : text("{}.{}.exr", stem, page);
       const ExrChannel channel{"Y", picture.data() + page * level.page_texels()};
-      KILN_TRY_STATUS(
-          write_exr(r_.folder / name, level.planes.width, level.page_height, {&channel, 1}, ExrType::kHalf));
+      KILN_TRY_STATUS(write_exr(folder_.path() / name, level.planes.width, level.page_height, {&channel, 1},
+                                {ExrType::kHalf},
+                                {{"quantity", text("rms error of {} after decoding, relative", f.encoding)},
+                                 {"unit", "1"},
+                                 {"basis", "none"},
+                                 {"fit", "none"}}));
       result.files.push_back(name);
     }
     return {};
@@ -217,6 +217,7 @@ class Maker {
   }
 
   const EncodeTextures& r_;
+  TextureFolder& folder_;
   const BasisInfo& basis_;
   std::vector<MapLevel> levels_;
   std::vector<Vec3> normals_;
@@ -227,10 +228,11 @@ class Maker {
 
 Expected<TextureResult> make_textures(const EncodeTextures& request) {
   TextureResult result;
+  TextureFolder folder(request.folder);
   if (request.lightmap.has_light) {
-    KILN_TRY(result, Maker(request).run());
+    KILN_TRY(result, Maker(request, folder).run());
   }
-  KILN_TRY_STATUS(make_response_textures(request, result));
+  KILN_TRY_STATUS(make_response_textures(request, folder, result));
   return result;
 }
 

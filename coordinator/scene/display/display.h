@@ -1,6 +1,6 @@
-// Meshes that an engine draws but the bake does not trace: levels of detail other than the baked one, and
-// objects with a proxy. Import finds them, coordinator/scene/lods gives them lightmap coordinates, encode
-// writes them.
+// What engines have of a file beside the traced surface. Meshes that they draw but the bake does not trace:
+// levels of detail other than the baked one, and objects with a proxy. Import finds them,
+// coordinator/scene/lods gives them lightmap coordinates, encode writes them. And the nodes of lamps.
 #pragma once
 
 #include <cstdint>
@@ -26,12 +26,21 @@ struct DisplayMesh {
   uint32_t set = 0, level = 0;
 };
 
+// A node whose light was imported.
+struct DisplayLamp {
+  uint32_t node = 0;   // of the file
+  std::string name;    // of the light, else of the node
+  std::string type;    // of its record
+  bool direct = true;  // extras.kiln.bake is "full": its direct light is baked too
+};
+
 struct Display {
   std::vector<Mesh> meshes;
   std::vector<DisplayMesh> shown;
   std::vector<DisplaySet> sets;
   std::vector<bool>
       undrawn;  // by instance of the scene, may be shorter: true for a proxy, which engines do not draw
+  std::vector<DisplayLamp> lamps;
   bool is_drawn(uint32_t instance) const { return instance >= undrawn.size() || !undrawn[instance]; }
 };
 

@@ -138,17 +138,17 @@ class AreaLightReader {
 
 }  // namespace
 
-Expected<std::vector<Record>> read_area_lights(const ImportContext& context,
-                                               const std::vector<PlacedNode>& nodes) {
-  std::vector<Record> records;
+Expected<std::vector<PlacedLight>> read_area_lights(const ImportContext& context,
+                                                    const std::vector<PlacedNode>& nodes) {
+  std::vector<PlacedLight> lights;
   for (const PlacedNode& at : nodes) {
     const GltfValue* kiln = context.model.nodes[at.node].extras.find("kiln");
     const GltfValue* light = kiln ? kiln->find("light") : nullptr;
     if (!light) continue;
     KILN_TRY(Record record, AreaLightReader(context, at, *light).read());
-    records.push_back(std::move(record));
+    lights.push_back({at.node, std::move(record)});
   }
-  return records;
+  return lights;
 }
 
 }  // namespace kiln

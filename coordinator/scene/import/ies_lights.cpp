@@ -104,10 +104,10 @@ Expected<Record> make_record(const ImportContext& context, const PlacedNode& at,
 
 }  // namespace
 
-Expected<std::vector<Record>> read_ies_lights(const ImportContext& context,
-                                              const std::vector<PlacedNode>& nodes,
-                                              std::vector<Texture>& textures, ImportNotes& notes) {
-  std::vector<Record> records;
+Expected<std::vector<PlacedLight>> read_ies_lights(const ImportContext& context,
+                                                   const std::vector<PlacedNode>& nodes,
+                                                   std::vector<Texture>& textures, ImportNotes& notes) {
+  std::vector<PlacedLight> placed;
   const auto root = context.model.extensions.find(kExtension);
   const GltfValue* lights = root == context.model.extensions.end() ? nullptr : root->second.find("lights");
   std::map<int, Profile> profiles;
@@ -127,7 +127,7 @@ Expected<std::vector<Record>> read_ies_lights(const ImportContext& context,
     }
     KILN_TRY(Record record, make_record(context, at, use->second, lights->items[slot], profiles[index]));
     if (rigid_part(at.to_world, record.to_world))
-      records.push_back(std::move(record));
+      placed.push_back({at.node, std::move(record)});
     else
       aimless.add(node_name(context, at.node));
   }
@@ -135,7 +135,7 @@ Expected<std::vector<Record>> read_ies_lights(const ImportContext& context,
     add_note(notes, Kind::kWarning,
              text("IES lights whose transform leaves no direction are left out: take away scales of 0, in {}",
                   aimless.list("node", "nodes")));
-  return records;
+  return placed;
 }
 
 }  // namespace kiln

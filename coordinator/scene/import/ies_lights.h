@@ -3,14 +3,14 @@
 
 #include <vector>
 
-#include "coordinator/scene/import/nodes.h"
+#include "coordinator/scene/import/lights.h"
 
 namespace kiln {
 
 // One record for each node with a profile; profiles become textures that the records share. Errors: a profile
 // that does not exist or cannot be read, an invalid multiplier or colour.
-Expected<std::vector<Record>> read_ies_lights(const ImportContext& context,
-                                              const std::vector<PlacedNode>& nodes,
-                                              std::vector<Texture>& textures, ImportNotes& notes);
+Expected<std::vector<PlacedLight>> read_ies_lights(const ImportContext& context,
+                                                   const std::vector<PlacedNode>& nodes,
+                                                   std::vector<Texture>& textures, ImportNotes& notes);
 
 }  // namespace kiln

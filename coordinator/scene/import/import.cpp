@@ -111,13 +111,22 @@ void drop_unused_materials(Scene& scene) {
   for (Instance& i : scene.instances) i.material = to[i.material];
 }
 
+void add_lamps(std::vector<PlacedLight> lights, Scene& scene, Display& display) {
+  for (PlacedLight& light : lights) {
+    const Property* bake = light.record.find("bake");
+    display.lamps.push_back({light.node, light.record.name, light.record.type, bake && bake->word == "full"});
+    scene.lights.push_back(std::move(light.record));
+  }
+}
+
 Status read_all_lights(const ImportContext& context, const std::vector<PlacedNode>& nodes, Scene& scene,
-                       ImportNotes& notes) {
-  KILN_TRY(scene.lights, read_lights(context, nodes, notes));
-  KILN_TRY(std::vector<Record> profiles, read_ies_lights(context, nodes, scene.textures, notes));
-  for (Record& light : profiles) scene.lights.push_back(std::move(light));
-  KILN_TRY(std::vector<Record> areas, read_area_lights(context, nodes));
-  for (Record& light : areas) scene.lights.push_back(std::move(light));
+                       Display& display, ImportNotes& notes) {
+  KILN_TRY(std::vector<PlacedLight> lamps, read_lights(context, nodes, notes));
+  add_lamps(std::move(lamps), scene, display);
+  KILN_TRY(std::vector<PlacedLight> profiles, read_ies_lights(context, nodes, scene.textures, notes));
+  add_lamps(std::move(profiles), scene, display);
+  KILN_TRY(std::vector<PlacedLight> areas, read_area_lights(context, nodes));
+  add_lamps(std::move(areas), scene, display);
   for (Record& sun : sun_lights(context.settings)) scene.lights.push_back(std::move(sun));
   KILN_TRY(std::optional<Record> environment, read_environment_light(context, scene.textures, notes));
   if (environment) scene.lights.push_back(std::move(*environment));
@@ -184,7 +193,7 @@ Expected<ImportResult> import_scene(const std::filesystem::path& path, const Bak
   KILN_TRY_STATUS(read_parts(context, nodes, scene, result.notes));
   KILN_TRY(result.density, read_density(context, nodes, scene, result.notes));
   reduce_to_density(scene, settings, most_density_factor(result.density, settings), result.notes);
-  KILN_TRY_STATUS(read_all_lights(context, nodes, scene, result.notes));
+  KILN_TRY_STATUS(read_all_lights(context, nodes, scene, result.display, result.notes));
   warn_of_lumens(context, scene, result.notes);
   read_cameras(context, nodes, result);
   if (auto checked = check_scene(scene); !checked) return context.bad(checked.error().message);

@@ -69,9 +69,9 @@ Expected<std::string> bake_word(const ImportContext& context, const std::string&
   return bake->word;
 }
 
-Expected<std::vector<Record>> read_lights(const ImportContext& context, const std::vector<PlacedNode>& nodes,
-                                          ImportNotes& notes) {
-  std::vector<Record> records;
+Expected<std::vector<PlacedLight>> read_lights(const ImportContext& context,
+                                               const std::vector<PlacedNode>& nodes, ImportNotes& notes) {
+  std::vector<PlacedLight> lights;
   Finding dark, aimless;
   for (const PlacedNode& at : nodes) {
     const auto& extensions = context.model.nodes[at.node].extensions;
@@ -89,7 +89,7 @@ Expected<std::vector<Record>> read_lights(const ImportContext& context, const st
     else if (!aimed && record.type != "point")
       aimless.add(node_name(context, at.node));
     else
-      records.push_back(std::move(record));
+      lights.push_back({at.node, std::move(record)});
   }
   if (!dark.empty())
     add_note(notes, Kind::kIgnored,
@@ -98,7 +98,7 @@ Expected<std::vector<Record>> read_lights(const ImportContext& context, const st
     add_note(notes, Kind::kWarning,
              text("lights whose transform leaves no direction are left out: take away scales of 0, in {}",
                   aimless.list("node", "nodes")));
-  return records;
+  return lights;
 }
 
 std::vector<Record> sun_lights(const BakeSettings& settings) {

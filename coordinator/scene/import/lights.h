@@ -7,10 +7,15 @@
 
 namespace kiln {
 
-// One record for each node with a light. Errors: an index that does not exist, a negative intensity, an
+struct PlacedLight {
+  uint32_t node = 0;
+  Record record;
+};
+
+// One for each node with a light. Errors: an index that does not exist, a negative intensity, an
 // unknown extras.kiln.bake.
-Expected<std::vector<Record>> read_lights(const ImportContext& context, const std::vector<PlacedNode>& nodes,
-                                          ImportNotes& notes);
+Expected<std::vector<PlacedLight>> read_lights(const ImportContext& context,
+                                               const std::vector<PlacedNode>& nodes, ImportNotes& notes);
 
 // The suns of the settings: -z of to_world points from the light to the scene.
 std::vector<Record> sun_lights(const BakeSettings& settings);

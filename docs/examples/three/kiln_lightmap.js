@@ -118,13 +118,18 @@ function litGeometry(mesh, mark, node, description) {
   return to;
 }
 
-function nodeOf(object, parser) {
+function nodeNumberOf(object, parser) {
   for (let o = object; o; o = o.parent) {
     const found = parser.associations.get(o);
-    if (found?.nodes !== undefined) return parser.json.nodes[found.nodes];
+    if (found?.nodes !== undefined) return found.nodes;
   }
-  return {};
 }
+
+const nodeOf = (object, parser) => parser.json.nodes[nodeNumberOf(object, parser)] ?? {};
+
+// A lamp whose light is in the map must not shine again. Files without `lamps` do not tell them apart.
+const isInMap = (light, { lamps }, parser) =>
+  !lamps || (lamps.nodes ?? []).includes(nodeNumberOf(light, parser));
 
 export async function loadLitScene(folder, file, renderer, encoding) {
   const gltf = await new GLTFLoader().loadAsync(folder + file);
@@ -135,7 +140,7 @@ export async function loadLitScene(folder, file, renderer, encoding) {
   const materials = new Map();
   const lit = [], remove = [];
   gltf.scene.traverse((object) => {
-    if (object.isLight) remove.push(object);  // their light is in the map
+    if (object.isLight && isInMap(object, description, parser)) remove.push(object);
     if (object.isMesh) lit.push(object);
   });
   for (const light of remove) light.removeFromParent();

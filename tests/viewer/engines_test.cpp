@@ -1,0 +1,122 @@
+// scene_unlit.glb and scene.glb in engines as npm has them, against the renderer of preview.png: same camera,
+// exposure and curve. What they load is the file alone; nothing is set up by hand.
+#include <nlohmann/json.hpp>
+
+#include "common/base/files.h"
+#include "coordinator/output/look/surface_look.h"
+#include "coordinator/picture/raster.h"
+#include "coordinator/report/preview.h"
+#include "coordinator/scene/document/gltf_document.h"
+#include "coordinator/scene/imageio/imageio.h"
+#include "tests/viewer/node_tools.h"
+#include "tests/viewer/published.h"
+
+namespace kiln {
+namespace {
+namespace fs = std::filesystem;
+
+constexpr uint32_t kWidth = 480, kHeight = 270;
+// Of 255, the mean over pixels that show a surface: the requirement of docs/gltf.md.
+constexpr double kMostMean = 2;
+
+struct Reference {
+  Picture picture;
+  std::vector<bool> surface;  // by pixel: shows one
+};
+
+Reference render(const test::Published& p, float exposure, bool filmic) {
+  ViewStyle style;
+  style.exposure = exposure;
+  style.filmic = filmic;
+  style.smooth = false;
+  const Camera& camera = p.imported.cameras.front();
+  Reference out{render_view(p.imported, p.atlas, p.map, camera, kWidth, kHeight, style), {}};
+  const SurfaceLook look(p.imported.scene, p.atlas, p.map);
+  const View view = rasterise(p.imported.scene, camera, kWidth, kHeight,
+                              [&](const Fragment& f) { return look.visible(f); });
+  for (const Fragment& f : view.fragments) out.surface.push_back(f.inverse_depth != 0);
+  return out;
+}
+
+struct Difference {
+  size_t pixels = 0;
+  double mean = 0, median = 0;  // of 255: of the three channels' mean
+};
+
+Difference compare(const Reference& ours, const Texture& theirs) {
+  std::vector<double> all;
+  for (size_t i = 0; i < ours.surface.size(); ++i) {
+    if (!ours.surface[i]) continue;
+    double sum = 0;
+    for (size_t c = 0; c < 3; ++c)
+      sum += std::abs(static_cast<double>(ours.picture.rgb[3 * i + c]) -
+                      static_cast<double>(theirs.texels[theirs.channels * i + c]));
+    all.push_back(sum / 3);
+  }
+  Difference d{all.size(), 0, 0};
+  for (const double x : all) d.mean += x / static_cast<double>(std::max<size_t>(1, all.size()));
+  std::sort(all.begin(), all.end());
+  if (!all.empty()) d.median = all[all.size() / 2];
+  return d;
+}
+
+class Engines : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (const auto why = test::no_engines()) GTEST_SKIP() << *why;
+    fs::create_directories(pictures_);
+    BakeRequest request;
+    request.scene = test::source_dir() / "tests/scenes/arcade/arcade.gltf";
+    request.output = out_;
+    request.worker_program = test::binary_dir() / "bin/kiln-worker";
+    request.settings.layout = "pack";
+    request.settings.texels_per_metre = 4;
+    request.settings.min_samples = request.settings.max_samples = 16;
+    request.settings.encodings.clear();
+    const auto report = run_bake(request, [](const BakeProgress&) {});
+    ASSERT_TRUE(report) << report.error().message;
+    auto published = test::read_published(request.scene, request.settings, out_);
+    ASSERT_TRUE(published) << published.error().message;
+    published_ = std::move(*published);
+    ASSERT_FALSE(published_.imported.cameras.empty());
+    const auto unlit = read_gltf_document(out_ / "scene_unlit.glb");
+    ASSERT_TRUE(unlit);
+    exposure_ = nlohmann::json::parse(unlit->json)["extras"]["kiln"]["exposure"];
+  }
+
+  void show(const std::string& engine, const std::string& file, const Reference& ours,
+            const std::string& exposure) {
+    SCOPED_TRACE(engine + " " + file);
+    const fs::path shot = pictures_ / (engine + "_" + file + ".png");
+    const auto browser =
+        test::run_command(test::node_script("engines/engine_shot.mjs") + " " + engine + " '" + out_.string() +
+                          "' " + file + " " + std::to_string(kWidth) + " " + std::to_string(kHeight) + " '" +
+                          shot.string() + "' " + exposure);
+    ASSERT_EQ(browser.exit_status, 0) << browser.output;
+    const auto theirs = decode_image(*read_file(shot), "screenshot");
+    ASSERT_TRUE(theirs);
+    ASSERT_TRUE(theirs->width == kWidth && theirs->height == kHeight);
+    const Difference d = compare(ours, *theirs);
+    std::printf("| %s | `%s` | %.2f | %.2f |\n", engine.c_str(), file.c_str(), d.mean, d.median);
+    EXPECT_GT(d.pixels, kWidth * kHeight / 2);
+    EXPECT_LT(d.mean, kMostMean);
+  }
+
+  const fs::path pictures_ = test::binary_dir() / "engines_test";
+  test::TempDir dir_;
+  const fs::path out_ = dir_.path() / "out";
+  test::Published published_;
+  float exposure_ = 1;
+};
+
+TEST_F(Engines, ShowTheLightOfTheFiles) {
+  const Reference unlit = render(published_, exposure_, true);
+  ASSERT_TRUE(write_png(pictures_ / "reference_scene_unlit.glb.png", kWidth, kHeight, unlit.picture.rgb));
+  for (const char* engine : {"three", "babylon", "playcanvas"}) show(engine, "scene_unlit.glb", unlit, "");
+  const Reference lit = render(published_, exposure_, false);
+  ASSERT_TRUE(write_png(pictures_ / "reference_scene.glb.png", kWidth, kHeight, lit.picture.rgb));
+  for (const char* engine : {"three", "babylon"}) show(engine, "scene.glb", lit, std::to_string(exposure_));
+}
+
+}  // namespace
+}  // namespace kiln
