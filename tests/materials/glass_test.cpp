@@ -38,8 +38,8 @@ void add_light(test::SceneMaker& m, Light light, uint32_t emitter) {
   if (light == Light::kCeiling) m.quad({-12, 0.2f, -12}, {24, 0, 0}, {0, 0, 24}, emitter);
 }
 
-// Roughness 0 is a GGX layer of width 0.02, which turns 0.02^2 of its normals by more than 45 degrees: so much of
-// the reflectance 0.04 goes astray on each of at most two surfaces.
+// Roughness 0 is a GGX layer of width 0.02, which turns 0.02^2 of its normals by more than 45 degrees: so
+// much of the reflectance 0.04 goes astray on each of at most two surfaces.
 constexpr double kWidthOfSmooth = 2 * 0.04 * 0.02 * 0.02;
 
 // Mean E over the floor, and how far it may be off: five standard errors, and for wide lights the light that
