@@ -8,8 +8,6 @@
 // Kulla & Conty 2017, Revisiting Physically Based Shading at Imageworks, pages 7 and 8.
 #include "worker/materials/bsdf.h"
 
-#include "worker/materials/sheen.h"
-
 namespace kiln {
 namespace {
 
@@ -20,10 +18,6 @@ constexpr float kScatterMargin = 0.0025f;
 Vec3 schlick(const Vec3& f0, float f90, float cos) {
   return f0 + (Vec3(f90) - f0) * fifth_power_of_rest(cos);
 }
-float through_sheen(const Bsdf& b, float albedo) {
-  return 1.0f - max_component(b.sheen) * albedo;
-}
-
 // Colour of the light that leaves metal after two and more facets, of the light that one facet alone does not
 // return: F^2 E / (1 - F (1 - E)) with the means of F and E.
 Vec3 bounced_between_facets(const Bsdf& b, float mean_albedo) {
@@ -38,15 +32,17 @@ Vec3 fresnel(const Bsdf& bsdf, float cos) {
 }
 
 Vec3 straight_through(const Bsdf& bsdf, float cos) {
-  Vec3 through = bsdf.transmission;
-  if (bsdf.has_specular() || bsdf.coat > 0.0f) through *= KeptLight(bsdf).at(cos).under;
-  if (bsdf.has_sheen()) through *= through_sheen(bsdf, SheenAlbedo(bsdf.sheen_roughness).at(cos));
-  return through;
+  if (!bsdf.has_specular() && !bsdf.is_covered()) return bsdf.transmission;
+  return bsdf.transmission * KeptLight(bsdf).at(cos).under;
 }
 
 KeptLight::KeptLight(const Bsdf& b)
     : under_f0_(b.under_f0), under_f90_(b.under_f90), layer_(b.has_specular()), coat_(b.coat) {
   if (layer_) base_ = GgxAlbedo(b.alpha);
+  if (b.has_sheen()) {
+    sheen_ = SheenAlbedo(b.sheen_roughness);
+    sheen_color_ = max_component(b.sheen);
+  }
   if (coat_ > 0.0f) {
     coat_albedo_ = GgxAlbedo(b.coat_alpha);
     // One way is 1 - F of the smooth coat, whatever its width, so that one table does. Both ways make (1 -
@@ -58,27 +54,43 @@ KeptLight::KeptLight(const Bsdf& b)
   }
 }
 
-auto KeptLight::rest(float coat, const ByFresnel& reflected) const -> Shares {
-  return {std::max(0.0f, 1.0f - coat - reflected.of(under_f0_, under_f90_)),
-          std::max(0.0f, 1.0f - coat - reflected.white())};
+auto KeptLight::rest(float all, float coat, const ByFresnel& reflected) const -> Shares {
+  return {std::max(0.0f, all - coat - reflected.of(under_f0_, under_f90_)),
+          std::max(0.0f, all - coat - reflected.white())};
+}
+
+auto KeptLight::rest(float all, const ByFresnel& coat, const GgxAlbedo::Means& layer) const -> Shares {
+  const ByFresnel reflected = layer.plain.albedo * (through_ * through_) +
+                              (layer.plain.fifth + layer.under_fifth.albedo) * (-through_ * through_fifth_) +
+                              layer.under_fifth.fifth * (through_fifth_ * through_fifth_);
+  return rest(all, coat_ * coat.of(kCoatF0, 1.0f), reflected);
 }
 
 auto KeptLight::at(float cos) const -> Shares {
   ByFresnel reflected;
   if (layer_) reflected = base_.albedo(cos);
-  if (!(coat_ > 0.0f)) return rest(0.0f, reflected);
-  if (layer_) reflected = (reflected * through_ + base_.fifth(cos) * -through_fifth_) * through_coat(cos);
-  return rest(coat(cos), reflected);
+  if (!(coat_ > 0.0f) && !(sheen_color_ > 0.0f)) return rest(1.0f, 0.0f, reflected);
+  if (layer_ && coat_ > 0.0f)
+    reflected = (reflected * through_ + base_.fifth(cos) * -through_fifth_) * through_coat(cos);
+  const Shares kept = rest(1.0f, coat(cos), reflected);
+  const float under_sheen = through_sheen(cos);
+  return {kept.under * under_sheen, kept.metal * under_sheen};
 }
 
 auto KeptLight::mean() const -> Shares {
-  GgxAlbedo::Means m;
-  if (layer_) m = base_.means();
-  if (!(coat_ > 0.0f)) return rest(0.0f, m.plain.albedo);
-  const ByFresnel reflected = m.plain.albedo * (through_ * through_) +
-                              (m.plain.fifth + m.under_fifth.albedo) * (-through_ * through_fifth_) +
-                              m.under_fifth.fifth * (through_fifth_ * through_fifth_);
-  return rest(coat_ * coat_albedo_.means().plain.albedo.of(kCoatF0, 1.0f), reflected);
+  const GgxAlbedo::Means none;
+  const Shares kept = rest(1.0f, coat_ > 0.0f ? coat_albedo_.means().plain.albedo : ByFresnel{},
+                           layer_ ? base_.means() : none);
+  if (!(sheen_color_ > 0.0f)) return kept;
+  const Shares under =
+      rest(sheen_.mean(), coat_ > 0.0f ? coat_albedo_.means_under(sheen_).plain.albedo : ByFresnel{},
+           layer_ ? base_.means_under(sheen_) : none);
+  return {kept.under - sheen_color_ * under.under, kept.metal - sheen_color_ * under.metal};
+}
+
+float KeptLight::sheen_mean() const {
+  if (!(coat_ > 0.0f)) return sheen_.mean();
+  return sheen_.mean() - coat_ * coat_albedo_.means_under(sheen_).plain.albedo.of(kCoatF0, 1.0f);
 }
 
 void BsdfAtWo::set_wo(const Vec3& wo) {
@@ -93,7 +105,7 @@ void BsdfAtWo::set_wo(const Vec3& wo) {
   smith_wo_ = b.has_specular() ? ggx_smith(cos, b.alpha) : 0.0f;
   coat_smith_wo_ = b.coat > 0.0f ? ggx_smith(cos, b.coat_alpha) : 0.0f;
   through_wo_ = kept_.through_coat(cos);
-  sheen_wo_ = b.has_sheen() ? SheenAlbedo(b.sheen_roughness).at(cos) : 0.0f;
+  through_sheen_wo_ = kept_.through_sheen(cos);
   weigh(kept_.at(cos), kept_.mean());
 }
 
@@ -103,6 +115,7 @@ void BsdfAtWo::weigh(const KeptLight::Shares& shares, const KeptLight::Shares& m
   const float cos = std::max(wo_.z, 0.0f);
   Vec3 under(0.0f), metal(0.0f);
   lobes_ = {};
+  share_ = Vec3(0.0f);
   if (means.under > 0.0f) {
     under = b.diffuse * shares.under;
     under_wo_ = under / means.under;
@@ -120,30 +133,29 @@ void BsdfAtWo::weigh(const KeptLight::Shares& shares, const KeptLight::Shares& m
   }
   if (covered_) {
     lobes_.coat = kept_.coat(cos);
-    lobes_.uniform = luminance(b.sheen) * sheen_wo_ * through_wo_;
+    const Vec3 sheen = b.sheen * kept_.sheen(cos);
+    const float mean = kept_.sheen_mean();
+    sheen_wo_ = mean > 0.0f ? sheen / mean : Vec3(0.0f);
+    lobes_.uniform = luminance(sheen);
+    share_ = sheen;
   }
   // Where little is kept it is kept at grazing angles: the cosine would find that rarely.
-  const float least_uniform = b.has_sheen() ? 1.0f : 0.0f;
   lobes_.uniform += luminance(metal);
   (means.under < 0.5f ? lobes_.uniform : lobes_.cosine) += luminance(under);
-  share_ = under + metal;
-  if (b.has_sheen()) {
-    const SheenAlbedo sheen(b.sheen_roughness);
-    share_ *= through_sheen(b, std::max(sheen_wo_, sheen.mean()));
-  }
-  choose(lobes_, least_uniform);
+  share_ += under + metal;
+  choose(lobes_);
 }
 
 // Each lobe that is there gets a tenth at least, so that f / pdf is bounded; but the lobe between the facets
 // of metal is bounded by its own density, and may vanish.
-void BsdfAtWo::choose(Lobes lobes, float least_uniform) {
+void BsdfAtWo::choose(Lobes lobes) {
   const Bsdf& b = bsdf_;
   const float least = 0.1f * std::max(lobes.sum(), 1e-6f);
   const auto raise = [&](float& lobe, bool there) {
     if (there) lobe = std::max(lobe, least);
   };
   raise(lobes.coat, b.coat > 0.0f);
-  raise(lobes.uniform, least_uniform > 0.0f);
+  raise(lobes.uniform, b.has_sheen());
   raise(lobes.ggx, b.has_specular());
   raise(lobes.cosine, b.has_diffuse() && lobes_.cosine > 0.0f);
   const float total = lobes.sum();
@@ -159,20 +171,18 @@ BsdfValue BsdfAtWo::layered(const Vec3& wi) const {
   v.f = (under_wo_ * shares.under + metal_wo_ * shares.metal) * kInvPi;
   v.pdf = (chance_.cosine * wi.z + 0.5f * chance_.uniform) * kInvPi;
   const Vec3 h = normalize_or(wo_ + wi, Vec3(0, 0, 1));
-  const float through = covered_ ? through_wo_ * kept_.through_coat(wi.z) : 1.0f;
+  float through = 1.0f;
+  if (covered_) {
+    // Departure from KHR_materials_sheen: a separable lobe with the albedo of Charlie's instead of Charlie's
+    // itself. Of the GGX layer the more grazing direction lets less through, as the extension has it.
+    v.f += sheen_wo_ * (kept_.sheen(wi.z) * kInvPi);
+    through = through_wo_ * kept_.through_coat(wi.z) * std::min(through_sheen_wo_, kept_.through_sheen(wi.z));
+  }
   if (smith_wo_ > 0.0f) {
     const float d = ggx_d(h, b.alpha);
     const float lobe = d * ggx_visibility(wo_.z, smith_wo_, wi.z, ggx_smith(wi.z, b.alpha));
     v.f += schlick(b.f0, b.f90, dot(wi, h)) * (lobe * through);
     v.pdf += chance_.ggx * ggx_reflection_pdf(d, wo_.z, smith_wo_);
-  }
-  if (covered_ && b.has_sheen()) {
-    // Departure from the extension: a separable lobe with the albedo of Charlie's instead of Charlie's
-    // itself. Below it, the more grazing direction decides, as KHR_materials_sheen has it.
-    const SheenAlbedo albedo(b.sheen_roughness);
-    const float sheen_wi = albedo.at(wi.z);
-    v.f = v.f * through_sheen(b, std::max(sheen_wo_, sheen_wi)) +
-          b.sheen * (kInvPi * through * sheen_wo_ * sheen_wi / albedo.mean());
   }
   if (covered_ && b.coat > 0.0f) {
     const float d = ggx_d(h, b.coat_alpha);
@@ -200,7 +210,7 @@ float BsdfAtWo::take_lambert_share() {
   rest.cosine *= 0.1f;
   rest.uniform *= 0.5f;
   const float chance = std::clamp(rest.sum() / lobes_.sum(), 0.1f, 0.9f);
-  choose(rest, bsdf_.has_sheen() ? 1.0f : 0.0f);
+  choose(rest);
   return chance;
 }
 

@@ -52,10 +52,10 @@ Vec3 fresnel(const Bsdf& bsdf, float cos);
 // Straight transmittance of the surface at a cosine (0, 1] to its normal: what its layers do not reflect.
 Vec3 straight_through(const Bsdf& bsdf, float cos);
 
-// The shares of light, by its cosine to the normal, that the GGX layer and the coat leave to the lobes below:
-// to the Lambert layer, and to light that goes on between the facets of metal. Reciprocal lobes follow:
-//   kept(o) kept(i) / (pi mean kept)   reflects kept(o) towards o (Kelemen & Szirmay-Kalos 2001; Kulla &
-//   Conty 2017)
+// The shares of light, by its cosine to the normal, that the GGX layer, sheen and coat leave to the lobes
+// below: to the Lambert layer, and to light that goes on between the facets of metal. Reciprocal lobes
+// follow:
+//   kept(o) kept(i) / (pi mean kept)   reflects kept(o) of even light (Kelemen & Szirmay-Kalos 2001)
 class KeptLight {
  public:
   struct Shares {
@@ -76,12 +76,21 @@ class KeptLight {
   float through_coat(float cos) const {
     return coat_ > 0.0f ? through_ - through_fifth_ * fifth_power_of_rest(cos) : 1.0f;
   }
+  // Reflected by sheen of colour 1 under the coat, and its mean 2 int sheen(cos) cos dcos.
+  float sheen(float cos) const { return sheen_.at(cos) * (1.0f - coat(cos)); }
+  float sheen_mean() const;
+  // What sheen leaves of light to what is below it.
+  float through_sheen(float cos) const { return 1.0f - sheen_color_ * sheen_.at(cos); }
   static constexpr float kCoatF0 = 0.04f;  // index of refraction 1.5
 
  private:
-  Shares rest(float coat, const ByFresnel& reflected) const;
+  // What is left of `all` light under the coat's and the layer's integrals.
+  Shares rest(float all, float coat, const ByFresnel& reflected) const;
+  Shares rest(float all, const ByFresnel& coat, const GgxAlbedo::Means& layer) const;
 
   GgxAlbedo base_, coat_albedo_;
+  SheenAlbedo sheen_;
+  float sheen_color_ = 0.0f;  // the largest channel
   float under_f0_ = 0.0f, under_f90_ = 0.0f;
   bool layer_ = false;
   float coat_ = 0.0f, through_ = 1.0f, through_fifth_ = 0.0f;
@@ -120,7 +129,7 @@ class BsdfAtWo {
     float sum() const { return coat + uniform + ggx + cosine; }
   };
   void weigh(const KeptLight::Shares& shares, const KeptLight::Shares& means);
-  void choose(Lobes lobes, float least_uniform);
+  void choose(Lobes lobes);
   BsdfValue layered(const Vec3& wi) const;
 
   Bsdf bsdf_;
@@ -131,7 +140,8 @@ class BsdfAtWo {
   Vec3 share_{0.0f}, taken_{0.0f};        // the Lambert lobe; the same once it is taken away, over pi
   float smith_wo_ = 0.0f, coat_smith_wo_ = 0.0f;
   float through_wo_ = 1.0f;  // the coat
-  float sheen_wo_ = 0.0f;
+  Vec3 sheen_wo_{0.0f};      // sheen's lobe: times kept_.sheen(wi), over pi
+  float through_sheen_wo_ = 1.0f;
   Lobes lobes_, chance_;  // chance_: of all samples
 };
 

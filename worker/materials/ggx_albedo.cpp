@@ -64,11 +64,20 @@ GgxAlbedo::Terms operator*(const GgxAlbedo::Terms& t, float s) {
 GgxAlbedo::Terms operator+(const GgxAlbedo::Terms& a, const GgxAlbedo::Terms& b) {
   return {a.albedo + b.albedo, a.fifth + b.fifth};
 }
+GgxAlbedo::Means mix(const GgxAlbedo::Means& a, const GgxAlbedo::Means& b, float t) {
+  return {a.plain * (1.0f - t) + b.plain * t, a.under_fifth * (1.0f - t) + b.under_fifth * t};
+}
 
 }  // namespace
 
+template <class F>
+GgxAlbedo::Means GgxAlbedo::means_of(const Row& albedo, const Row& fifth, const F& weight) {
+  const auto under_fifth = [&](float cos) { return weight(cos) * fifth_power_of_rest(cos); };
+  return {{mean_over_cosine(albedo, weight), mean_over_cosine(fifth, weight)},
+          {mean_over_cosine(albedo, under_fifth), mean_over_cosine(fifth, under_fifth)}};
+}
+
 GgxAlbedo::Tables::Tables() {
-  const auto one = [](float) { return 1.0f; };
   for (int r = 0; r <= kRows; ++r) {
     for (int c = 0; c <= kColumns; ++c) {
       const float t = static_cast<float>(c) / kColumns;
@@ -76,10 +85,22 @@ GgxAlbedo::Tables::Tables() {
       rows[0][r][c] = terms.albedo;
       rows[1][r][c] = terms.fifth;
     }
-    means[r].plain = {mean_over_cosine(rows[0][r], one), mean_over_cosine(rows[1][r], one)};
-    means[r].under_fifth = {mean_over_cosine(rows[0][r], fifth_power_of_rest),
-                            mean_over_cosine(rows[1][r], fifth_power_of_rest)};
+    means[r] = means_of(rows[0][r], rows[1][r], [](float) { return 1.0f; });
   }
+}
+
+const GgxAlbedo::MeansUnderSheen& GgxAlbedo::means_under_sheen() {
+  static const MeansUnderSheen all = [] {
+    MeansUnderSheen m;
+    for (int s = 0; s <= SheenAlbedo::kRows; ++s) {
+      const SheenAlbedo sheen = SheenAlbedo::of_row(s);
+      for (int r = 0; r <= kRows; ++r)
+        m[s][r] =
+            means_of(tables().rows[0][r], tables().rows[1][r], [&](float cos) { return sheen.at(cos); });
+    }
+    return m;
+  }();
+  return all;
 }
 
 const GgxAlbedo::Tables& GgxAlbedo::tables() {
@@ -94,10 +115,15 @@ GgxAlbedo::GgxAlbedo(float alpha) : tables_(&tables()) {
 }
 
 GgxAlbedo::Means GgxAlbedo::means() const {
-  const Means& low = tables_->means[row_];
-  const Means& high = tables_->means[row_ + 1];
-  return {low.plain * (1.0f - blend_) + high.plain * blend_,
-          low.under_fifth * (1.0f - blend_) + high.under_fifth * blend_};
+  return mix(tables_->means[row_], tables_->means[row_ + 1], blend_);
+}
+
+GgxAlbedo::Means GgxAlbedo::means_under(const SheenAlbedo& sheen) const {
+  const auto of_row = [&](int s) {
+    const auto& means = means_under_sheen()[s];
+    return mix(means[row_], means[row_ + 1], blend_);
+  };
+  return mix(of_row(sheen.row()), of_row(sheen.row() + 1), sheen.blend());
 }
 
 }  // namespace kiln

@@ -5,6 +5,7 @@
 #include <array>
 
 #include "worker/materials/ggx.h"
+#include "worker/materials/sheen.h"
 
 namespace kiln {
 
@@ -21,9 +22,9 @@ inline ByFresnel operator+(const ByFresnel& a, const ByFresnel& b) {
   return {a.f0 + b.f0, a.f90 + b.f90};
 }
 
-// The albedo of one width. Bilinear in the root of the cosine and the fourth root of alpha; at most 0.0012 from
-// the integral where the cosine is above 0.03 (tests/materials/ggx_albedo_test.cpp), and means are those of
-// the interpolant, so that a lobe built from both has exactly the albedo it is meant to have.
+// The albedo of one width. Bilinear in the root of the cosine and the fourth root of alpha; at most 0.0012
+// from the integral where the cosine is above 0.03 (tests/materials/ggx_albedo_test.cpp), and means are those
+// of the interpolant, so that a lobe built from both has exactly the albedo it is meant to have.
 class GgxAlbedo {
  public:
   static constexpr int kColumns = 40, kRows = 32;  // cells along the cosine and along alpha
@@ -43,6 +44,8 @@ class GgxAlbedo {
   ByFresnel albedo(float cos) const { return at(cos, 0); }
   ByFresnel fifth(float cos) const { return at(cos, 1); }
   Means means() const;
+  // The same with the albedo of a sheen layer under the integrals.
+  Means means_under(const SheenAlbedo& sheen) const;
 
  private:
   using Row = std::array<ByFresnel, kColumns + 1>;
@@ -51,7 +54,11 @@ class GgxAlbedo {
     Row rows[2][kRows + 1];  // E and K, by alpha
     Means means[kRows + 1];
   };
+  using MeansUnderSheen = std::array<std::array<Means, kRows + 1>, SheenAlbedo::kRows + 1>;
+  template <class F>
+  static Means means_of(const Row& albedo, const Row& fifth, const F& weight);
   static const Tables& tables();
+  static const MeansUnderSheen& means_under_sheen();  // integrated when a scene has its first sheen
   ByFresnel at(float cos, int table) const;
 
   const Tables* tables_ = nullptr;
