@@ -366,6 +366,13 @@ const Setting kTable[] = {
     {"max-bounces", "N", "", "maximum number of reflections between emitter and texel",
      [](B& b, S s) { return store_number(b.max_bounces, s, 0, 1e6); },
      [](const B& b) { return text("{}", b.max_bounces); }},
+    {"materials", "WORD", "",
+     "full: layered materials that keep their energy; diffuse: base colour x (1 - metallic) alone, as engines' "
+     "lightmappers have it",
+     [](B& b, S s) {
+       return store_word(b.materials, s, {"full", "diffuse"});
+     },
+     [](const B& b) { return b.materials; }},
     {"error", "E", "", "a texel stops when its confidence interval is within E of its mean",
      [](B& b, S s) { return store_number(b.error, s, 1e-6, 10); }, [](const B& b) { return print(b.error); }},
     {"confidence", "C", "", "confidence level of that interval",

@@ -47,6 +47,7 @@ struct BakeSettings {
   double sun_angle = 0;  // degrees, angular diameter
   bool direct = true, indirect = true;
   uint32_t max_bounces = 64;
+  std::string materials = "full";  // full, diffuse
   double error = 0.05, confidence = 0.95;
   std::string error_norm = "mean-square";  // max, mean-square, perceptual
   uint32_t min_samples = 64, max_samples = 16384;

@@ -90,6 +90,9 @@ struct Record {
 //                            clearcoat, clearcoat_texture (R), clearcoat_roughness,
 //                            clearcoat_roughness_texture (G), sheen_color[3], sheen_color_texture,
 //                            sheen_roughness, sheen_roughness_texture (its only channel)
+//             "diffuse"      base_color[4], base_color_texture, metallic, metallic_roughness_texture (B),
+//                            emission[3], emission_texture, transmission, transmission_texture (R),
+//                            alpha_mode, alpha_cutoff, double_sided
 //             "unlit"        base_color[4], base_color_texture, alpha_mode, alpha_cutoff, double_sided
 struct Scene {
   std::vector<Mesh> meshes;

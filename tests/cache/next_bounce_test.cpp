@@ -34,6 +34,24 @@ uint32_t half_metal(SceneMaker& m) {
   return m.metallic_roughness(Vec3(0.7f), 0.5f, 0.5f);
 }
 
+uint32_t gltf_default(SceneMaker& m) {
+  return m.metallic_roughness(Vec3(0.6f), 0, 1);
+}
+uint32_t rough_metal(SceneMaker& m) {
+  return m.metallic_roughness(Vec3(0.7f), 1, 1);
+}
+uint32_t coated(SceneMaker& m) {
+  const uint32_t wall = m.metallic_roughness(Vec3(0.6f), 0, 0.6f);
+  m.scene().materials[wall].properties.push_back({"clearcoat", {1}, "", {}});
+  return wall;
+}
+uint32_t with_sheen(SceneMaker& m) {
+  const uint32_t wall = m.metallic_roughness(Vec3(0.6f), 0, 0.6f);
+  m.scene().materials[wall].properties.push_back({"sheen_color", {0.7, 0.5, 0.3}, "", {}});
+  m.scene().materials[wall].properties.push_back({"sheen_roughness", {0.5}, "", {}});
+  return wall;
+}
+
 TransportSettings transport(bool direct) {
   TransportSettings s;
   s.direct = direct;
@@ -79,7 +97,7 @@ Difference cached_against_whole(const CachedBake& b, uint32_t for_cache, uint32_
 }
 
 TEST(NextBounce, LayeredFurnaceIsThatOfWholePaths) {
-  for (const auto& material : {glossy, half_metal})
+  for (const auto& material : {glossy, half_metal, gltf_default, rough_metal, coated, with_sheen})
     for (const bool direct : {true, false}) {
       const CachedBake b(furnace(material), 6, transport(direct));
       const Difference d = cached_against_whole(b, 256, 256);
@@ -89,9 +107,46 @@ TEST(NextBounce, LayeredFurnaceIsThatOfWholePaths) {
     }
 }
 
+// A box of 3 m with a red and a green wall and a lamp under the ceiling: most light that a wall receives
+// comes from one side, and a layer reflects another share of it than of even light.
+Scene box_with_lamp(const std::function<uint32_t(SceneMaker&, const Vec3&)>& material) {
+  SceneMaker m;
+  const uint32_t white = material(m, Vec3(0.75f)), red = material(m, Vec3(0.63f, 0.08f, 0.06f)),
+                 green = material(m, Vec3(0.14f, 0.45f, 0.09f));
+  const Vec3 x(3, 0, 0), y(0, 3, 0), z(0, 0, 3), o(0.0f);
+  m.quad(o, z, x, white);  // floor, up
+  m.quad(y, x, z, white);  // ceiling, down
+  m.quad(o, x, y, white);  // back
+  m.quad(z, y, x, white);  // front
+  m.quad(o, y, z, red);    // left
+  m.quad(x, z, y, green);  // right
+  m.quad({1.2f, 2.95f, 1.2f}, {0.6f, 0, 0}, {0, 0, 0.6f}, m.lambert(Vec3(0.0f), Vec3(12.0f)));
+  return m.take();
+}
+
+TEST(NextBounce, BoxOfDefaultMaterialsIsThatOfWholePaths) {
+  // Read where E was 1.5 % wrong for glTF's default material: too dark by the share that a layer reflects of
+  // light from the lamp's side over that of even light. Within 0.2 % of the mean, and noise.
+  constexpr double kAllowed = 0.002;
+  const struct {
+    const char* name;
+    std::function<uint32_t(SceneMaker&, const Vec3&)> material;
+  } materials[] = {{"Lambert", [](SceneMaker& m, const Vec3& c) { return m.lambert(c); }},
+                   {"default", [](SceneMaker& m, const Vec3& c) { return m.metallic_roughness(c, 0, 1); }},
+                   {"glossy", [](SceneMaker& m, const Vec3& c) { return m.metallic_roughness(c, 0, 0.3f); }},
+                   {"metal", [](SceneMaker& m, const Vec3& c) { return m.metallic_roughness(c, 1, 0.8f); }}};
+  for (const auto& [name, material] : materials) {
+    const CachedBake b(box_with_lamp(material), 4, transport(true));
+    const Difference d = cached_against_whole(b, 512, 512);
+    std::printf("box, %s: %+.3f +- %.3f %%\n", name, 100 * d.value, 100 * d.error);
+    EXPECT_LE(std::abs(d.value), kAllowed + kLimit * d.error) << name;
+    EXPECT_LT(d.error, kAllowed) << name;
+  }
+}
+
 TEST(NextBounce, RandomScenesAreThoseOfWholePaths) {
   // A texel's mean is read where a point was met: where light changes within a texel, that is another light.
-  // kAllowed bounds what that may be of a scene's mean; noise comes on top. Found: about 0.4 % too
+  // kAllowed bounds what that may be of a scene's mean; noise comes on top. Found: about 0.2 % too
   // dark over all scenes, which is beyond noise (printed).
   constexpr double kAllowed = 0.01;
   double weighted = 0, weights = 0, largest = 0;

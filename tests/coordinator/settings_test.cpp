@@ -41,6 +41,7 @@ TEST(Settings, ErrorsNameTheOptionAndTheValue) {
                                                                                     {"sun", "1,2,3"},
                                                                                     {"sun", "0,0,0:1,1,1"},
                                                                                     {"components", "both"},
+                                                                                    {"materials", "lambert"},
                                                                                     {"basis", "sg"},
                                                                                     {"isa", "neon"},
                                                                                     {"sampler", "sobol"},

@@ -36,6 +36,37 @@ TEST(Materials, AllFactors) {
   EXPECT_EQ(m.find("alpha_mode")->word, "mask");
 }
 
+// --materials diffuse reads what its material has, and no texture that it does not need.
+TEST(Materials, DiffuseKeepsBaseColourMetalAlphaAndEmission) {
+  GltfBuilder b;
+  b.textured_triangle(json::parse(R"({"name": "paint", "alphaMode": "BLEND", "emissiveFactor": [1, 0, 0],
+    "normalTexture": {"index": 0},
+    "pbrMetallicRoughness": {"baseColorFactor": [0.1, 0.2, 0.3, 0.4], "metallicFactor": 0.5, "roughnessFactor": 0.75},
+    "extensions": {"KHR_materials_transmission": {"transmissionFactor": 0.25},
+                   "KHR_materials_clearcoat": {"clearcoatFactor": 1},
+                   "KHR_materials_sheen": {"sheenColorFactor": [1, 1, 1]}}})"));
+  BakeSettings settings;
+  settings.materials = "diffuse";
+  const ImportResult r = imported(b, settings);
+  const Record& m = r.scene.materials.at(0);
+  EXPECT_EQ(m.type, "diffuse");
+  EXPECT_EQ(numbers(m, "base_color"), (N{0.1, 0.2, 0.3, 0.4}));
+  EXPECT_EQ(numbers(m, "metallic"), (N{0.5}));
+  EXPECT_EQ(numbers(m, "transmission"), (N{0.25}));
+  EXPECT_EQ(numbers(m, "emission"), (N{1, 0, 0}));
+  EXPECT_EQ(m.find("alpha_mode")->word, "blend");
+  for (const char* name : {"roughness", "normal_texture", "clearcoat", "sheen_color", "specular"})
+    EXPECT_EQ(m.find(name), nullptr) << name;
+}
+
+TEST(Materials, DiffuseNamesMetalThatTurnsBlack) {
+  GltfBuilder b;
+  b.textured_triangle(json::parse(R"({"pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1, 1]}})"));
+  BakeSettings settings;
+  settings.materials = "diffuse";
+  EXPECT_SAYS(test::all_notes(imported(b, settings)), "metal reflects nothing with --materials diffuse");
+}
+
 TEST(Materials, DefaultsOfGltf) {
   GltfBuilder b;
   b.node({{"mesh", b.triangle()}});

@@ -128,6 +128,22 @@ TEST(Roster, ReflectsNoMoreThanItReceives) {
     });
 }
 
+// White materials keep energy at every angle and in the mean: what the layers do not reflect, the lobes below
+// do.
+TEST(Roster, WhiteNeitherLosesNorGains) {
+  double least = 1, most = 1;
+  for (const double roughness : {0.0, 0.2, 0.4, 0.6, 0.8, 1.0})
+    for (const auto& m : layered_materials(roughness, 1)) {
+      if (m.bsdf.has_sheen() && m.bsdf.has_specular()) continue;  // loses light between the two
+      for (const float cos : {1.0f, 0.8f, 0.5f, 0.3f, 0.1f}) {
+        const double all = test::white_furnace(m.bsdf, cos, 1u << 15);
+        EXPECT_NEAR(all, 1, 0.002) << m.name << ", roughness " << roughness << ", cosine " << cos;
+        least = std::min(least, all), most = std::max(most, all);
+      }
+    }
+  std::printf("white, without sheen over a layer: %.4f to %.4f\n", least, most);
+}
+
 TEST(Roster, IsReciprocalAndWeighsByItsDensity) {
   Random random;
   for_roster(0.7, [&](const Bsdf& bsdf, const Vec3& wo, const std::string& label) {

@@ -54,6 +54,24 @@ inline std::vector<LayeredMaterial> layered_materials(double roughness, double a
   return out;
 }
 
+// White furnace: what comes back of radiance 1 from everywhere, plus what goes straight through. The number
+// that chooses a lobe rises with the sample, so that each lobe gets a run of a low-discrepancy sequence
+// (Roberts' R2).
+inline double white_furnace(const Bsdf& bsdf, float cos, uint32_t samples) {
+  const BsdfAtWo seen(bsdf, {std::sqrt(1.0f - cos * cos), 0.0f, cos});
+  const auto number = [](uint32_t i, double step) {
+    const double x = 0.5 + i * step;
+    return static_cast<float>(std::min(x - std::floor(x), 1 - 0x1p-24));
+  };
+  double sum = 0;
+  for (uint32_t i = 0; i < samples; ++i) {
+    const float lobe = (static_cast<float>(i) + 0.5f) / static_cast<float>(samples);
+    const Vec2 u(number(i, 0.7548776662466927), number(i, 0.5698402909980532));
+    sum += static_cast<double>(max_component(seen.sample(lobe, u).weight));
+  }
+  return sum / samples + static_cast<double>(max_component(straight_through(bsdf, cos)));
+}
+
 // Unit, at this cosine to the normal.
 inline Vec3 direction_at(float cos) {
   return {std::sqrt(1.0f - cos * cos), 0.0f, cos};

@@ -54,11 +54,11 @@ class PathIntegrator final : public Integrator {
     Vec3 throughput, sum;        // path throughput, and radiance gathered so far
     Vec3 first_direction;
     float first_pdf;
-    // At a vertex with known irradiance:
-    bool diffuse_dropped;    // the closure is already made, without the Lambert layer
-    bool reflected_known;    // the known irradiance lacks direct light,
-                             // which is still to be gathered
-    Vec3 throughput_beyond;  // then: factor for light from beyond the next surface's own
+    // Of a vertex whose irradiance is known:
+    bool share_taken;        // its closure is made already, without the Lambert lobe that the irradiance lit
+    bool reflected_known;    // only of light that was reflected before: what shines on it directly is still
+                             // wanted
+    Vec3 throughput_beyond;  // what goes on past the next surface's own light: all but where the above holds
     Hit hit;
     [[no_unique_address]] std::conditional_t<has(kGlass), Glass, NoGlass> glass;
   };
@@ -124,7 +124,16 @@ class PathIntegrator final : public Integrator {
   }
   static Vec2 pair(const float (&numbers)[2][kBatch], size_t k) { return {numbers[0][k], numbers[1][k]}; }
   bool may_reflect(uint32_t bounces) const { return settings_.indirect && bounces < settings_.max_bounces; }
-  // Whether light counts after this many reflections.
+  // Is there anything in it? What is left of a closure beside its Lambert lobe may be negative.
+  static bool is_light(const Vec3& v) {
+    if constexpr (has(kLayers)) return v != Vec3(0.0f);
+    return max_component(v) > 0.0f;
+  }
+  static float magnitude(const Vec3& v) {
+    if constexpr (has(kLayers)) return max_component(glm::abs(v));
+    return max_component(v);
+  }
+  // Does light count that was reflected this often?
   bool counts(uint32_t bounces) const { return bounces == 0 ? settings_.direct : settings_.indirect; }
 
   const Surfaces& surfaces_;
@@ -172,7 +181,7 @@ void PathIntegrator<kFeatures>::queue_shadow_ray(Wave& w, uint32_t i, uint32_t b
   } else {
     const BsdfValue value = p.bsdf.value(local);
     contribution *= value.f * local.z;
-    if (!(max_component(contribution) > 0.0f)) return;
+    if (!is_light(contribution)) return;
     direction_pdf = value.pdf;
   }
   if (s.pdf > 0.0f) contribution *= mis_weight(MisMode::kLights, s.pdf, direction_pdf);
@@ -401,19 +410,21 @@ auto PathIntegrator<kFeatures>::arrive(Path& p, Task& task, const KnownIrradianc
   if (p.reflected_known) {
     p.throughput *= p.throughput_beyond;
     p.reflected_known = false;
-    if (!(max_component(p.throughput) > 0.0f)) return Arrival::kEnds;
+    if (!is_light(p.throughput)) return Arrival::kEnds;
   }
   if (!may_reflect(bounces)) return Arrival::kEnds;
-  p.diffuse_dropped = false;
+  p.share_taken = false;
   if (known && agrees && !leaves && !kind.glass)
     if (const Vec3* irradiance = known->find(hit); irradiance && ends_at_known(p, task, *irradiance, bounces))
       return Arrival::kEnds;
   return Arrival::kReflects;
 }
 
-// Adds the known irradiance as reflected by the vertex's Lambert layer. Layers above it are sampled by a
-// random share of the paths, which then see only those. If direct light is off, the known irradiance includes
-// light reflected before only; the path gathers the rest here and with one more ray.
+// Takes what a Lambert lobe reflects of the vertex's known irradiance: the closure's own, or the one that
+// stands for its lobes below the layers. The rest of the closure, which is what tells it from that lobe, is
+// looked at by a share of the paths, which then see it alone; so the mean is that of whole paths, whatever
+// the closure is. Where direct light is not asked for, what is known is what was reflected before: the path
+// gathers the rest here and by one more ray.
 template <uint32_t kFeatures>
 bool PathIntegrator<kFeatures>::ends_at_known(Path& p, const Task& task, const Vec3& irradiance,
                                               uint32_t bounces) const {
@@ -425,18 +436,18 @@ bool PathIntegrator<kFeatures>::ends_at_known(Path& p, const Task& task, const V
     return settings_.direct;
   } else {
     make_bsdf(p, bounces + 1);
-    const Vec3 share = p.bsdf.diffuse_share();
+    const Vec3 share = p.bsdf.lambert_share();
     if (!(max_component(share) > 0.0f)) return false;
     p.sum += p.throughput * share * irradiance * kInvPi;
     if (!settings_.direct) {
       p.reflected_known = true;
       return false;
     }
-    const float chance = p.bsdf.drop_diffuse();
+    const float chance = p.bsdf.take_lambert_share();
     const float u = unit_float(task.stream.bits(dimension(bounces + 1, kLayer) | 1u << 31));
     if (!(u < chance)) return true;
     p.throughput /= chance;
-    p.diffuse_dropped = true;
+    p.share_taken = true;
     return false;
   }
 }
@@ -481,7 +492,7 @@ bool PathIntegrator<kFeatures>::passes_glass(Path& p, const SurfacePoint& at, co
     }
     p.origin = offset_origin(at.position, -at.ng, at.error);
     ++p.glass.passes;
-    return max_component(p.throughput) > 0.0f;
+    return is_light(p.throughput);
   }
   return false;
 }
@@ -493,7 +504,7 @@ void PathIntegrator<kFeatures>::reflect(Wave& w, uint32_t bounces) const {
   for (size_t k = 0; k < w.count; ++k) {
     Path& p = w.paths[w.live[k]];
     const SurfacePoint& at = p.vertices[slot(bounces)];
-    if (!p.diffuse_dropped) make_bsdf(p, bounces);
+    if (!p.share_taken) make_bsdf(p, bounces);
     p.origin = offset_origin(at.position, at.ng, at.error);
   }
   gather<false>(w, bounces);
@@ -509,12 +520,11 @@ void PathIntegrator<kFeatures>::reflect(Wave& w, uint32_t bounces) const {
     p.direction = p.frame.to_world(s.direction);
     p.pdf = s.pdf;
     p.throughput *= s.weight;
-    if (p.reflected_known) p.throughput_beyond = p.bsdf.share_above_diffuse(s.direction);
-    // No light passes through the surface itself.
-    bool goes_on =
-        max_component(p.throughput) > 0.0f && dot(p.direction, p.vertices[slot(bounces)].ng) > 0.0f;
+    if (p.reflected_known) p.throughput_beyond = p.bsdf.rest_of_share(s.direction);
+    // Nothing leaks through the surface itself.
+    bool goes_on = is_light(p.throughput) && dot(p.direction, p.vertices[slot(bounces)].ng) > 0.0f;
     if (roulette && goes_on) {
-      const float survival = std::min(1.0f, max_component(p.throughput));
+      const float survival = std::min(1.0f, magnitude(p.throughput));
       goes_on = w.u[1][k] < survival;
       p.throughput /= survival;
     }
@@ -529,7 +539,7 @@ void PathIntegrator<kFeatures>::reflect(Wave& w, uint32_t bounces) const {
 template <uint32_t kFeatures>
 void PathIntegrator<kFeatures>::finish(Wave& w, uint32_t i) const {
   const Path& p = w.paths[i];
-  if (!(max_component(p.sum) <= 0.0f))  // written so that NaN passes; the film counts it
+  if (p.sum != Vec3(0.0f))  // so that NaN passes: the film counts it
     w.tasks[i].radiance.add(p.first_direction, p.sum / p.first_pdf);
 }
 

@@ -1,92 +1,28 @@
-// The layers of glTF 2.0 appendix B and of KHR_materials_specular, _clearcoat and _sheen, in reciprocal,
-// energy-conserving forms:
-//   base = (1 - F(o)) (1 - F(i)) / (1 - mean F) diffuse/pi + F(h) D G2 / (4 cos cos)
-// Shirley, Smits, Hu & Lafortune 1997, A Practitioners' Assessment of Light Reflection Models, section 3.
-// Departure from glTF, which uses 1 - F(h) for the first factor and so reflects up to twice the incident
-// light at grazing angles. GGX: Heitz 2014, Understanding the Masking-Shadowing Function (height-correlated
-// Smith), and Dupuy & Benyoub 2023, Sampling Visible GGX Normals with Spherical Caps, CGF 42(8), listing 3.
-// Departure: isotropic only.
+// The layers of glTF 2.0 appendix B and of KHR_materials_specular, _clearcoat and _sheen, in reciprocal forms
+// that keep energy. A layer reflects F(h) D G2 / (4 cos cos); its albedo E is tabulated (ggx_albedo.h), and
+// the rest, 1 - E, goes to the lobes below:
+//   dielectric  (1 - E(o)) (1 - E(i)) / (pi (1 - mean E)) diffuse
+// Kelemen & Szirmay-Kalos 2001, A Microfacet Based Coupled Specular-Matte BRDF Model, section 2.2. Departure
+// from glTF, which uses 1 - F(h) and so reflects up to twice the incident light at grazing angles.
+//   metal       the same with F = 1 in E, times the colour of many bounces between facets
+// Kulla & Conty 2017, Revisiting Physically Based Shading at Imageworks, pages 7 and 8.
 #include "worker/materials/bsdf.h"
-
-#include "worker/materials/sheen.h"
 
 namespace kiln {
 namespace {
 
-constexpr float kCoatF0 = 0.04f;  // index of refraction 1.5
-// Rough layers reflect up to 0.0022 more than F at the cosine, because F is convex and their normals scatter:
-// the layers below receive that much less.
+// The albedo of a rough coat exceeds F at the cosine by up to 0.0022, because F is convex and normals
+// scatter: what passes on to the GGX layer leaves room for it.
 constexpr float kScatterMargin = 0.0025f;
 
-float fifth_power_of_rest(float cos) {
-  const float m = std::clamp(1.0f - cos, 0.0f, 1.0f);
-  const float m2 = m * m;
-  return m2 * m2 * m;
-}
 Vec3 schlick(const Vec3& f0, float f90, float cos) {
   return f0 + (Vec3(f90) - f0) * fifth_power_of_rest(cos);
 }
-float schlick(float f0, float f90, float cos) {
-  return f0 + (f90 - f0) * fifth_power_of_rest(cos);
-}
-float coat_fresnel(float cos) {
-  return schlick(kCoatF0, 1.0f, cos);
-}
-
-float ggx_d(const Vec3& h, float alpha) {
-  const float a2 = alpha * alpha;
-  const float t = h.x * h.x + h.y * h.y + a2 * h.z * h.z;  // (1 - z^2) + a^2 z^2 without cancellation
-  return a2 * kInvPi / (t * t);
-}
-
-// cos x (1 + 2 Lambda): Smith's masking without dividing by a cosine that may be tiny.
-float smith(float cos, float alpha) {
-  const float a2 = alpha * alpha;
-  return std::sqrt(a2 + (1.0f - a2) * cos * cos);
-}
-
-// Dupuy & Benyoub 2023: in the stretched space where the surface is a hemisphere, the reflections of wo off
-// its visible normals fill a cap uniformly.
-Vec3 sample_visible_normal(const Vec3& wo, float alpha, const Vec2& u) {
-  const Vec3 v = normalize_or(Vec3(alpha * wo.x, alpha * wo.y, wo.z), Vec3(0, 0, 1));
-  const Vec3 n = v + spherical(1.0f - u.x * (1.0f + v.z), u.y);
-  return normalize_or(Vec3(alpha * n.x, alpha * n.y, std::max(1e-6f, n.z)), Vec3(0, 0, 1));
-}
-Vec3 sample_reflection(const Vec3& wo, float alpha, const Vec2& u) {
-  const Vec3 h = sample_visible_normal(wo, alpha, u);
-  return h * (2.0f * dot(wo, h)) - wo;
-}
-
-// Height-correlated G2 / (4 cos cos).
-float visibility(float cos_o, float smith_o, float cos_i, float smith_i) {
-  return 0.5f / (cos_o * smith_i + cos_i * smith_o);
-}
-// Density of visible normals G1 max(0, wo.h) D / wo.z, times the Jacobian 1/(4 wo.h), where
-// G1 / wo.z = 2 / (wo.z + smith(wo)).
-float reflection_pdf(float d, float cos_o, float smith_o) {
-  return d / (2.0f * (cos_o + smith_o));
-}
-
-// Dielectric reflectance over the layers below, with the margin of rough layers.
-float over_diffuse(const Bsdf& b, float cos) {
-  return schlick(b.under_f0 + kScatterMargin * (b.under_f90 - b.under_f0), b.under_f90, cos);
-}
-
-// Share of samples for the GGX layer: by reflectance at this angle, kept away from 0 and 1 so that
-// neither layer starves.
-float specular_probability(const Bsdf& b, const Vec3& wo) {
-  if (!b.has_diffuse()) return 1.0f;
-  const float s = luminance(schlick(b.f0, b.f90, wo.z)), d = luminance(b.diffuse);
-  return std::clamp(s / (s + d), 0.1f, 0.9f);
-}
-
-// Transmittance of the coat, down and up: that of the more grazing direction, which makes it reciprocal, as
-// KHR_materials_sheen does for its own layer.
-float through_coat(const Bsdf& b, float flatter) {
-  return 1.0f - b.coat * schlick(kCoatF0 + kScatterMargin * (1.0f - kCoatF0), 1.0f, flatter);
-}
-float through_sheen(const Bsdf& b, float albedo) {
-  return 1.0f - max_component(b.sheen) * albedo;
+// Colour of the light that leaves metal after two and more facets, of the light that one facet alone does not
+// return: F^2 E / (1 - F (1 - E)) with the means of F and E.
+Vec3 bounced_between_facets(const Bsdf& b, float mean_albedo) {
+  const Vec3 f = b.metal + (Vec3(1.0f) - b.metal) * (1.0f / 21.0f);
+  return b.metallic * f * f * mean_albedo / (Vec3(1.0f) - f * (1.0f - mean_albedo));
 }
 
 }  // namespace
@@ -96,111 +32,195 @@ Vec3 fresnel(const Bsdf& bsdf, float cos) {
 }
 
 Vec3 straight_through(const Bsdf& bsdf, float cos) {
-  Vec3 through = bsdf.transmission * (1.0f - schlick(bsdf.under_f0, bsdf.under_f90, cos));
-  if (bsdf.coat > 0.0f) through *= through_coat(bsdf, cos);
-  if (bsdf.has_sheen()) through *= through_sheen(bsdf, SheenAlbedo(bsdf.sheen_roughness).at(cos));
-  return through;
+  if (!bsdf.has_specular() && !bsdf.is_covered()) return bsdf.transmission;
+  return bsdf.transmission * KeptLight(bsdf).at(cos).under;
+}
+
+KeptLight::KeptLight(const Bsdf& b)
+    : under_f0_(b.under_f0), under_f90_(b.under_f90), layer_(b.has_specular()), coat_(b.coat) {
+  if (layer_) base_ = GgxAlbedo(b.alpha);
+  if (b.has_sheen()) {
+    sheen_ = SheenAlbedo(b.sheen_roughness);
+    sheen_color_ = max_component(b.sheen);
+  }
+  if (coat_ > 0.0f) {
+    coat_albedo_ = GgxAlbedo(b.coat_alpha);
+    // One way is 1 - F of the smooth coat, whatever its width, so that one table does. Both ways make (1 -
+    // F)^2; what bounces between coat and layer at normal incidence brings that to 1 - F there.
+    const float both = (1.0f - kScatterMargin * coat_) / (1.0f - kCoatF0 * coat_);
+    const float scale = std::sqrt(both);
+    through_ = scale * (1.0f - kCoatF0 * coat_);
+    through_fifth_ = scale * (1.0f - kCoatF0) * coat_;
+  }
+}
+
+auto KeptLight::rest(float all, float coat, const ByFresnel& reflected) const -> Shares {
+  return {std::max(0.0f, all - coat - reflected.of(under_f0_, under_f90_)),
+          std::max(0.0f, all - coat - reflected.white())};
+}
+
+auto KeptLight::rest(float all, const ByFresnel& coat, const GgxAlbedo::Means& layer) const -> Shares {
+  const ByFresnel reflected = layer.plain.albedo * (through_ * through_) +
+                              (layer.plain.fifth + layer.under_fifth.albedo) * (-through_ * through_fifth_) +
+                              layer.under_fifth.fifth * (through_fifth_ * through_fifth_);
+  return rest(all, coat_ * coat.of(kCoatF0, 1.0f), reflected);
+}
+
+auto KeptLight::at(float cos) const -> Shares {
+  ByFresnel reflected;
+  if (layer_) reflected = base_.albedo(cos);
+  if (!(coat_ > 0.0f) && !(sheen_color_ > 0.0f)) return rest(1.0f, 0.0f, reflected);
+  if (layer_ && coat_ > 0.0f)
+    reflected = (reflected * through_ + base_.fifth(cos) * -through_fifth_) * through_coat(cos);
+  const Shares kept = rest(1.0f, coat(cos), reflected);
+  const float under_sheen = through_sheen(cos);
+  return {kept.under * under_sheen, kept.metal * under_sheen};
+}
+
+auto KeptLight::mean() const -> Shares {
+  const GgxAlbedo::Means none;
+  const Shares kept = rest(1.0f, coat_ > 0.0f ? coat_albedo_.means().plain.albedo : ByFresnel{},
+                           layer_ ? base_.means() : none);
+  if (!(sheen_color_ > 0.0f)) return kept;
+  const Shares under =
+      rest(sheen_.mean(), coat_ > 0.0f ? coat_albedo_.means_under(sheen_).plain.albedo : ByFresnel{},
+           layer_ ? base_.means_under(sheen_) : none);
+  return {kept.under - sheen_color_ * under.under, kept.metal - sheen_color_ * under.metal};
+}
+
+float KeptLight::sheen_mean() const {
+  if (!(coat_ > 0.0f)) return sheen_.mean();
+  return sheen_.mean() - coat_ * coat_albedo_.means_under(sheen_).plain.albedo.of(kCoatF0, 1.0f);
 }
 
 void BsdfAtWo::set_wo(const Vec3& wo) {
-  const Bsdf& bsdf = bsdf_;
+  const Bsdf& b = bsdf_;
   wo_ = wo;
-  covered_ = bsdf.is_covered();
-  layered_ = covered_ || bsdf.has_specular();
+  covered_ = b.is_covered();
+  layered_ = covered_ || b.has_specular();
   if (!layered_) return;
-  p_specular_ = smith_wo_ = p_coat_ = p_sheen_ = 0.0f;
-  if (bsdf.has_specular()) {
-    p_specular_ = specular_probability(bsdf, wo);
-    smith_wo_ = smith(wo.z, bsdf.alpha);
-  }
-  // The mean of Schlick's F over the cosine-weighted hemisphere is f0 + (f90 - f0)/21.
-  const float low = bsdf.under_f0 + kScatterMargin * (bsdf.under_f90 - bsdf.under_f0);
-  const float kept = 1.0f - low - (bsdf.under_f90 - low) / 21.0f;
-  entered_ = kept > 0.0f ? std::max(0.0f, 1.0f - over_diffuse(bsdf, wo.z)) / kept : 0.0f;
-  if (covered_) cover();
+  kept_ = KeptLight(b);
+  taken_ = Vec3(0.0f);
+  const float cos = std::max(wo.z, 0.0f);
+  smith_wo_ = b.has_specular() ? ggx_smith(cos, b.alpha) : 0.0f;
+  coat_smith_wo_ = b.coat > 0.0f ? ggx_smith(cos, b.coat_alpha) : 0.0f;
+  through_wo_ = kept_.through_coat(cos);
+  through_sheen_wo_ = kept_.through_sheen(cos);
+  weigh(kept_.at(cos), kept_.mean());
 }
 
-void BsdfAtWo::cover() {
+// What the lobes reflect towards wo.
+void BsdfAtWo::weigh(const KeptLight::Shares& shares, const KeptLight::Shares& means) {
   const Bsdf& b = bsdf_;
   const float cos = std::max(wo_.z, 0.0f);
-  coat_smith_wo_ = smith(cos, b.coat_alpha);
-  coat_wo_ = b.coat * coat_fresnel(cos);
-  float sheen = 0.0f;
-  if (b.has_sheen()) {
-    sheen_wo_ = SheenAlbedo(b.sheen_roughness).at(cos);
-    sheen = luminance(b.sheen) * sheen_wo_;
+  Vec3 under(0.0f), metal(0.0f);
+  lobes_ = {};
+  share_ = Vec3(0.0f);
+  if (means.under > 0.0f) {
+    under = b.diffuse * shares.under;
+    under_wo_ = under / means.under;
+  } else {
+    under_wo_ = Vec3(0.0f);
   }
-  const float below = luminance(b.diffuse) + luminance(schlick(b.f0, b.f90, cos));
-  // Shares by reflectance at this angle, each existing one at least a tenth of the sum before scaling.
-  const float least = 0.1f * std::max(coat_wo_ + sheen + below, 1e-6f);
-  const float w_coat = b.coat > 0.0f ? std::max(coat_wo_, least) : 0.0f;
-  const float w_sheen = b.has_sheen() ? std::max(sheen, least) : 0.0f;
-  const float w_base = b.has_diffuse() || b.has_specular() ? std::max(below, least) : 0.0f;
-  const float total = w_coat + w_sheen + w_base;
-  p_coat_ = w_coat / total;
-  p_sheen_ = w_sheen / total;
+  metal_wo_ = Vec3(0.0f);
+  if (b.metallic > 0.0f && means.metal > 0.0f) {
+    metal = bounced_between_facets(b, kept_.base_mean()) * shares.metal;
+    metal_wo_ = metal / means.metal;
+  }
+  if (b.has_specular()) {
+    const ByFresnel e = kept_.base().albedo(cos);
+    lobes_.ggx = luminance(b.f0 * e.f0 + Vec3(b.f90 * e.f90)) * through_wo_;
+  }
+  if (covered_) {
+    lobes_.coat = kept_.coat(cos);
+    const Vec3 sheen = b.sheen * kept_.sheen(cos);
+    const float mean = kept_.sheen_mean();
+    sheen_wo_ = mean > 0.0f ? sheen / mean : Vec3(0.0f);
+    lobes_.uniform = luminance(sheen);
+    share_ = sheen;
+  }
+  // Where little is kept it is kept at grazing angles: the cosine would find that rarely.
+  lobes_.uniform += luminance(metal);
+  (means.under < 0.5f ? lobes_.uniform : lobes_.cosine) += luminance(under);
+  share_ += under + metal;
+  choose(lobes_);
 }
 
-BsdfValue BsdfAtWo::base(const Vec3& wi) const {
+// Each lobe that is there gets a tenth at least, so that f / pdf is bounded; but the lobe between the facets
+// of metal is bounded by its own density, and may vanish.
+void BsdfAtWo::choose(Lobes lobes) {
   const Bsdf& b = bsdf_;
+  const float least = 0.1f * std::max(lobes.sum(), 1e-6f);
+  const auto raise = [&](float& lobe, bool there) {
+    if (there) lobe = std::max(lobe, least);
+  };
+  raise(lobes.coat, b.coat > 0.0f);
+  raise(lobes.uniform, b.has_sheen());
+  raise(lobes.ggx, b.has_specular());
+  raise(lobes.cosine, b.has_diffuse() && lobes_.cosine > 0.0f);
+  const float total = lobes.sum();
+  chance_ = total > 0.0f
+                ? Lobes{lobes.coat / total, lobes.uniform / total, lobes.ggx / total, lobes.cosine / total}
+                : Lobes{0.0f, 0.0f, 0.0f, 1.0f};
+}
+
+BsdfValue BsdfAtWo::layered(const Vec3& wi) const {
+  const Bsdf& b = bsdf_;
+  const KeptLight::Shares shares = kept_.at(wi.z);
   BsdfValue v;
+  v.f = (under_wo_ * shares.under + metal_wo_ * shares.metal) * kInvPi;
+  v.pdf = (chance_.cosine * wi.z + 0.5f * chance_.uniform) * kInvPi;
+  const Vec3 h = normalize_or(wo_ + wi, Vec3(0, 0, 1));
+  float through = 1.0f;
+  if (covered_) {
+    // Departure from KHR_materials_sheen: a separable lobe with the albedo of Charlie's instead of Charlie's
+    // itself. Of the GGX layer the more grazing direction lets less through, as the extension has it.
+    v.f += sheen_wo_ * (kept_.sheen(wi.z) * kInvPi);
+    through = through_wo_ * kept_.through_coat(wi.z) * std::min(through_sheen_wo_, kept_.through_sheen(wi.z));
+  }
   if (smith_wo_ > 0.0f) {
-    const Vec3 h = normalize_or(wo_ + wi, Vec3(0, 0, 1));
     const float d = ggx_d(h, b.alpha);
-    v.f = schlick(b.f0, b.f90, dot(wi, h)) * (d * visibility(wo_.z, smith_wo_, wi.z, smith(wi.z, b.alpha)));
-    v.pdf = p_specular_ * reflection_pdf(d, wo_.z, smith_wo_);
+    const float lobe = d * ggx_visibility(wo_.z, smith_wo_, wi.z, ggx_smith(wi.z, b.alpha));
+    v.f += schlick(b.f0, b.f90, dot(wi, h)) * (lobe * through);
+    v.pdf += chance_.ggx * ggx_reflection_pdf(d, wo_.z, smith_wo_);
   }
-  v.f += b.diffuse * (kInvPi * entered_ * std::max(0.0f, 1.0f - over_diffuse(b, wi.z)));
-  v.pdf += (1.0f - p_specular_) * wi.z * kInvPi;
-  return v;
-}
-
-BsdfValue BsdfAtWo::covered(const Vec3& wi) const {
-  const Bsdf& b = bsdf_;
-  BsdfValue v = base(wi);
-  v.pdf *= std::max(0.0f, 1.0f - p_coat_ - p_sheen_);
-  if (b.has_sheen()) {
-    // Departure from the extension: a separable lobe with the albedo of Charlie's instead of Charlie's
-    // itself.
-    const SheenAlbedo albedo(b.sheen_roughness);
-    const float sheen_wi = albedo.at(wi.z);
-    v.f = v.f * through_sheen(b, std::max(sheen_wo_, sheen_wi)) +
-          b.sheen * (kInvPi * sheen_wo_ * sheen_wi / albedo.mean());
-    v.pdf += p_sheen_ * 0.5f * kInvPi;
-  }
-  if (b.coat > 0.0f) {
-    const Vec3 h = normalize_or(wo_ + wi, Vec3(0, 0, 1));
+  if (covered_ && b.coat > 0.0f) {
     const float d = ggx_d(h, b.coat_alpha);
-    const float coat = b.coat * coat_fresnel(dot(wi, h)) * d *
-                       visibility(wo_.z, coat_smith_wo_, wi.z, smith(wi.z, b.coat_alpha));
-    v.f = v.f * through_coat(b, std::min(wo_.z, wi.z)) + Vec3(coat);
-    v.pdf += p_coat_ * reflection_pdf(d, wo_.z, coat_smith_wo_);
+    const float lobe = d * ggx_visibility(wo_.z, coat_smith_wo_, wi.z, ggx_smith(wi.z, b.coat_alpha));
+    v.f += Vec3(b.coat *
+                (KeptLight::kCoatF0 + (1.0f - KeptLight::kCoatF0) * fifth_power_of_rest(dot(wi, h))) * lobe);
+    v.pdf += chance_.coat * ggx_reflection_pdf(d, wo_.z, coat_smith_wo_);
   }
+  v.f -= taken_;
   return v;
 }
 
-// From base(): (1 - F(o)) / (1 - mean F) times the mean of 1 - F(i) over the cosine-weighted hemisphere,
-// which is also 1 - mean F.
-Vec3 BsdfAtWo::diffuse_share() const {
-  if (wo_.z <= 0.0f || covered_) return Vec3(0.0f);
-  return layered_ ? bsdf_.diffuse * std::max(0.0f, 1.0f - over_diffuse(bsdf_, wo_.z)) : bsdf_.diffuse;
+Vec3 BsdfAtWo::lambert_share() const {
+  if (wo_.z <= 0.0f) return Vec3(0.0f);
+  if (!layered_) return bsdf_.diffuse;
+  return luminance(share_) > 0.1f * lobes_.sum() ? share_ : Vec3(0.0f);
 }
 
-float BsdfAtWo::drop_diffuse() {
-  const float share = layered_ && wo_.z > 0.0f ? p_specular_ : 0.0f;
-  bsdf_.diffuse = Vec3(0.0f);
-  set_wo(wo_);
-  return share;
+float BsdfAtWo::take_lambert_share() {
+  if (!layered_ || wo_.z <= 0.0f) return 0.0f;
+  taken_ = share_ * kInvPi;
+  // The lobes below the layers are left with the difference of their shapes to the cosine's. These parts
+  // bound the noise it makes; they cannot change a mean.
+  Lobes rest = lobes_;
+  rest.cosine *= 0.1f;
+  rest.uniform *= 0.5f;
+  const float chance = std::clamp(rest.sum() / lobes_.sum(), 0.1f, 0.9f);
+  choose(rest);
+  return chance;
 }
 
-Vec3 BsdfAtWo::share_above_diffuse(const Vec3& wi) const {
-  BsdfAtWo above = *this;
-  above.bsdf_.diffuse = Vec3(0.0f);
-  const Vec3 all = value(wi).f, part = above.value(wi).f;
-  Vec3 share(0.0f);
+Vec3 BsdfAtWo::rest_of_share(const Vec3& wi) const {
+  if (!layered_) return Vec3(0.0f);
+  const Vec3 all = value(wi).f;
+  Vec3 rest(0.0f);
   for (int k = 0; k < 3; ++k)
-    if (all[k] > 0.0f) share[k] = std::min(1.0f, part[k] / all[k]);
-  return share;
+    if (all[k] > 0.0f) rest[k] = 1.0f - share_[k] * kInvPi / all[k];
+  return rest;
 }
 
 BsdfSample BsdfAtWo::sample(float u_layer, const Vec2& u) const {
@@ -212,13 +232,13 @@ BsdfSample BsdfAtWo::sample(float u_layer, const Vec2& u) const {
     if (s.pdf > 0.0f) s.weight = bsdf_.diffuse;
     return s;
   }
-  const float p_over = p_coat_ + p_sheen_;
-  if (u_layer < p_coat_) {
-    s.direction = sample_reflection(wo_, bsdf_.coat_alpha, u);
-  } else if (u_layer < p_over) {
+  float u_rest = u_layer - chance_.coat;
+  if (u_rest < 0.0f) {
+    s.direction = ggx_reflection(wo_, bsdf_.coat_alpha, u);
+  } else if ((u_rest -= chance_.uniform) < 0.0f) {
     s.direction = spherical(u.x, u.y);
-  } else if (u_layer < p_over + (1.0f - p_over) * p_specular_) {
-    s.direction = sample_reflection(wo_, bsdf_.alpha, u);
+  } else if ((u_rest -= chance_.ggx) < 0.0f) {
+    s.direction = ggx_reflection(wo_, bsdf_.alpha, u);
   } else {
     s.direction = cosine_hemisphere(u);
   }

@@ -1,9 +1,9 @@
 // The closure of every material at a point: a Lambert layer under a GGX layer, optionally under sheen and a
-// clear coat (docs/maths.md, "Materials").
+// clear coat; what single scattering loses in the layers returns (docs/maths.md, "Materials").
 #pragma once
 
 #include "common/math/frame.h"
-#include "common/math/warp.h"
+#include "worker/materials/ggx_albedo.h"
 
 namespace kiln {
 
@@ -12,6 +12,10 @@ struct Bsdf {
   Vec3 f0{0.0f};       // reflectance of the GGX layer at normal incidence,
   float f90 = 0.0f;    // and at grazing; both 0: no such layer
   float alpha = 1.0f;  // GGX width, roughness squared
+  // The metal's share of that layer and its reflectance at normal incidence: between its facets light bounces
+  // on.
+  float metallic = 0.0f;
+  Vec3 metal{0.0f};
   // The same for the dielectric share of that layer: light it does not reflect reaches the layers below.
   float under_f0 = 0.0f, under_f90 = 0.0f;
   // Glass: colour of the light transmitted straight (refraction does not bend it), times 1 - F at the
@@ -45,8 +49,52 @@ struct BsdfValue {
 
 // Reflectance of the GGX layer for a cosine (0, 1] between half vector and light (Schlick 1994).
 Vec3 fresnel(const Bsdf& bsdf, float cos);
-// Straight transmittance of the surface at a cosine (0, 1] to its normal.
+// Straight transmittance of the surface at a cosine (0, 1] to its normal: what its layers do not reflect.
 Vec3 straight_through(const Bsdf& bsdf, float cos);
+
+// The shares of light, by its cosine to the normal, that the GGX layer, sheen and coat leave to the lobes
+// below: to the Lambert layer, and to light that goes on between the facets of metal. Reciprocal lobes
+// follow:
+//   kept(o) kept(i) / (pi mean kept)   reflects kept(o) of even light (Kelemen & Szirmay-Kalos 2001)
+class KeptLight {
+ public:
+  struct Shares {
+    float under, metal;
+  };
+  KeptLight() = default;
+  explicit KeptLight(const Bsdf& bsdf);
+  Shares at(float cos) const;
+  Shares mean() const;  // 2 int at(cos) cos dcos
+  // Of the GGX layer, without the coat.
+  const GgxAlbedo& base() const { return base_; }
+  float base_mean() const { return base_.means().plain.albedo.white(); }
+  // Reflected by the coat.
+  float coat(float cos) const {
+    return coat_ > 0.0f ? coat_ * coat_albedo_.albedo(cos).of(kCoatF0, 1.0f) : 0.0f;
+  }
+  // What the coat lets through one way, to and from the GGX layer.
+  float through_coat(float cos) const {
+    return coat_ > 0.0f ? through_ - through_fifth_ * fifth_power_of_rest(cos) : 1.0f;
+  }
+  // Reflected by sheen of colour 1 under the coat, and its mean 2 int sheen(cos) cos dcos.
+  float sheen(float cos) const { return sheen_.at(cos) * (1.0f - coat(cos)); }
+  float sheen_mean() const;
+  // What sheen leaves of light to what is below it.
+  float through_sheen(float cos) const { return 1.0f - sheen_color_ * sheen_.at(cos); }
+  static constexpr float kCoatF0 = 0.04f;  // index of refraction 1.5
+
+ private:
+  // What is left of `all` light under the coat's and the layer's integrals.
+  Shares rest(float all, float coat, const ByFresnel& reflected) const;
+  Shares rest(float all, const ByFresnel& coat, const GgxAlbedo::Means& layer) const;
+
+  GgxAlbedo base_, coat_albedo_;
+  SheenAlbedo sheen_;
+  float sheen_color_ = 0.0f;  // the largest channel
+  float under_f0_ = 0.0f, under_f90_ = 0.0f;
+  bool layer_ = false;
+  float coat_ = 0.0f, through_ = 1.0f, through_fifth_ = 0.0f;
+};
 
 // A Bsdf for one fixed wo, so that evaluating and sampling share work. Directions are local, unit and point
 // away from the surface; light leaves along wo.
@@ -61,34 +109,40 @@ class BsdfAtWo {
   BsdfValue value(const Vec3& wi) const {
     if (wo_.z <= 0.0f || wi.z <= 0.0f) return {};
     if (!layered_) return {bsdf_.diffuse * kInvPi, wi.z * kInvPi};
-    return covered_ ? covered(wi) : base(wi);
+    return layered(wi);
   }
   BsdfSample sample(float u_layer, const Vec2& u) const;
 
-  // Share of a uniform irradiance that the Lambert layer reflects towards wo, if that layer is separable from
-  // those above it (no sheen, no coat); else black.
-  Vec3 diffuse_share() const;
-  // Removes the Lambert layer, whose part diffuse_share() gives. Returns the share of samples for the
-  // remaining layers; 0: none remain.
-  float drop_diffuse();
-  // Share of value(wi).f due to the layers above the Lambert one.
-  Vec3 share_above_diffuse(const Vec3& wi) const;
+  // A Lambert lobe that stands for a large part of the closure: its reflectance towards wo; black if it would
+  // be less than a tenth of all. Reflects as much of a uniform irradiance as the lobes below the layers do.
+  Vec3 lambert_share() const;
+  // Takes that lobe away: value() and sample() are then of the rest, which may be negative. Returns the share
+  // of samples that the rest is worth; 0: there is none.
+  float take_lambert_share();
+  // The rest's part of value(wi).f, by channel; may be negative.
+  Vec3 rest_of_share(const Vec3& wi) const;
 
  private:
-  void cover();
-  BsdfValue base(const Vec3& wi) const;
-  BsdfValue covered(const Vec3& wi) const;
+  // Luminances that the lobes reflect towards wo, in the order of sampling.
+  struct Lobes {
+    float coat = 0.0f, uniform = 0.0f, ggx = 0.0f, cosine = 0.0f;
+    float sum() const { return coat + uniform + ggx + cosine; }
+  };
+  void weigh(const KeptLight::Shares& shares, const KeptLight::Shares& means);
+  void choose(Lobes lobes);
+  BsdfValue layered(const Vec3& wi) const;
 
   Bsdf bsdf_;
   Vec3 wo_{0.0f};
   bool layered_ = false, covered_ = false;
-  float p_specular_ = 0.0f;  // share of the base's samples for the GGX layer
-  float smith_wo_ = 0.0f;
-  float entered_ = 0.0f;  // share transmitted below the GGX layer, over its mean
-  // Shares of all samples, and precomputed terms of the layers over the base.
-  float p_coat_ = 0.0f, p_sheen_ = 0.0f;
-  float coat_smith_wo_ = 0.0f, coat_wo_ = 0.0f;
-  float sheen_wo_ = 0.0f;
+  KeptLight kept_;
+  Vec3 under_wo_{0.0f}, metal_wo_{0.0f};  // the lobes below the layers: times the shares at wi, over pi
+  Vec3 share_{0.0f}, taken_{0.0f};        // the Lambert lobe; the same once it is taken away, over pi
+  float smith_wo_ = 0.0f, coat_smith_wo_ = 0.0f;
+  float through_wo_ = 1.0f;  // the coat
+  Vec3 sheen_wo_{0.0f};      // sheen's lobe: times kept_.sheen(wi), over pi
+  float through_sheen_wo_ = 1.0f;
+  Lobes lobes_, chance_;  // chance_: of all samples
 };
 
 // A BsdfAtWo known to have only the Lambert layer.
@@ -101,7 +155,7 @@ class LambertAtWo {
     const Vec3 wi = cosine_hemisphere(u);
     return {wi, wi.z > 0.0f ? albedo_ : Vec3(0.0f), wi.z * kInvPi};
   }
-  Vec3 share_above_diffuse(const Vec3&) const { return Vec3(0.0f); }
+  Vec3 rest_of_share(const Vec3&) const { return Vec3(0.0f); }
 
  private:
   Vec3 albedo_{0.0f};

@@ -33,10 +33,4 @@ class ExtraLayers {
   TextureSampler coat_texture_, coat_roughness_texture_, sheen_texture_, sheen_roughness_texture_;
 };
 
-// GGX width of a perceptual roughness. Narrower lobes than 0.02 (roughness 0.14) look the same to a diffuse
-// receiver and only add noise.
-inline float ggx_alpha(float roughness) {
-  return std::max(0.02f, roughness * roughness);
-}
-
 }  // namespace kiln

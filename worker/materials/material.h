@@ -10,12 +10,13 @@
 #include "common/scene/record_reader.h"
 #include "common/scene/scene.h"
 #include "worker/materials/bsdf.h"
+#include "worker/materials/diffuse.h"
 #include "worker/materials/metallic_roughness.h"
 #include "worker/materials/unlit.h"
 
 namespace kiln {
 
-using Material = std::variant<MetallicRoughness, Unlit>;  // the roster
+using Material = std::variant<MetallicRoughness, Unlit, Diffuse>;  // the roster
 
 template <class M>
 concept IsMaterial = requires(const M m, const Attributes& a, RecordReader& r, const Scene& s) {
@@ -34,7 +35,7 @@ concept IsMaterial = requires(const M m, const Attributes& a, RecordReader& r, c
   {m.prefetch(a)};                           // hints that bsdf(a) follows soon
   { m.reads_uv(0u) } -> std::same_as<bool>;  // of a TEXCOORD set
 };
-static_assert(IsMaterial<MetallicRoughness> && IsMaterial<Unlit>);
+static_assert(IsMaterial<MetallicRoughness> && IsMaterial<Unlit> && IsMaterial<Diffuse>);
 
 // Appends unread properties of the record to `warnings`. Fails on unknown types.
 Expected<Material> parse_material(const Record& record, const Scene& scene,

@@ -53,6 +53,8 @@ Bsdf MetallicRoughness::bsdf(const Attributes& a) const {
   b.under_f0 = max_component(dielectric);
   b.under_f90 = weight;
   b.alpha = ggx_alpha(roughness);
+  b.metallic = metallic;
+  b.metal = color;
   if (extra_) {
     const float through = extra_->transmission(a);
     b.transmission = b.diffuse * through;

@@ -27,30 +27,35 @@ bool is_positive(const Record& record, std::string_view name, bool absent = fals
   return std::any_of(p->numbers.begin(), p->numbers.end(), [](double v) { return v > 0; });
 }
 bool is_lambert(const Record& m) {
-  if (m.type == "unlit") return true;
+  if (m.type == "unlit" || m.type == "diffuse") return true;
   return !is_positive(m, "metallic", true) && !is_positive(m, "specular", true) &&
          !is_positive(m, "clearcoat") && !is_positive(m, "sheen_color") && !is_positive(m, "transmission");
 }
 
 // Features of light transport that these materials do not need.
-void find_left_out_of_materials(const Scene& scene, std::vector<std::string>& out) {
+void find_left_out_of_materials(const Scene& scene, const BakeSettings& settings,
+                                std::vector<std::string>& out) {
   const auto none = [&](const auto& has) {
     return std::none_of(scene.materials.begin(), scene.materials.end(), has);
   };
-  if (none([](const Record& m) { return !is_lambert(m); })) {
+  if (settings.materials == "diffuse") {
+    out.push_back(
+        "--materials diffuse: every surface reflects base colour x (1 - metallic), no glossy layer is "
+        "evaluated or sampled, no normal map is read, what transmits is not covered");
+  } else if (none([](const Record& m) { return !is_lambert(m); })) {
     out.push_back("every surface is Lambert: no glossy layer is evaluated or sampled");
   } else if (none([](const Record& m) {
                return is_positive(m, "clearcoat") || is_positive(m, "sheen_color");
              })) {
     out.push_back("no clear coat and no sheen: no layers over the base");
   }
-  if (none([](const Record& m) { return is_positive(m, "transmission"); }))
+  if (none([](const Record& m) { return m.type != "diffuse" && is_positive(m, "transmission"); }))
     out.push_back("no glass: shadow rays carry no transmittance, paths never refract");
   if (none([](const Record& m) { return has_texture(m, "normal_texture"); }))
     out.push_back("no normal maps: no tangent frames");
   if (none([](const Record& m) {
         const Property* p = m.find("alpha_mode");
-        return p && p->word != "opaque";
+        return (p && p->word != "opaque") || (m.type == "diffuse" && is_positive(m, "transmission"));
       }))
     out.push_back("every surface is opaque: no ray runs an alpha test");
   if (scene.textures.empty()) out.push_back("no textures: none is loaded or sent");
@@ -78,7 +83,7 @@ std::vector<std::string> find_left_out(const Scene& scene, const BakeSettings& s
                      has_light("disc");
   if (!lamps && std::none_of(scene.materials.begin(), scene.materials.end(), is_emissive))
     out.push_back("no lamps and no emissive surfaces: no light tree, no sampling of local lights");
-  find_left_out_of_materials(scene, out);
+  find_left_out_of_materials(scene, settings, out);
   std::set<uint32_t> seen;
   bool shared = false;
   for (const Instance& i : scene.instances) shared |= !seen.insert(i.mesh).second;

@@ -47,11 +47,17 @@ void put_volume(const GltfValue& extension, MaterialReader& reader) {
     reader.numbers("absorption", absorption);
 }
 
-void put_transmission(const GltfMaterial& material, const GltfValue& extension, MaterialReader& reader) {
+// Returns whether there is any.
+bool put_transmission_share(const GltfValue& extension, MaterialReader& reader) {
   const double share = reader.factor(extension, "transmissionFactor", 0);
-  if (share == 0) return;
+  if (share == 0) return false;
   reader.numbers("transmission", {share});
   reader.texture("transmission_texture", texture_info(extension, "transmissionTexture"), Role::kFactors);
+  return true;
+}
+
+void put_transmission(const GltfMaterial& material, const GltfValue& extension, MaterialReader& reader) {
+  if (!put_transmission_share(extension, reader)) return;
   if (const GltfValue* volume = find_extension(material.extensions, "KHR_materials_volume"))
     put_volume(*volume, reader);
 }
@@ -76,6 +82,11 @@ void put_sheen(const GltfValue& extension, MaterialReader& reader) {
 }
 
 }  // namespace
+
+void put_plain_transmission(const GltfMaterial& material, MaterialReader& reader) {
+  if (const GltfValue* e = find_extension(material.extensions, "KHR_materials_transmission"))
+    put_transmission_share(*e, reader);
+}
 
 void put_layers(const GltfMaterial& material, MaterialReader& reader) {
   const auto find = [&](const char* name) { return find_extension(material.extensions, name); };

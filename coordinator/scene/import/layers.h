@@ -6,6 +6,8 @@
 namespace kiln {
 
 // Index of refraction, specular, transmission, volume, clearcoat and sheen of the material.
+// Transmission alone, without what it does inside.
+void put_plain_transmission(const GltfMaterial& material, MaterialReader& reader);
 void put_layers(const GltfMaterial& material, MaterialReader& reader);
 
 }  // namespace kiln

@@ -53,6 +53,17 @@ void put_surface(const GltfMaterial& material, MaterialReader& reader, Record& r
     reader.texture("metallic_roughness_texture", material.metallic_roughness_texture, Role::kFactors);
 }
 
+// What `--materials diffuse` keeps.
+void put_diffuse(const GltfMaterial& material, MaterialReader& reader) {
+  const double metallic = reader.clamped("metallicFactor", material.metallic, 0, 1);
+  reader.numbers("metallic", {metallic});
+  if (metallic > 0)
+    reader.texture("metallic_roughness_texture", material.metallic_roughness_texture, Role::kFactors);
+  if (metallic == 1 && material.metallic_roughness_texture.texture < 0)
+    reader.note(Kind::kApproximated, "metal reflects nothing with --materials diffuse");
+  put_plain_transmission(material, reader);
+}
+
 void put_emission(const GltfMaterial& material, MaterialReader& reader, Record& record) {
   const GltfValue* extension = find_extension(material.extensions, "KHR_materials_emissive_strength");
   const double strength = extension ? extension->number_or("emissiveStrength", 1) : 1;
@@ -92,9 +103,15 @@ Record read_material(const ImportContext& context, int index, TextureSet& textur
   if (const GltfValue* extension = find_extension(material.extensions, "KHR_materials_pbrSpecularGlossiness"))
     read_specular_glossiness(*extension, material);
   const bool unlit = material.extensions.count("KHR_materials_unlit") != 0;
-  record.type = unlit ? "unlit" : "metallic_roughness";
+  const bool diffuse = context.settings.materials == "diffuse";
+  record.type = unlit ? "unlit" : diffuse ? "diffuse" : "metallic_roughness";
   put_base_color(material, reader, record);
   if (unlit) return record;
+  if (diffuse) {
+    put_diffuse(material, reader);
+    put_emission(material, reader, record);
+    return record;
+  }
   put_surface(material, reader, record);
   put_emission(material, reader, record);
   put_normal_map(material, reader);
