@@ -2,8 +2,10 @@
 
 #include "common/atlas/layout.h"
 #include "common/atlas/sites.h"
+#include "common/base/figures.h"
 #include "common/base/format.h"
 #include "common/base/parallel.h"
+#include "common/contacts/contacts.h"
 #include "common/raster/footprint.h"
 #include "common/unwrap/charts.h"
 
@@ -159,6 +161,35 @@ void own_by_sites(Atlas& atlas) {
   }
 }
 
+// Metres that a texel of each instance spans: the root of its surface over its texels; 1 without any.
+std::vector<double> texel_sizes(const Scene& scene, const Atlas& atlas) {
+  std::vector<double> sizes(scene.instances.size(), 1.0);
+  for (size_t i = 0; i < sizes.size(); ++i) {
+    const Instance& instance = scene.instances[i];
+    const MeshCharts& charts = atlas.of_instance(i);
+    const Mesh& mesh = scene.meshes[instance.mesh];
+    double surface = 0, texels = 0;
+    for (size_t t = 0; t < charts.chart_of_face.size(); ++t) {
+      const uint32_t placement = atlas.instance_first_chart[i] + charts.chart_of_face[t];
+      texels += std::abs(area2(texel_triangle(charts, atlas.placements[placement], t)));
+      Vec3 p[3];
+      for (int k = 0; k < 3; ++k)
+        p[k] = transform_point(instance.to_world, mesh.positions[mesh.triangles[charts.triangle_of(t)][k]]);
+      surface += double{length(cross(p[1] - p[0], p[2] - p[0]))};
+    }
+    if (surface > 0 && texels > 0) sizes[i] = std::sqrt(surface / texels);
+  }
+  return sizes;
+}
+
+// Charts of the file are not cut, but where surfaces stand on them light must not be taken across.
+Status note_contacts(const Scene& scene, const AtlasSettings& settings, Atlas& atlas) {
+  const std::vector<double> texel = texel_sizes(scene, atlas);
+  const ContactFinder finder(scene, texel, settings.threads);
+  atlas.contacts = finder.find([&] { return !settings.check(); }).lines;
+  return settings.check();
+}
+
 }  // namespace
 
 Expected<Atlas> layout_from_file(const Scene& scene, const AtlasSettings& settings) {
@@ -181,6 +212,10 @@ Expected<Atlas> layout_from_file(const Scene& scene, const AtlasSettings& settin
   own_by_sites(atlas);
   for (uint32_t owner : atlas.owner) atlas.statistics.mask_texels += owner != 0;
   atlas.statistics.overlapped_points = overlap.points;
+  if (settings.cut_contacts) {
+    const StageTimer timer(atlas.statistics.steps, "contacts");
+    KILN_TRY_STATUS(note_contacts(scene, settings, atlas));
+  }
   return atlas;
 }
 

@@ -367,7 +367,8 @@ const Setting kTable[] = {
      [](B& b, S s) { return store_number(b.max_bounces, s, 0, 1e6); },
      [](const B& b) { return text("{}", b.max_bounces); }},
     {"materials", "WORD", "",
-     "full: layered materials that keep their energy; diffuse: base colour x (1 - metallic) alone, as engines' "
+     "full: layered materials that keep their energy; diffuse: base colour x (1 - metallic) alone, as "
+     "engines' "
      "lightmappers have it",
      [](B& b, S s) {
        return store_word(b.materials, s, {"full", "diffuse"});
@@ -458,9 +459,19 @@ const Setting kTable[] = {
      },
      [](const B& b) { return b.encode_metric; }},
     {"max-encode-error", "E", "",
-     "largest rms relative error allowed after decoding: raises the effort, then fails the bake; 0: no bound",
-     [](B& b, S s) { return store_number(b.max_encode_error, s, 0, 10); },
-     [](const B& b) { return print(b.max_encode_error); }},
+     "largest rms relative error of decoded textures. auto: half of the reported error, at least 0.01, by "
+     "raising "
+     "the effort and, where --encode is not given, by a format with more bits; a number: by raising the "
+     "effort, "
+     "else the bake fails; 0: no bound",
+     [](B& b, S s) {
+       if (s != "auto") return store_number(b.max_encode_error, s, 0, 10);
+       b.max_encode_error = kAutoBound;
+       return Status{};
+     },
+     [](const B& b) {
+       return b.max_encode_error == kAutoBound ? std::string("auto") : print(b.max_encode_error);
+     }},
     {"encode-quantity", "NAME", "",
      "basis: encode the basis; irradiance: encode E at the surface normal; both",
      [](B& b, S s) {

@@ -17,6 +17,9 @@ struct GltfLightmaps {
   bool kiln = true, moz = true, epic = false;
 };
 
+// --max-encode-error auto: half of the reported error, at least 1 %.
+constexpr double kAutoBound = -1;
+
 struct BakeSettings {
   std::string layout = "auto";
   uint32_t width = 1024, height = 1024;
@@ -78,7 +81,7 @@ struct BakeSettings {
   std::string encode_quantity = "basis";     // basis, irradiance, both
   std::string encode_units = "e";            // e, e-over-pi
   std::string encode_range = "unit";         // unit, fit
-  double max_encode_error = 0;               // 0: no bound
+  double max_encode_error = kAutoBound;      // 0: no bound
   uint32_t ktx2_zstd = 0;                    // level; 0: none
   bool watertight = false;
   uint32_t lod = 0;                                     // level of MSFT_lod that is baked

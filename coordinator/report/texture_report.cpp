@@ -15,6 +15,12 @@ std::span<const TextureError::AtNormal> turns_of(const TextureFigures& f) {
   return std::span(f.error.at_normal).first(f.quantity == "irradiance" ? 1 : f.error.at_normal.size());
 }
 
+std::string choice_html(const TextureFigures& f) {
+  if (f.instead_of.empty()) return "";
+  return text(" instead of {}, {:.2f} % rms: the bound is {:.2f} %", escape(f.instead_of), 100 * f.held_of_it,
+              100 * f.bound);
+}
+
 std::string turns_html(const TextureFigures& f) {
   if (!f.is_light) return "<td>-</td><td>-</td>";
   const auto turns = turns_of(f);
@@ -40,6 +46,8 @@ void write_textures(JsonWriter& w, std::span<const TextureFigures> figures) {
         .pair("bits_per_texel", f.bits)
         .pair("bytes", f.bytes);
     w.pair("seconds", f.seconds).pair("megatexels_per_second", megatexels_per_second(f));
+    if (f.bound > 0) w.pair("bound", f.bound).pair("error_of_format", f.held);
+    if (!f.instead_of.empty()) w.pair("instead_of", f.instead_of).pair("error_of_that", f.held_of_it);
     w.pair("clamped_values", f.clamped).pair("within_bound", f.within_bound);
     w.pair("texels", e.texels).pair("relative_rms_error", e.relative_rms()).pair("rel_mse", e.rel_mse);
     w.pair("rel_mse_at_texels", e.rel_mse_texels).pair("rel_mse_between_texels", e.rel_mse_between);
@@ -80,7 +88,7 @@ std::string textures_table_html(std::span<const TextureFigures> figures) {
     };
     out += text(
         "<tr{}><td>{}</td><td>{}</td><td>{}</td><td>{:.1f}</td><td>{}</td>{}<td>{:.3f} %</td><td>{:.3g}</td>",
-        f.within_bound ? "" : " class=\"dim\"", escape(f.encoding), escape(f.quantity),
+        f.within_bound ? "" : " class=\"dim\"", escape(f.encoding) + choice_html(f), escape(f.quantity),
         f.effort.empty() ? "-" : escape(f.effort), f.bits,
         f.within_bound ? text("{}", f.bytes) : "not written", turns_html(f), 100 * e.relative_rms(),
         e.rel_mse);
@@ -111,7 +119,10 @@ std::string textures_summary(std::span<const TextureFigures> figures) {
     out += text("textures {}{}: {:.3g} MiB, {}; worst texel {:.1f} %, {:.1f} bits a texel{}\n", f.encoding,
                 f.is_light ? (f.quantity == "irradiance" ? " (E)" : "") : text(" ({})", f.quantity), mib,
                 error, 100 * f.error.worst_texel.error, f.bits,
-                f.within_bound ? "" : "; NOT WRITTEN: beyond --max-encode-error");
+                !f.within_bound        ? "; NOT WRITTEN: beyond --max-encode-error"
+                : f.instead_of.empty() ? ""
+                                       : text("; instead of {}, which is {:.2f} % off (bound {:.2f} %)",
+                                              f.instead_of, 100 * f.held_of_it, 100 * f.bound));
   }
   return out;
 }

@@ -9,6 +9,7 @@
 #include "common/base/format.h"
 #include "common/base/statistics.h"
 #include "coordinator/bake/merge/response_errors.h"
+#include "coordinator/bake/neighbours/straddling.h"
 #include "coordinator/bake/sampling/allocation.h"
 #include "coordinator/bake/sampling/first_look.h"
 #include "coordinator/bake/sampling/pace.h"
@@ -54,6 +55,8 @@ class Baking {
         atlas_(task.preflight.atlas),
         nonfinite_(task.preflight.atlas, task.preflight.imported.scene),
         charts_(charts_of_sites(task.preflight.atlas)),
+        straddling_(cache_ ? straddling_sites(task.preflight.imported.scene, task.preflight.atlas)
+                           : std::vector<uint8_t>{}),
         z_(normal_interval(settings_.confidence)),
         target_(settings_.quantities.light ? settings_.error : settings_.visibility_error),
         budget_(task.budget),
@@ -330,16 +333,22 @@ class Baking {
       for (uint32_t i = 0; i < sums_.sites(); ++i) sampled[i] = sums_.samples(i, r) > 0;
       IrradianceCache cache = sums_.cache(r);
       fill_between(atlas_, charts_, sampled, stride, cache);
-      caches_.push_back(farm_.add_chunk(write_irradiance_cache(cache)));
+      publish(std::move(cache));
     }
+  }
+
+  // Paths do not end at texels that hold light of both sides of a wall: they are traced on from there.
+  void publish(IrradianceCache cache) {
+    for (size_t site = 0; site < straddling_.size(); ++site)
+      if (straddling_[site]) cache.irradiance[site] = Vec3(-1.0f);
+    caches_.push_back(farm_.add_chunk(write_irradiance_cache(cache)));
   }
 
   void renew_caches() {
     if (first_cache_error_.empty()) first_cache_error_ = chart_errors(sums_.statistics(false), charts_);
     caches_.clear();
     sampled_at_renewal_ = sampled_;
-    for (uint32_t r = 0; r < kReplicates; ++r)
-      caches_.push_back(farm_.add_chunk(write_irradiance_cache(sums_.cache(r))));
+    for (uint32_t r = 0; r < kReplicates; ++r) publish(sums_.cache(r));
   }
 
   Expected<PassEnd> run_pass(std::vector<SiteSamples> work) {
@@ -498,7 +507,8 @@ class Baking {
   const bool cache_;
   const Atlas& atlas_;
   NonfiniteLog nonfinite_;
-  const std::vector<uint32_t> charts_;  // by site
+  const std::vector<uint32_t> charts_;     // by site
+  const std::vector<uint8_t> straddling_;  // by site; empty: none
   const double z_;
   const double target_;  // of errors_
   TimeBudget& budget_;

@@ -104,6 +104,7 @@ Status publish_map(const BakeRun& run, const Lightmap& map, bool seams) {
                                       budget.is_quick() ? 4u : 1u, &run.seams}));
     report.textures = textures.figures;
     report.unmet = beyond_bound(textures, request.settings);
+    for (std::string& warning : coarse_textures(textures)) report.warnings.push_back(std::move(warning));
   }
   {
     const StageTimer timer(report.stages, "encode");

@@ -133,6 +133,14 @@ void write_scene_glb(const Scene& scene, const std::filesystem::path& path) {
   w.key("nodes").begin_array();
   for (const Instance& i : scene.instances) {
     w.begin_object().pair("name", i.name).pair("mesh", i.mesh);
+    if (!i.receive)
+      w.key("extras")
+          .begin_object()
+          .key("kiln")
+          .begin_object()
+          .pair("receive", false)
+          .end_object()
+          .end_object();
     write_matrix(w, i.to_world);
     w.end_object();
   }

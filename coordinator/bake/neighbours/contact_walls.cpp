@@ -37,4 +37,13 @@ bool ContactWalls::between(const DVec3& a, const DVec3& b, const DVec3& normal, 
   return found;
 }
 
+bool ContactWalls::may_be_near(const DVec3& a, const DVec3& b, double distance) const {
+  bool any = false;
+  tree_.for_each_near(a, b, distance, [&](uint32_t) {
+    any = true;
+    return false;
+  });
+  return any;
+}
+
 }  // namespace kiln

@@ -17,6 +17,8 @@ class ContactWalls {
   // Projected along `normal`, which both points share: whether the segment a b crosses a contact on that
   // side. Contacts more than `gap` off the surface belong to another surface.
   bool between(const DVec3& a, const DVec3& b, const DVec3& normal, double gap) const;
+  // Whether a contact may lie within `distance` of the segment a b: false is certain.
+  bool may_be_near(const DVec3& a, const DVec3& b, double distance) const;
   bool empty() const { return lines_.empty(); }
 
  private:

@@ -36,9 +36,9 @@ std::string program_name();
 constexpr const char* kIrradianceUnit = "unit of the scene's radiance x steradian (lux for radiance in nit)";
 constexpr const char* kRadianceUnit = "unit of the scene's radiance";
 
-// How the basis of a bake was made from its samples: "project", "cap", "cap for hazel" (docs/bases.md), or "none"
-// for a basis without functions. Written into the headers of masters and textures, and asked for by `kiln
-// encode`.
+// How the basis of a bake was made from its samples: "project", "cap", "cap for hazel" (docs/bases.md), or
+// "none" for a basis without functions. Written into the headers of masters and textures, and asked for by
+// `kiln encode`.
 std::string fit_name(const BakeSettings& settings);
 
 // What becomes of the file's lamps in scene.glb.

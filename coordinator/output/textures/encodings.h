@@ -35,6 +35,7 @@ struct Encoding {
     TextureFormat scalar, vector;
   };
   std::optional<ResponseFormats> responses;  // for ao, sky, bent; empty: masters only
+  std::string_view finer{};  // the next encoding for the same engines with less error; empty: none
 };
 
 std::span<const Encoding> encoding_roster();

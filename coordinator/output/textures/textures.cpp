@@ -1,6 +1,7 @@
 #include "coordinator/output/textures/textures.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "common/atlas/texel_normals.h"
 #include "common/base/clock.h"
@@ -45,30 +46,96 @@ class Maker {
   }
 
  private:
-  Status make(const Encoding& e, Quantity quantity, TextureResult& result) {
+  // An encoding at the effort that its error asked for.
+  struct Made {
+    const Encoding* encoding;
     TextureFigures figures;
+    std::vector<FinishedTexture> textures;
+    std::vector<float> picture;
+  };
+
+  Status make(const Encoding& e, Quantity quantity, TextureResult& result) {
+    KILN_TRY(Made made, make_within(e, quantity));
+    if (made.figures.held > made.figures.bound && may_choose_format()) {
+      KILN_TRY_STATUS(take_finer(quantity, made));
+    }
+    if (made.figures.within_bound) {
+      KILN_TRY(WrittenFiles written,
+               write_texture_files(*made.encoding, made.textures, r_.settings, folder_));
+      made.figures.bytes = add_written(std::move(written), folder_, result);
+    }
+    KILN_TRY_STATUS(write_picture(made.figures, made.picture, result));
+    result.error_pictures.push_back(std::move(made.picture));
+    result.figures.push_back(std::move(made.figures));
+    return {};
+  }
+
+  // Raises the effort until the bound holds, or where a higher one cannot help enough.
+  Expected<Made> make_within(const Encoding& e, Quantity quantity) {
+    constexpr double kWithinReach = 1.3;  // `best` takes at most about that off the rms of `normal`
+    Made made{&e, {}, {}, {}};
+    TextureFigures& figures = made.figures;
     figures.encoding = e.name;
     figures.quantity = quantity == Quantity::kBasis ? basis_.name : "irradiance";
-    std::vector<FinishedTexture> textures = lay_out(e, quantity, figures);
-    const bool efforts = std::any_of(textures.begin(), textures.end(), has_effort);
-    std::vector<float> picture;
+    made.textures = lay_out(e, quantity, figures);
+    const bool efforts = std::any_of(made.textures.begin(), made.textures.end(), has_effort);
+    const bool automatic = r_.settings.max_encode_error == kAutoBound;
+    const double bound = automatic ? automatic_bound() : r_.settings.max_encode_error;
     for (BlockEffort effort = effort_of(r_.settings.encode_effort);;
          effort = static_cast<BlockEffort>(static_cast<int>(effort) + 1)) {
       if (efforts) figures.effort = kEfforts[static_cast<int>(effort)];
-      KILN_TRY_STATUS(compress(effort, textures, figures));
-      KILN_TRY_STATUS(measure(textures, figures, picture));
-      const double bound = r_.settings.max_encode_error;
-      figures.within_bound = !(bound > 0) || figures.error.relative_rms() <= bound;
-      if (figures.within_bound || !efforts || effort == BlockEffort::kBest) break;
+      KILN_TRY_STATUS(compress(effort, made.textures, figures));
+      KILN_TRY_STATUS(measure(made.textures, figures, made.picture));
+      const double error = automatic ? error_of_format(figures) : figures.error.relative_rms();
+      const bool holds = !(bound > 0) || error <= bound;
+      figures.within_bound = holds || automatic;
+      if (automatic) figures.bound = bound, figures.held = error;
+      if (holds || !efforts || effort == BlockEffort::kBest) break;
+      if (automatic && (error > kWithinReach * bound || r_.measure_every > 1)) break;
     }
-    if (figures.within_bound) {
-      KILN_TRY(WrittenFiles written, write_texture_files(e, textures, r_.settings, folder_));
-      figures.bytes = add_written(std::move(written), folder_, result);
+    return made;
+  }
+
+  // Against E where the basis shows E, so that only the format is in it; else against the basis.
+  double error_of_format(const TextureFigures& f) const {
+    const bool shows_e = f.quantity == "irradiance" || basis_.finish;
+    return shows_e ? f.error.at_normal[0].rms : f.error.relative_rms();
+  }
+
+  // --encode not given: another format may take the place of the default. Not where time is short.
+  bool may_choose_format() const { return !r_.settings.source.contains("encode") && r_.measure_every == 1; }
+
+  // The first finer encoding within the bound, if there is one.
+  Status take_finer(Quantity quantity, Made& made) {
+    for (std::string_view name = made.encoding->finer; !name.empty(); name = encoding(name).finer) {
+      KILN_TRY(Made finer, make_within(encoding(name), quantity));
+      if (finer.figures.held > finer.figures.bound) continue;
+      finer.figures.instead_of = made.figures.encoding;
+      finer.figures.held_of_it = made.figures.held;
+      made = std::move(finer);
+      return {};
     }
-    KILN_TRY_STATUS(write_picture(figures, picture, result));
-    result.error_pictures.push_back(std::move(picture));
-    result.figures.push_back(std::move(figures));
     return {};
+  }
+
+  // Half of the rms of the reported error over measured texels, relative as errors of textures are.
+  double automatic_bound() const {
+    constexpr double kLeast = 0.01, kShare = 0.5;
+    const Planes& p = r_.lightmap.planes;
+    const std::vector<float>&r = p.plane("E.R"), &g = p.plane("E.G"), &b = p.plane("E.B"),
+          &error = p.plane("error");
+    double mean = 0, squares = 0, count = 0;
+    const auto is_measured = [&](size_t t) { return r_.lightmap.validity[t] == Validity::kMeasured; };
+    for (size_t t = 0; t < r.size(); ++t)
+      if (is_measured(t)) mean += double{luminance(Vec3(r[t], g[t], b[t]))}, ++count;
+    if (!(mean > 0)) return kLeast;
+    mean /= count;
+    for (size_t t = 0; t < r.size(); ++t) {
+      if (!is_measured(t) || !std::isfinite(error[t])) continue;
+      const double e = luminance(Vec3(r[t], g[t], b[t]));
+      squares += double{error[t]} * error[t] / (e * e + 1e-4 * mean * mean);
+    }
+    return std::max(kLeast, kShare * std::sqrt(squares / count));
   }
 
   Status write_picture(const TextureFigures& f, const std::vector<float>& picture,
@@ -287,6 +354,21 @@ TextureNeeds texture_needs(const BakeSettings& settings, uint64_t texels) {
     planes += response_roster()[response].stored.size();
   needs.memory = texels * (planes * 4 * 4 / 3 + most * 2 * 16 + 12 + 8);
   return needs;
+}
+
+std::vector<std::string> coarse_textures(const TextureResult& result) {
+  std::vector<std::string> out;
+  for (const TextureFigures& f : result.figures) {
+    if (!(f.held > f.bound)) continue;
+    const std::string_view finer = encoding(f.encoding).finer;
+    out.push_back(
+        text("textures {} ({}) are {:.2g} % rms off after decoding, more than half of the reported error "
+             "and 1 % ({:.2g} %): {}",
+             f.encoding, f.quantity, 100 * f.held, 100 * f.bound,
+             finer.empty() ? "the masters hold more than this format can; --encode half comes closest"
+                           : text("--encode {} has more bits, and without --encode one is chosen", finer)));
+  }
+  return out;
 }
 
 std::string beyond_bound(const TextureResult& result, const BakeSettings& settings) {

@@ -34,7 +34,11 @@ struct TextureFigures {
   uint64_t clamped = 0;            // values outside the format's range
   TextureError error;
   std::optional<SeamMatch> seams;  // of the texture with the largest steps before
-  bool within_bound = true;        // of --max-encode-error
+  bool within_bound = true;        // of --max-encode-error; auto: always
+  // With --max-encode-error auto: the bound and the error held against it, both relative rms; 0: no bound.
+  double bound = 0, held = 0;
+  std::string instead_of;  // the default encoding, where another had to take its place; empty: as asked for
+  double held_of_it = 0;   // its error
 };
 
 struct TextureResult {
@@ -57,5 +61,7 @@ Expected<TextureResult> make_textures(const EncodeTextures& request);
 
 // One sentence about the textures beyond the bound; empty: none.
 std::string beyond_bound(const TextureResult& result, const BakeSettings& settings);
+// Warnings about published textures beyond the bound of `auto`, with what to do.
+std::vector<std::string> coarse_textures(const TextureResult& result);
 
 }  // namespace kiln
