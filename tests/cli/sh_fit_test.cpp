@@ -3,6 +3,7 @@
 
 #include "common/base/files.h"
 #include "common/base/json.h"
+#include "common/responses/basis.h"
 #include "common/responses/evaluate.h"
 #include "coordinator/scene/imageio/exr.h"
 #include "tests/bake/scene_gltf.h"
