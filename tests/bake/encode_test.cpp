@@ -94,7 +94,7 @@ TEST_F(Encode, RefusesWhatDoesNotBelongTogether) {
   std::ofstream(out() / "report.json") << "{";
   EXPECT_NE(refusal(encode("x")).find("report.json"), std::string::npos);
   std::filesystem::remove(out() / "report.json");
-  EXPECT_NE(refusal(encode("x")).find("no output folder of a bake"), std::string::npos);
+  EXPECT_NE(refusal(encode("x")).find("not an output folder of a bake"), std::string::npos);
   EXPECT_FALSE(std::filesystem::exists(dir_.path() / "x"));
 }
 

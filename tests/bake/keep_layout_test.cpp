@@ -99,8 +99,8 @@ TEST_F(KeepLayout, LayoutAtlasSaysThatItIsNotUsed) {
   ASSERT_TRUE(own) << own.error().message;
   std::string all;
   for (const std::string& s : own->atlas.warnings) all += s + "\n";
-  EXPECT_SAYS(all, "--keep-layout is not used");
-  EXPECT_SAYS(all, "--instanced is not used");
+  EXPECT_SAYS(all, "--keep-layout has no effect");
+  EXPECT_SAYS(all, "--instanced has no effect");
 }
 
 }  // namespace

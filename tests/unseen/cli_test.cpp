@@ -69,7 +69,7 @@ TEST_F(UnseenCommand, SaysWhereItIsNotHeeded) {
   EXPECT_SAYS(kiln("plan x.glb --layout atlas --unseen auto").output,
               "--unseen auto has no effect on the file's own atlas");
   EXPECT_SAYS(kiln("plan x.glb --layout pack --unseen auto").output,
-              "the scene has neither camera nor light");
+              "the scene has neither a camera nor a light");
   EXPECT_SAYS(kiln("plan x.glb --unseen sometimes").output, "'sometimes' is not one of keep, auto");
 }
 

@@ -48,7 +48,7 @@ Expected<IesLight> IesLight::parse(RecordReader& r, const Record& record, const 
                       (l.horizontal_.size() == 1 || l.horizontal_.back() == l.horizontal_.front() + 1.0f);
   if (!angles || use.texture < 0)
     return fail(ErrorKind::kInvalidInput,
-                text("IES light '{}': its table has no rising angles", record.name));
+                text("IES light '{}': its table needs angles that rise", record.name));
   const Texture& t = scene.textures[static_cast<size_t>(use.texture)];
   if (t.format != TexelFormat::kFloat32 || t.channels != 1 || t.width != l.vertical_.size() ||
       t.height != l.horizontal_.size())
