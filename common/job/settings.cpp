@@ -588,17 +588,16 @@ namespace {
 // A wish about scene.glb that needs light in the map; defaults do without.
 Status check_lit_scene(const BakeSettings& b) {
   if (b.source.contains("lamps") && b.lamps != "keep" && !has_direct_light(b))
-    return refuse(
-        text("--lamps {} is for lamps that are in the map, and with {} none is: use --lamps keep, or "
-             "{}",
-             b.lamps,
-             b.quantities.light ? "--components indirect" : "--quantities " + print_quantities(b.quantities),
-             b.quantities.light ? "bake direct light too" : "add light to --quantities"));
+    return refuse(text("--lamps {} is for lamps that are in the map, and with {} none is: use --lamps keep, or "
+                       "{}",
+                       b.lamps,
+                       b.quantities.light ? "--components indirect"
+                                          : "--quantities " + print_quantities(b.quantities),
+                       b.quantities.light ? "bake direct light too" : "add light to --quantities"));
   if (b.source.contains("embed-basecolor") && b.embed_basecolor && !b.quantities.light)
-    return refuse(
-        text("--embed-basecolor on draws light into textures, and --quantities {} bakes none: leave "
-             "it off, or add light",
-             print_quantities(b.quantities)));
+    return refuse(text("--embed-basecolor on draws light into textures, and --quantities {} bakes none: leave "
+                       "it off, or add light",
+                       print_quantities(b.quantities)));
   return {};
 }
 
