@@ -206,6 +206,7 @@ TEST_F(Lamps, TheUnlitSceneHasNone) {
     EXPECT_FALSE(uses(doc, extension)) << extension;
     EXPECT_EQ(doc.dump().find(extension), std::string::npos) << extension;
   }
+  EXPECT_EQ(node(doc, "panel")["extras"], (json{{"mine", 1}}));
   EXPECT_EQ(doc["materials"].size(), 2u) << "lit, and of the object without texels";
   for (const json& material : doc["materials"])
     EXPECT_TRUE(material["extensions"].contains("KHR_materials_unlit"));

@@ -100,6 +100,8 @@ void GltfOutput::treat_lamps() {
 }
 
 void GltfOutput::drop_lamps() {
+  if (doc.contains("nodes"))
+    for (Json& node : doc["nodes"]) erase_note(node, "light");
   for (const char* list : {"nodes", "scenes"})
     if (doc.contains(list))
       for (Json& object : doc[list])

@@ -3,7 +3,9 @@
 import sys
 
 import bpy
+import numpy
 
+numpy.bool = bool  # Debian 12: the importer of Blender 3.4 uses a name that NumPy 1.24 no longer has
 file, width, height, out = sys.argv[sys.argv.index("--") + 1:]
 bpy.ops.wm.read_factory_settings(use_empty=True)
 bpy.ops.import_scene.gltf(filepath=file)
