@@ -39,14 +39,18 @@ BakeSettings picture_settings(const BakeRequest& request, const TimeBudget& budg
   return settings;
 }
 
-// Without scene_unlit.glb, where time is short and nobody asked for it.
-BakeSettings output_settings(const BakeRequest& request, const TimeBudget& budget, BakeReport& report) {
+// Under a time limit scene_unlit.glb has to be asked for: its pages have up to 16 pixels a texel, which take
+// longer than the masters.
+BakeSettings output_settings(const BakeRequest& request, BakeReport& report) {
   BakeSettings settings = request.settings;
-  if (!budget.is_quick() || !settings.embed_basecolor || settings.source.contains("embed-basecolor"))
+  const bool asked = settings.source.contains("embed-basecolor");
+  if (settings.time_limit == 0 || asked || !settings.embed_basecolor || !settings.quantities.light)
     return settings;
   settings.embed_basecolor = false;
   report.notes.push_back(
-      {ImportNote::Kind::kIgnored, "there is no scene_unlit.glb: the time limit left no time for it"});
+      {ImportNote::Kind::kIgnored,
+       "there is no scene_unlit.glb, to save time for samples: --embed-basecolor on writes it "
+       "under a time limit too"});
   return settings;
 }
 
@@ -108,7 +112,7 @@ Status publish_map(const BakeRun& run, const Lightmap& map, bool seams) {
   }
   {
     const StageTimer timer(report.stages, "encode");
-    const OutputContext context{output_settings(request, budget, report),
+    const OutputContext context{output_settings(request, report),
                                 pre.imported.scene,
                                 pre.atlas,
                                 pre.imported.document,

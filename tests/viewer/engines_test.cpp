@@ -1,5 +1,6 @@
 // scene_unlit.glb and scene.glb in engines as npm has them, against the renderer of preview.png: same camera,
-// exposure and curve. What they load is the file alone; nothing is set up by hand.
+// exposure and curve. scene_unlit.glb is loaded by the engine alone, scene.glb with the loader of
+// docs/examples.
 #include <nlohmann/json.hpp>
 
 #include "common/base/files.h"
@@ -72,7 +73,9 @@ class Engines : public testing::Test {
     request.settings.layout = "pack";
     request.settings.texels_per_metre = 4;
     request.settings.min_samples = request.settings.max_samples = 16;
-    request.settings.encodings.clear();
+    request.settings.encodings = {"rgbm"};  // as configs/engines/playcanvas.json
+    request.settings.encode_quantity = "irradiance";
+    request.settings.encode_units = "e-over-pi";
     const auto report = run_bake(request, [](const BakeProgress&) {});
     ASSERT_TRUE(report) << report.error().message;
     auto published = test::read_published(request.scene, request.settings, out_);
@@ -84,14 +87,22 @@ class Engines : public testing::Test {
     exposure_ = nlohmann::json::parse(unlit->json)["extras"]["kiln"]["exposure"];
   }
 
+  std::string command_of(const std::string& engine, const std::string& file, const fs::path& shot,
+                         const std::string& exposure) const {
+    const std::string size = std::to_string(kWidth) + " " + std::to_string(kHeight);
+    if (engine == "blender")
+      return "blender -b --factory-startup --python '" +
+             (test::source_dir() / "tests/node/engines/blender_shot.py").string() + "' -- '" +
+             (out_ / file).string() + "' " + size + " '" + shot.string() + "'";
+    return test::node_script("engines/engine_shot.mjs") + " " + engine + " '" + out_.string() + "' " + file +
+           " " + size + " '" + shot.string() + "' " + exposure;
+  }
+
   void show(const std::string& engine, const std::string& file, const Reference& ours,
             const std::string& exposure) {
     SCOPED_TRACE(engine + " " + file);
     const fs::path shot = pictures_ / (engine + "_" + file + ".png");
-    const auto browser =
-        test::run_command(test::node_script("engines/engine_shot.mjs") + " " + engine + " '" + out_.string() +
-                          "' " + file + " " + std::to_string(kWidth) + " " + std::to_string(kHeight) + " '" +
-                          shot.string() + "' " + exposure);
+    const auto browser = test::run_command(command_of(engine, file, shot, exposure));
     ASSERT_EQ(browser.exit_status, 0) << browser.output;
     const auto theirs = decode_image(*read_file(shot), "screenshot");
     ASSERT_TRUE(theirs);
@@ -113,9 +124,14 @@ TEST_F(Engines, ShowTheLightOfTheFiles) {
   const Reference unlit = render(published_, exposure_, true);
   ASSERT_TRUE(write_png(pictures_ / "reference_scene_unlit.glb.png", kWidth, kHeight, unlit.picture.rgb));
   for (const char* engine : {"three", "babylon", "playcanvas"}) show(engine, "scene_unlit.glb", unlit, "");
+  if (test::run_command("blender --version").exit_status == 0)
+    show("blender", "scene_unlit.glb", unlit, "");
+  else
+    std::printf("there is no Blender: apt install blender\n");
   const Reference lit = render(published_, exposure_, false);
   ASSERT_TRUE(write_png(pictures_ / "reference_scene.glb.png", kWidth, kHeight, lit.picture.rgb));
-  for (const char* engine : {"three", "babylon"}) show(engine, "scene.glb", lit, std::to_string(exposure_));
+  for (const char* engine : {"three", "babylon", "playcanvas"})
+    show(engine, "scene.glb", lit, std::to_string(exposure_));
 }
 
 }  // namespace

@@ -121,6 +121,9 @@ TexelMemory texel_memory(const BakeSettings& settings) {
   return memory;
 }
 
+// scene_unlit.glb: up to 16 pixels a texel, compressed (the demo: 23 bytes).
+constexpr uint64_t kUnlitBytesPerTexel = 32;
+
 Plan make_plan(const Scene& scene, const Atlas& atlas, const BakeSettings& settings, unsigned threads) {
   Plan plan;
   plan.texels = atlas.texel_count();
@@ -143,6 +146,8 @@ Plan make_plan(const Scene& scene, const Atlas& atlas, const BakeSettings& setti
   // Embree: about 120 B a triangle.
   plan.worker_bytes = scene_bytes + plan.triangles * 120 + plan.valid_texels * texel.worker;
   plan.output_bytes = plan.texels * (planes + 4) * 4 + 2 * scene_bytes;
+  if (settings.embed_basecolor && settings.quantities.light)
+    plan.output_bytes += kUnlitBytesPerTexel * plan.texels + scene_bytes;
   const double rays_per_sample = !settings.quantities.light                      ? 1
                                  : settings.indirect && settings.max_bounces > 0 ? 8
                                                                                  : 3;

@@ -14,7 +14,7 @@ export function registerMozLightmap(BABYLON) {
       const map = material.extensions?.[NAME];
       if (!map) return null;
       return loader.loadMaterialPropertiesAsync(context, { ...material, extensions: { ...material.extensions, [NAME]: undefined } }, babylonMaterial)
-        .then(() => loader.loadTextureInfoAsync(`${context}/extensions/${NAME}`, { index: map.index, texCoord: map.texCoord }, (texture) => {
+        .then(() => loader.loadTextureInfoAsync(`${context}/extensions/${NAME}`, { index: map.index, texCoord: map.texCoord, nonColorData: true }, (texture) => {
           texture.gammaSpace = false;
           texture.level = (map.intensity ?? 1) / Math.PI;
           babylonMaterial.lightmapTexture = texture;

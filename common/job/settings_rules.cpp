@@ -1,0 +1,49 @@
+// Rules between settings. Each error names the settings and the way out.
+#include <algorithm>
+
+#include "common/base/format.h"
+#include "common/job/settings.h"
+
+namespace kiln {
+namespace {
+
+Status refuse(std::string why) {
+  return fail(ErrorKind::kUsage, std::move(why));
+}
+
+// A wish about scene.glb that needs light in the map; defaults do without.
+Status check_lit_scene(const BakeSettings& b) {
+  if (b.source.contains("lamps") && b.lamps != "keep" && !has_direct_light(b))
+    return refuse(
+        text("--lamps {} is for lamps that are in the map, and with {} none is: use --lamps keep, or "
+             "{}",
+             b.lamps,
+             b.quantities.light ? "--components indirect" : "--quantities " + print_quantities(b.quantities),
+             b.quantities.light ? "bake direct light too" : "add light to --quantities"));
+  if (b.source.contains("embed-basecolor") && b.embed_basecolor && !b.quantities.light)
+    return refuse(
+        text("--embed-basecolor on draws light into textures, and --quantities {} bakes none: leave "
+             "it off, or add light",
+             print_quantities(b.quantities)));
+  return {};
+}
+
+}  // namespace
+
+Status check_settings(const BakeSettings& b) {
+  KILN_TRY_STATUS(check_lit_scene(b));
+  if (b.two_pass && !b.quantities.responses.empty())
+    return refuse(
+        text("--two-pass on takes texels from charts by their light alone, and {} would lose them too: leave "
+             "it off, "
+             "or bake light by itself",
+             response_roster()[b.quantities.responses.front()].name));
+  if (b.min_samples > b.max_samples)
+    return refuse(text("--min-samples {} is above --max-samples {}", b.min_samples, b.max_samples));
+  const bool astc = std::any_of(b.encodings.begin(), b.encodings.end(),
+                                [](const std::string& name) { return name.starts_with("astc"); });
+  if (astc && !b.ktx2) return refuse("DDS files do not hold ASTC: --encode astc-... takes --container ktx2");
+  return {};
+}
+
+}  // namespace kiln
