@@ -100,7 +100,7 @@ TEST(NextBounce, LayeredFurnaceIsThatOfWholePaths) {
   for (const auto& material : {glossy, half_metal, gltf_default, rough_metal, coated, with_sheen})
     for (const bool direct : {true, false}) {
       const CachedBake b(furnace(material), 6, transport(direct));
-      const Difference d = cached_against_whole(b, 256, 256);
+      const Difference d = cached_against_whole(b, 128, 128);
       EXPECT_NEAR(d.value, 0, kLimit * d.error) << "direct " << direct;
       EXPECT_LT(d.error, 0.005);
       std::printf("layered, direct %d: %+.3f +- %.3f %%\n", direct, 100 * d.value, 100 * d.error);

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "common/math/frame.h"
-#include "worker/materials/ggx_albedo.h"
+#include "worker/materials/kept_light.h"
 
 namespace kiln {
 
@@ -12,14 +12,13 @@ struct Bsdf {
   Vec3 f0{0.0f};       // reflectance of the GGX layer at normal incidence,
   float f90 = 0.0f;    // and at grazing; both 0: no such layer
   float alpha = 1.0f;  // GGX width, roughness squared
-  // The metal's share of that layer and its reflectance at normal incidence: between its facets light bounces
-  // on.
+  // f0 and f90 of the dielectric share of that layer: light it does not reflect reaches the layers below.
+  float under_f0 = 0.0f, under_f90 = 0.0f;
+  // The metal's share of that layer, and its f0: between its facets light bounces on.
   float metallic = 0.0f;
   Vec3 metal{0.0f};
-  // The same for the dielectric share of that layer: light it does not reflect reaches the layers below.
-  float under_f0 = 0.0f, under_f90 = 0.0f;
-  // Glass: colour of the light transmitted straight (refraction does not bend it), times 1 - F at the
-  // surface; and the absorption inside, per metre.
+  // Glass: colour of the light transmitted straight (refraction does not bend it), times what the layers do
+  // not reflect; and the absorption inside, per metre.
   Vec3 transmission{0.0f}, absorption{0.0f};
   // On top: sheen (colour, roughness), and a clear coat of index 1.5 (weight, GGX width).
   Vec3 sheen{0.0f};
@@ -39,7 +38,7 @@ enum class Layers { kLambert, kGgx, kGeneral };
 struct BsdfSample {
   Vec3 direction;     // local; z along the shading normal
   Vec3 weight{0.0f};  // f cos / pdf; zero: the path ends
-  float pdf = 0.0f;   // per steradian, of all layers together
+  float pdf = 0.0f;   // per steradian, of all lobes together
 };
 
 struct BsdfValue {
@@ -51,50 +50,6 @@ struct BsdfValue {
 Vec3 fresnel(const Bsdf& bsdf, float cos);
 // Straight transmittance of the surface at a cosine (0, 1] to its normal: what its layers do not reflect.
 Vec3 straight_through(const Bsdf& bsdf, float cos);
-
-// The shares of light, by its cosine to the normal, that the GGX layer, sheen and coat leave to the lobes
-// below: to the Lambert layer, and to light that goes on between the facets of metal. Reciprocal lobes
-// follow:
-//   kept(o) kept(i) / (pi mean kept)   reflects kept(o) of even light (Kelemen & Szirmay-Kalos 2001)
-class KeptLight {
- public:
-  struct Shares {
-    float under, metal;
-  };
-  KeptLight() = default;
-  explicit KeptLight(const Bsdf& bsdf);
-  Shares at(float cos) const;
-  Shares mean() const;  // 2 int at(cos) cos dcos
-  // Of the GGX layer, without the coat.
-  const GgxAlbedo& base() const { return base_; }
-  float base_mean() const { return base_.means().plain.albedo.white(); }
-  // Reflected by the coat.
-  float coat(float cos) const {
-    return coat_ > 0.0f ? coat_ * coat_albedo_.albedo(cos).of(kCoatF0, 1.0f) : 0.0f;
-  }
-  // What the coat lets through one way, to and from the GGX layer.
-  float through_coat(float cos) const {
-    return coat_ > 0.0f ? through_ - through_fifth_ * fifth_power_of_rest(cos) : 1.0f;
-  }
-  // Reflected by sheen of colour 1 under the coat, and its mean 2 int sheen(cos) cos dcos.
-  float sheen(float cos) const { return sheen_.at(cos) * (1.0f - coat(cos)); }
-  float sheen_mean() const;
-  // What sheen leaves of light to what is below it.
-  float through_sheen(float cos) const { return 1.0f - sheen_color_ * sheen_.at(cos); }
-  static constexpr float kCoatF0 = 0.04f;  // index of refraction 1.5
-
- private:
-  // What is left of `all` light under the coat's and the layer's integrals.
-  Shares rest(float all, float coat, const ByFresnel& reflected) const;
-  Shares rest(float all, const ByFresnel& coat, const GgxAlbedo::Means& layer) const;
-
-  GgxAlbedo base_, coat_albedo_;
-  SheenAlbedo sheen_;
-  float sheen_color_ = 0.0f;  // the largest channel
-  float under_f0_ = 0.0f, under_f90_ = 0.0f;
-  bool layer_ = false;
-  float coat_ = 0.0f, through_ = 1.0f, through_fifth_ = 0.0f;
-};
 
 // A Bsdf for one fixed wo, so that evaluating and sampling share work. Directions are local, unit and point
 // away from the surface; light leaves along wo.
@@ -139,7 +94,7 @@ class BsdfAtWo {
   Vec3 under_wo_{0.0f}, metal_wo_{0.0f};  // the lobes below the layers: times the shares at wi, over pi
   Vec3 share_{0.0f}, taken_{0.0f};        // the Lambert lobe; the same once it is taken away, over pi
   float smith_wo_ = 0.0f, coat_smith_wo_ = 0.0f;
-  float through_wo_ = 1.0f;  // the coat
+  float through_wo_ = 1.0f;  // of the coat, one way
   Vec3 sheen_wo_{0.0f};      // sheen's lobe: times kept_.sheen(wi), over pi
   float through_sheen_wo_ = 1.0f;
   Lobes lobes_, chance_;  // chance_: of all samples
