@@ -367,13 +367,7 @@ const Setting kTable[] = {
      [](B& b, S s) { return store_number(b.max_bounces, s, 0, 1e6); },
      [](const B& b) { return text("{}", b.max_bounces); }},
     {"materials", "WORD", "",
-<<<<<<< HEAD
-     "full: layered materials that keep their energy; diffuse: base colour x (1 - metallic) alone, as "
-     "engines' "
-     "lightmappers have it",
-=======
      "full: layers that keep their energy; diffuse: base colour x (1 - metallic), as in engines' bakes",
->>>>>>> h-a
      [](B& b, S s) {
        return store_word(b.materials, s, {"full", "diffuse"});
      },
