@@ -87,8 +87,9 @@ def tail(log):
 
 
 def kiln_bake(case, scene, out, options):
+    # Without the cache: a texel that a lamp hides in part would shine out of its other part.
     command = [options.kiln, "bake", scene, "-o", out, "--basis", "irradiance", "--dilate", "0", "--error", "1e-6",
-               "--min-samples", str(options.samples), "--max-samples", str(options.samples), "--quiet",
+               "--min-samples", str(options.samples), "--max-samples", str(options.samples), "--quiet", "--cache", "off",
                "--max-bounces", str(options.max_bounces), "--threads", str(options.threads),
                "--sun-angle", str(case.get("sun_angle", 0))]
     if case.get("layout") == "atlas":
