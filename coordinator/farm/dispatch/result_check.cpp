@@ -7,11 +7,13 @@
 namespace kiln {
 namespace {
 
-// Impossible sums: counts beyond the samples, and negative sums of nonnegative quantities.
-const char* impossible(const double* sums, double samples, const MomentLayout& layout) {
+// Impossible sums: counts beyond the samples, and negative sums of nonnegative quantities. Where paths end at
+// a cache, what they add to its light may be negative (worker/integrators/path.h), and a few samples' sum
+// with it.
+const char* impossible(const double* sums, double samples, bool cached, const MomentLayout& layout) {
   if (sums[kMomentInside] < 0 || sums[kMomentInside] > samples) return "primary rays inside of geometry";
   if (sums[kMomentPushed] < 0 || sums[kMomentPushed] > samples) return "samples of a moved place";
-  if (layout.has_light() && sums[kMomentLum] < 0) return "luminance";
+  if (layout.has_light() && !cached && sums[kMomentLum] < 0) return "luminance";
   if (layout.has_light() && sums[kMomentLum2] < 0) return "squared luminance";
   const std::vector<uint32_t>& responses = layout.quantities().responses;
   for (size_t k = 0; k < responses.size(); ++k) {
@@ -37,7 +39,8 @@ Status check_result(const Result& result, const WorkUnit* unit, const MomentLayo
       return fail(ErrorKind::kProtocol, text("the result of unit {} holds {} at site {}, plane {}", r.unit,
                                              r.moments[i], i / plane_count, i % plane_count));
   for (uint32_t site = 0; unit && site < r.site_count; ++site)
-    if (const char* what = impossible(&r.moments[size_t{site} * plane_count], unit->sample_count, layout))
+    if (const char* what = impossible(&r.moments[size_t{site} * plane_count], unit->sample_count,
+                                      unit->cache != Digest{}, layout))
       return fail(ErrorKind::kProtocol,
                   text("the result of unit {} cannot be: the sum of its {} at site {} is out of range",
                        r.unit, what, site));
