@@ -69,7 +69,7 @@ struct BakeSettings {
   GltfLightmaps gltf_lightmap;
   bool embed_basecolor = true;  // scene_unlit.glb, of bakes with light
   std::string lamps = "drop";   // in scene.glb, those whose light is in the map: drop, keep, mark
-  std::string keep_layout;       // charts.json of an earlier bake; empty: none
+  std::string keep_layout;      // charts.json of an earlier bake; empty: none
   std::vector<std::string> encodings = {"bc6h"};
   bool dds = true, ktx2 = true;
   std::string encode_effort = "normal";      // fast, normal, best
@@ -105,8 +105,8 @@ struct Setting {
 
 std::span<const Setting> settings_table();
 
-// Whether light straight from lamps and skies is in the map; a lamp whose extras.kiln.bake is not "full" is an
-// exception.
+// Whether light straight from lamps and skies is in the map; a lamp whose extras.kiln.bake is not "full" is
+// an exception.
 inline bool has_direct_light(const BakeSettings& settings) {
   return settings.quantities.light && settings.direct;
 }

@@ -167,7 +167,9 @@ std::string facts(const BakeReport& r) {
   for (int i = 0; i < kValidityClasses; ++i)
     row(text("texels {}", validity_name(static_cast<Validity>(i))), text("{}", r.texels_by_class[i]));
   if (!r.lamps.in_map.empty()) {
-    const char* fate = r.lamps.mode == "drop" ? "left out of" : r.lamps.mode == "mark" ? "marked in" : "kept in";
+    const char* fate = r.lamps.mode == "drop"   ? "left out of"
+                       : r.lamps.mode == "mark" ? "marked in"
+                                                : "kept in";
     row("lamps in the map", text("{}, {} scene.glb", r.lamps.in_map.size(), fate));
   }
   row("units answered twice / given to another", text("{} / {}", r.farm.duplicates, r.farm.reassigned));

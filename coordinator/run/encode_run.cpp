@@ -84,9 +84,10 @@ Status check_finite(const fs::path& path, const std::string& channel, std::span<
                     uint32_t width) {
   for (size_t t = 0; t < values.size(); ++t)
     if (!std::isfinite(values[t]))
-      return refuse(text("{}: channel {} is {} at texel ({}, {}): the file was changed or damaged since the bake. "
-                         "Bake again, or put back the file that report.json has the SHA-256 of",
-                         path.string(), channel, values[t], t % width, t / width));
+      return refuse(
+          text("{}: channel {} is {} at texel ({}, {}): the file was changed or damaged since the bake. "
+               "Bake again, or put back the file that report.json has the SHA-256 of",
+               path.string(), channel, values[t], t % width, t / width));
   return {};
 }
 
@@ -100,9 +101,10 @@ Status check_fit(const fs::path& folder, const Atlas& atlas, const BakeSettings&
   // Bakes before headers said so were all projected.
   const std::string baked = fit == notes.end() ? "project" : fit->second;
   if (baked != fit_name(settings))
-    return refuse(text("{}: its {} is a fit by '{}', and textures of '{}' are asked for: encode makes textures of "
-                       "what the bake stored. Leave the setting out, or bake again with it",
-                       path.string(), settings.basis, baked, fit_name(settings)));
+    return refuse(
+        text("{}: its {} is a fit by '{}', and textures of '{}' are asked for: encode makes textures of "
+             "what the bake stored. Leave the setting out, or bake again with it",
+             path.string(), settings.basis, baked, fit_name(settings)));
   return {};
 }
 
@@ -279,7 +281,8 @@ std::string encode_json(const EncodeReport& r) {
   for (const OutputFile& f : r.files)
     w.begin_object().pair("file", f.name).pair("bytes", f.bytes).pair("sha256", f.digest.hex()).end_object();
   w.end_array();
-  for (const auto& [key, names] : {std::pair("files", &r.written), std::pair("added_before", &r.added_before)}) {
+  for (const auto& [key, names] :
+       {std::pair("files", &r.written), std::pair("added_before", &r.added_before)}) {
     w.key(key).begin_array();
     for (const std::string& name : *names) w.value(name);
     w.end_array();

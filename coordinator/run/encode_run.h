@@ -20,8 +20,8 @@ struct EncodeReport {
   std::vector<OutputFile> files;
   std::set<std::string> written;       // every file but encode.json
   std::set<std::string> added_before;  // by earlier runs into the bake's own folder
-  std::string unmet;   // as BakeReport's
-  double seconds = 0;  // of the textures
+  std::string unmet;                   // as BakeReport's
+  double seconds = 0;                  // of the textures
 };
 
 // Builds the atlas again from the scene and the settings of the bake, reads the masters, and makes textures

@@ -66,8 +66,8 @@ std::optional<std::set<std::string>> files_listed_in(const OpenFolder& folder, c
   return listed_files(json);
 }
 
-Expected<size_t> remove_files(const OpenFolder& folder, const fs::path& path, const std::set<std::string>& names,
-                              const std::set<std::string>& spare) {
+Expected<size_t> remove_files(const OpenFolder& folder, const fs::path& path,
+                              const std::set<std::string>& names, const std::set<std::string>& spare) {
   size_t removed = 0;
   for (const std::string& name : names) {
     if (spare.count(name) || !folder.has_file(name)) continue;
@@ -83,8 +83,8 @@ Status sync_folder(const OpenFolder& folder, const fs::path& path) {
   return {};
 }
 
-// After a crash between an earlier bake's end and the new one's: there is no report, and the hidden folder knows
-// what was to be there.
+// After a crash between an earlier bake's end and the new one's: there is no report, and the hidden folder
+// knows what was to be there.
 Status finish_interrupted(const fs::path& output, const fs::path& hidden) {
   const OpenFolder left(hidden), folder(output);
   if (left.fd() < 0 || folder.fd() < 0 || folder.has_file(kReport)) return {};
@@ -140,9 +140,9 @@ Expected<PublishFolder> PublishFolder::open(const fs::path& output) {
   // Where a file system has no locks there is no protection from a second process.
   if (::flock(lock, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
     made.hidden_.clear();
-    return fail(ErrorKind::kInvalidInput,
-                text("another bake is publishing into {} right now: choose another folder with -o",
-                     output.string()));
+    return fail(
+        ErrorKind::kInvalidInput,
+        text("another bake is publishing into {} right now: choose another folder with -o", output.string()));
   }
   std::error_code code;
   if (fs::symlink_status(made.hidden_, code).type() == fs::file_type::directory)

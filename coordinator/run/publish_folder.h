@@ -3,11 +3,12 @@
 //
 // Order of publish(), against a crash at any point:
 //   1. stale files go: those that the earlier report.json or encode.json lists and that are not written now
-//   2. encode.json and then report.json go: until step 4 the folder says of itself that it is no finished bake
+//   2. encode.json and then report.json go: until step 4 the folder says of itself that it is no finished
+//   bake
 //   3. the new files are renamed into the folder
 //   4. the new report, last, by rename
-// After a crash in step 1 the earlier report is still there and lists what is left. After one in step 2 or 3 the
-// hidden folder still has the new report, and the next open() removes what that lists.
+// After a crash in step 1 the earlier report is still there and lists what is left. After one in step 2 or 3
+// the hidden folder still has the new report, and the next open() removes what that lists.
 #pragma once
 
 #include <filesystem>
@@ -25,8 +26,8 @@ enum class Earlier : uint8_t { kRemove, kKeep };
 
 class PublishFolder {
  public:
-  // Makes the hidden folder in `output`, which exists, and empties one that a crash has left. Errors: kIo; another
-  // process publishes into the same folder.
+  // Makes the hidden folder in `output`, which exists, and empties one that a crash has left. Errors: kIo;
+  // another process publishes into the same folder.
   static Expected<PublishFolder> open(const std::filesystem::path& output);
   PublishFolder(PublishFolder&&) noexcept;
   PublishFolder& operator=(PublishFolder&&) noexcept = delete;
@@ -44,14 +45,14 @@ class PublishFolder {
   int lock_;  // of the output folder; -1: moved from
 };
 
-// Names that a report.json or encode.json lists as files of its bake. Only names of files directly in the folder
-// count: a path, "..", a hidden name or one with control characters is left out. Empty where the text is no JSON
-// object.
+// Names that a report.json or encode.json lists as files of its bake. Only names of files directly in the
+// folder count: a path, "..", a hidden name or one with control characters is left out. Empty where the text
+// is no JSON object.
 std::set<std::string> listed_files(std::string_view report);
 
 // Removes the regular files of an earlier bake from a folder: what its report.json and encode.json list and
-// `spare` does not have; then these two, report.json last. Never others: no folder, no symbolic link and nothing
-// behind one. A missing or broken report.json lists nothing, and is left. Returns how many went.
+// `spare` does not have; then these two, report.json last. Never others: no folder, no symbolic link and
+// nothing behind one. A missing or broken report.json lists nothing, and is left. Returns how many went.
 Expected<size_t> remove_earlier_bake(const std::filesystem::path& folder, const std::set<std::string>& spare);
 
 }  // namespace kiln

@@ -104,7 +104,8 @@ void change_master(const std::filesystem::path& path, const std::string& channel
   Planes planes = *read_exr(path);
   planes.plane(channel)[planes.width + 2] = value;
   std::vector<ExrChannel> channels;
-  for (size_t k = 0; k < planes.names.size(); ++k) channels.push_back({planes.names[k], planes.data[k].data()});
+  for (size_t k = 0; k < planes.names.size(); ++k)
+    channels.push_back({planes.names[k], planes.data[k].data()});
   ASSERT_TRUE(write_exr(path, planes.width, planes.height, channels, {}, notes));
 }
 

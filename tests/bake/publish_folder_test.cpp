@@ -1,4 +1,5 @@
-// What is left of an earlier bake in the output folder, and what a hostile report.json can make of that: nothing.
+// What is left of an earlier bake in the output folder, and what a hostile report.json can make of that:
+// nothing.
 #include "coordinator/run/publish_folder.h"
 
 #include <fstream>
@@ -62,11 +63,13 @@ TEST_F(Publish, NothingIsLeftOfWhatWasNotPublished) {
 }
 
 TEST_F(Publish, TakesOnlyNamesOfFilesInTheFolder) {
-  const std::string hostile = R"({"files": ["../outside.txt", "..", ".", "", ".hidden", "sub/file", "/etc/hostname",
+  const std::string hostile =
+      R"({"files": ["../outside.txt", "..", ".", "", ".hidden", "sub/file", "/etc/hostname",
       "a\\b", "a\u0000b", "report.json", "encode.json", 7, null, ["x"], {"file": "y"}, "good.exr"],
       "outputs": [{"file": "../outside.txt"}, {"file": 3}, "text", null, {"name": "z"}], "added_before": "no list"})";
   EXPECT_EQ(listed_files(hostile), Names{"good.exr"});
-  for (const char* broken : {"", "{", "[]", "7", "null", R"({"files": {}, "outputs": 3})", "{\"files\": [\"a\""})
+  for (const char* broken :
+       {"", "{", "[]", "7", "null", R"({"files": {}, "outputs": 3})", "{\"files\": [\"a\""})
     EXPECT_TRUE(listed_files(broken).empty()) << broken;
   EXPECT_TRUE(listed_files(R"({"files": [")" + std::string(300, 'a') + "\"]}").empty());
   EXPECT_TRUE(listed_files(std::string(100000, '[')).empty());
@@ -189,7 +192,8 @@ TEST_F(ReusedFolder, HoldsTheFilesOfTheLastBakeAlone) {
   Names expected = first->files;
   expected.insert({"report.json", "notes.txt"});
   EXPECT_EQ(names(), expected);
-  const auto again = run_encode({dir_.path() / "room.glb", out(), out(), [] {
+  const auto again = run_encode({dir_.path() / "room.glb", out(), out(),
+                                 [] {
                                    BakeSettings s;
                                    EXPECT_TRUE(set_option(s, "encode", "half", "test"));
                                    return s;

@@ -34,9 +34,10 @@ test::GltfBuilder scene_of_lamps(bool skyless = false) {
   bulb["extras"]["kiln"]["bake"] = "indirect";
   b.node(bulb);
   b.node(lamp("off", 2));
-  b.node({{"name", "panel"},
-          {"extras",
-           {{"mine", 1}, {"kiln", {{"light", {{"shape", "disc"}, {"radius", 1}, {"radiance", {1, 1, 1}}}}}}}}});
+  b.node(
+      {{"name", "panel"},
+       {"extras",
+        {{"mine", 1}, {"kiln", {{"light", {{"shape", "disc"}, {"radius", 1}, {"radiance", {1, 1, 1}}}}}}}}});
   json pendant = lamp("pendant", 0);
   pendant["mesh"] = plain;
   b.node(pendant);
@@ -77,7 +78,7 @@ class Lamps : public testing::Test {
     map.validity.assign(atlas.owner.size(), Validity::kMeasured);
     map.has_light = settings.quantities.light;
     const Projection projection;
-    const OutputContext context{settings,    imported->scene, atlas, imported->document, map,
+    const OutputContext context{settings,    imported->scene,    atlas,      imported->document, map,
                                 dir_.path(), &imported->display, &projection};
     lamps_ = choose_lamps(context).in_map.size();
     const auto written = file == "scene.glb" ? write_gltf(context) : write_gltf_unlit(context);
@@ -166,7 +167,8 @@ TEST_F(Lamps, MarkedTheySaySo) {
   for (const char* name : {"sun", "panel", "pendant", "downlight"})
     EXPECT_EQ(node(doc, name)["extras"]["kiln"]["baked"], true) << name;
   for (const char* name : {"bulb", "off", "floor"})
-    EXPECT_FALSE(node(doc, name).value("extras", json::object()).value("kiln", json::object()).contains("baked"))
+    EXPECT_FALSE(
+        node(doc, name).value("extras", json::object()).value("kiln", json::object()).contains("baked"))
         << name;
   EXPECT_EQ(doc["scenes"][0]["extras"]["kiln"]["baked"], true) << "the image-based light";
   EXPECT_EQ(light_of(doc, "sun"), "Sun");

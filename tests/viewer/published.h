@@ -1,4 +1,5 @@
-// A finished bake as the report's renderer needs it: the scene and atlas laid out again, and the published maps.
+// A finished bake as the report's renderer needs it: the scene and atlas laid out again, and the published
+// maps.
 #pragma once
 
 #include "coordinator/run/bake_run.h"

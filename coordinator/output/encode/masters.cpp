@@ -53,7 +53,8 @@ Expected<std::vector<std::string>> write_irradiance(const OutputContext& c) {
     alpha[i] = v == Validity::kMeasured || v == Validity::kPushed || v == Validity::kFilled ? 1.0f : 0.0f;
   }
   const Planes& p = c.lightmap.planes;
-  return write_pages(c, "irradiance", {"irradiance E at the surface normal; A: 1 measured or filled", kIrradianceUnit},
+  return write_pages(c, "irradiance",
+                     {"irradiance E at the surface normal; A: 1 measured or filled", kIrradianceUnit},
                      {{"R", &p.plane("E.R")}, {"G", &p.plane("E.G")}, {"B", &p.plane("E.B")}, {"A", &alpha}});
 }
 
@@ -72,7 +73,8 @@ Expected<std::vector<std::string>> write_basis(const OutputContext& c) {
 
 Expected<std::vector<std::string>> write_error(const OutputContext& c) {
   if (!c.lightmap.has_light) return std::vector<std::string>{};
-  return write_pages(c, "error", {"standard error of the luminance of E", kIrradianceUnit}, {{"Y", &c.lightmap.planes.plane("error")}});
+  return write_pages(c, "error", {"standard error of the luminance of E", kIrradianceUnit},
+                     {{"Y", &c.lightmap.planes.plane("error")}});
 }
 
 namespace {
@@ -106,9 +108,11 @@ Expected<std::vector<std::string>> write_responses(const OutputContext& c) {
     std::vector<NamedPlane> values;
     for (size_t s = 0; s < r.stored.size(); ++s)
       values.push_back({std::string(r.stored[s]), &c.lightmap.responses.plane(response_plane(r, s))});
-    KILN_TRY(const std::vector<std::string> value_files, write_pages(c, name, {std::string(r.about), kShare}, values));
+    KILN_TRY(const std::vector<std::string> value_files,
+             write_pages(c, name, {std::string(r.about), kShare}, values));
     KILN_TRY(const std::vector<std::string> error_files,
-             write_pages(c, "error_" + name, {text("standard error of {}", name), kShare}, {{"Y", &c.lightmap.response_error.plane(name)}}));
+             write_pages(c, "error_" + name, {text("standard error of {}", name), kShare},
+                         {{"Y", &c.lightmap.response_error.plane(name)}}));
     files.insert(files.end(), value_files.begin(), value_files.end());
     files.insert(files.end(), error_files.begin(), error_files.end());
   }
@@ -116,13 +120,17 @@ Expected<std::vector<std::string>> write_responses(const OutputContext& c) {
 }
 
 Expected<std::vector<std::string>> write_samples(const OutputContext& c) {
-  return write_pages(c, "samples", {"samples of the texel", kShare}, {{"Y", &c.lightmap.planes.plane("samples")}});
+  return write_pages(c, "samples", {"samples of the texel", kShare},
+                     {{"Y", &c.lightmap.planes.plane("samples")}});
 }
 
 Expected<std::vector<std::string>> write_validity(const OutputContext& c) {
   std::vector<float> plane(c.lightmap.validity.size());
   for (size_t i = 0; i < plane.size(); ++i) plane[i] = static_cast<float>(c.lightmap.validity[i]);
-  return write_pages(c, "validity", {"class of the texel: 0 empty, 1 measured, 2 pushed, 3 filled, 4 dilated, 5 inside", kShare}, {{"Y", &plane}});
+  return write_pages(
+      c, "validity",
+      {"class of the texel: 0 empty, 1 measured, 2 pushed, 3 filled, 4 dilated, 5 inside", kShare},
+      {{"Y", &plane}});
 }
 
 }  // namespace kiln

@@ -1,5 +1,5 @@
-// Lamps and image-based light whose light is in the map: a viewer that also lights the scene by them shows their
-// light twice. --lamps says whether they are left out, marked or kept (docs/gltf.md).
+// Lamps and image-based light whose light is in the map: a viewer that also lights the scene by them shows
+// their light twice. --lamps says whether they are left out, marked or kept (docs/gltf.md).
 #include "coordinator/output/gltf/output_file.h"
 
 namespace kiln {
@@ -24,7 +24,8 @@ void erase_extension(Json& object, const char* name) {
 
 // Erases a key of extras.kiln, and what is then empty.
 void erase_note(Json& object, const char* key) {
-  if (!object.contains("extras") || !object["extras"].is_object() || !object["extras"].contains("kiln")) return;
+  if (!object.contains("extras") || !object["extras"].is_object() || !object["extras"].contains("kiln"))
+    return;
   Json& kiln = object["extras"]["kiln"];
   if (!kiln.is_object()) return;
   kiln.erase(key);

@@ -107,7 +107,8 @@ void mark_page(nlohmann::json& primitive, uint32_t page);
 void use_extension(nlohmann::json& doc, const char* name);
 void drop_extension(nlohmann::json& doc, const char* name);
 
-// Whether lights and materials may get other numbers: pointers of animations and unknown extensions name them.
+// Whether lights and materials may get other numbers: pointers of animations and unknown extensions name
+// them.
 bool may_renumber(const nlohmann::json& doc);
 
 // Exposure factor at which a mid grey surface lit by the median texel appears mid grey.

@@ -127,8 +127,8 @@ void renumber_views(Json& doc, const std::vector<size_t>& number) {
     for (Json& light : doc["extensions"]["EXT_lights_ies"]["lights"]) renumber(light, "bufferView", number);
 }
 
-// Extensions that reference no accessor or buffer view, or only where we look. If any other is in use, nothing
-// is renumbered.
+// Extensions that reference no accessor or buffer view, or only where we look. If any other is in use,
+// nothing is renumbered.
 bool is_known(const std::string& extension) {
   static const char* const kKnown[] = {
       "EXT_mesh_gpu_instancing", "EXT_lights_ies",     "EXT_lights_image_based",

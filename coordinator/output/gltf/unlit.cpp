@@ -1,7 +1,7 @@
 // scene_unlit.glb: the lit scene for viewers without lightmaps. Base colour x E / pi plus emission, exposed
-// and tone-mapped with the filmic curve, become base-colour textures of unlit materials; their only coordinates
-// are the lightmap's. Objects without texels keep their own textures and are unlit in the median light of the
-// others, as in preview.png. Lamps would light nothing, so there are none.
+// and tone-mapped with the filmic curve, become base-colour textures of unlit materials; their only
+// coordinates are the lightmap's. Objects without texels keep their own textures and are unlit in the median
+// light of the others, as in preview.png. Lamps would light nothing, so there are none.
 #include <cmath>
 
 #include "common/raster/triangle2.h"
@@ -228,8 +228,8 @@ class UnlitWriter {
   GltfOutput& scene_;
   const SurfaceLook look_;
   const float exposure_, others_light_;
-  std::map<uint32_t, size_t> textures_;              // by page
-  std::map<std::pair<size_t, int>, size_t> made_;    // by material of the file and page
+  std::map<uint32_t, size_t> textures_;            // by page
+  std::map<std::pair<size_t, int>, size_t> made_;  // by material of the file and page
 };
 
 Expected<Bytes> write(const OutputContext& c) {

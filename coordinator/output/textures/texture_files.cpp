@@ -98,9 +98,8 @@ Status write_png_pages(const Encoding& e, const FinishedTexture& t, TextureFolde
 Status write_hdr_pages(const Encoding& e, const FinishedTexture& t, TextureFolder& folder,
                        WrittenFiles& out) {
   for (uint32_t page = 0; page < t.pages; ++page) {
-    KILN_TRY(const std::string name,
-             folder.write(file_name(e, t, page, t.pages), std::string(e.name), "hdr",
-                          write_radiance(t.width, t.height, t.levels[0][page])));
+    KILN_TRY(const std::string name, folder.write(file_name(e, t, page, t.pages), std::string(e.name), "hdr",
+                                                  write_radiance(t.width, t.height, t.levels[0][page])));
     out.names.push_back(name);
     out.list.back().textures.push_back(describe(t, name, "hdr", page, 1));
     out.list.back().textures.back().unpack = "none";
@@ -115,7 +114,8 @@ ExrNotes exr_notes(std::span<const FinishedTexture> textures, const BakeSettings
             {"basis", settings.basis},
             {"fit", std::string(fit_name(settings))}};
   const bool over_pi = settings.encode_units == "e-over-pi";
-  return {{"quantity", over_pi ? "irradiance E at the surface normal / pi" : "irradiance E at the surface normal"},
+  return {{"quantity",
+           over_pi ? "irradiance E at the surface normal / pi" : "irradiance E at the surface normal"},
           {"unit", over_pi ? kRadianceUnit : kIrradianceUnit},
           {"basis", "none"},
           {"fit", "none"}};

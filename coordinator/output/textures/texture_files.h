@@ -27,15 +27,15 @@ struct WrittenFiles {
 };
 
 // A folder and what was written into it. A texture is called lightmap_FORMAT_PLANE.EXT, by the format that
-// its own file holds. Encodings that store a plane in one format share its file. Where their bytes differ (one
-// encoding took a higher effort), the later file has its encoding's name as well.
+// its own file holds. Encodings that store a plane in one format share its file. Where their bytes differ
+// (one encoding took a higher effort), the later file has its encoding's name as well.
 class TextureFolder {
  public:
   explicit TextureFolder(std::filesystem::path path) : path_(std::move(path)) {}
   const std::filesystem::path& path() const { return path_; }
   // Writes by rename, unless the same is there. `name` without extension. Returns the name of the file.
-  Expected<std::string> write(const std::string& name, const std::string& encoding, std::string_view extension,
-                              std::span<const std::byte> bytes);
+  Expected<std::string> write(const std::string& name, const std::string& encoding,
+                              std::string_view extension, std::span<const std::byte> bytes);
 
  private:
   std::filesystem::path path_;

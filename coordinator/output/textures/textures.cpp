@@ -79,10 +79,12 @@ class Maker {
     for (uint32_t page = 0; page < level.pages; ++page) {
       const std::string name = level.pages == 1 ? stem + ".exr" : text("{}.{}.exr", stem, page);
       const ExrChannel channel{"Y", picture.data() + page * level.page_texels()};
-      KILN_TRY_STATUS(
-          write_exr(folder_.path() / name, level.planes.width, level.page_height, {&channel, 1},
-                    {ExrType::kHalf}, {{"quantity", text("rms error of {} after decoding, relative", f.encoding)},
-                                       {"unit", "1"}, {"basis", "none"}, {"fit", "none"}}));
+      KILN_TRY_STATUS(write_exr(folder_.path() / name, level.planes.width, level.page_height, {&channel, 1},
+                                {ExrType::kHalf},
+                                {{"quantity", text("rms error of {} after decoding, relative", f.encoding)},
+                                 {"unit", "1"},
+                                 {"basis", "none"},
+                                 {"fit", "none"}}));
       result.files.push_back(name);
     }
     return {};

@@ -1,6 +1,6 @@
 // What engines have of a file beside the traced surface. Meshes that they draw but the bake does not trace:
-// levels of detail other than the baked one, and objects with a proxy. Import finds them, coordinator/scene/lods
-// gives them lightmap coordinates, encode writes them. And the nodes of lamps.
+// levels of detail other than the baked one, and objects with a proxy. Import finds them,
+// coordinator/scene/lods gives them lightmap coordinates, encode writes them. And the nodes of lamps.
 #pragma once
 
 #include <cstdint>
@@ -28,8 +28,8 @@ struct DisplayMesh {
 
 // A node whose light was imported.
 struct DisplayLamp {
-  uint32_t node = 0;  // of the file
-  std::string name;   // of the light, else of the node
+  uint32_t node = 0;   // of the file
+  std::string name;    // of the light, else of the node
   std::string type;    // of its record
   bool direct = true;  // extras.kiln.bake is "full": its direct light is baked too
 };

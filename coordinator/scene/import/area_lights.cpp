@@ -139,7 +139,7 @@ class AreaLightReader {
 }  // namespace
 
 Expected<std::vector<PlacedLight>> read_area_lights(const ImportContext& context,
-                                               const std::vector<PlacedNode>& nodes) {
+                                                    const std::vector<PlacedNode>& nodes) {
   std::vector<PlacedLight> lights;
   for (const PlacedNode& at : nodes) {
     const GltfValue* kiln = context.model.nodes[at.node].extras.find("kiln");

@@ -11,6 +11,6 @@ namespace kiln {
 // along -z; the node's scale is in the size, metres. Errors, which name the node: what is no light
 // (docs/scenes.md), a transform that is singular, shears a rectangle, or makes an ellipse of a disc.
 Expected<std::vector<PlacedLight>> read_area_lights(const ImportContext& context,
-                                               const std::vector<PlacedNode>& nodes);
+                                                    const std::vector<PlacedNode>& nodes);
 
 }  // namespace kiln

@@ -105,8 +105,8 @@ Expected<Record> make_record(const ImportContext& context, const PlacedNode& at,
 }  // namespace
 
 Expected<std::vector<PlacedLight>> read_ies_lights(const ImportContext& context,
-                                              const std::vector<PlacedNode>& nodes,
-                                              std::vector<Texture>& textures, ImportNotes& notes) {
+                                                   const std::vector<PlacedNode>& nodes,
+                                                   std::vector<Texture>& textures, ImportNotes& notes) {
   std::vector<PlacedLight> placed;
   const auto root = context.model.extensions.find(kExtension);
   const GltfValue* lights = root == context.model.extensions.end() ? nullptr : root->second.find("lights");

@@ -10,7 +10,7 @@ namespace kiln {
 // One record for each node with a profile; profiles become textures that the records share. Errors: a profile
 // that does not exist or cannot be read, an invalid multiplier or colour.
 Expected<std::vector<PlacedLight>> read_ies_lights(const ImportContext& context,
-                                              const std::vector<PlacedNode>& nodes,
-                                              std::vector<Texture>& textures, ImportNotes& notes);
+                                                   const std::vector<PlacedNode>& nodes,
+                                                   std::vector<Texture>& textures, ImportNotes& notes);
 
 }  // namespace kiln
