@@ -219,9 +219,7 @@ TEST_F(Lamps, TheUnlitSceneHasNone) {
 // 0.5 in a light of E = 1, at the exposure of the file, through the curve.
 TEST_F(Lamps, ObjectsWithoutTexelsAreUnlitInTheMedianLight) {
   test::GltfBuilder b = test::small_scene();
-  const int grey = b.material({{"pbrMetallicRoughness", {{"baseColorFactor", {0.5, 0.5, 0.5, 1.0}}}}});
-  b.textured_triangle({});
-  b.root["meshes"].back()["primitives"][0]["material"] = grey;
+  b.textured_triangle({{"pbrMetallicRoughness", {{"baseColorFactor", {0.5, 0.5, 0.5, 1.0}}}}});
   b.root["nodes"].back()["extras"]["kiln"]["receive"] = false;
   const json doc = write(b, with("drop"), "scene_unlit.glb");
   const double exposed = doc["extras"]["kiln"]["exposure"].get<double>() * 0.5 / 3.14159265358979;
