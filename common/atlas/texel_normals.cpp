@@ -1,5 +1,6 @@
 #include "common/atlas/texel_normals.h"
 
+#include "common/base/check.h"
 #include "common/base/parallel.h"
 
 namespace kiln {
@@ -22,6 +23,7 @@ std::vector<Vec3> texel_normals(const Scene& scene, const Atlas& atlas) {
     for (size_t i = part * 4096; i < std::min(atlas.sites.size(), (part + 1) * 4096); ++i)
       normals[atlas.sites.texel[i]] = normal_at(scene, pick_site(atlas, static_cast<uint32_t>(i), 0.0f));
   });
+  KILN_CHECK(atlas.owner.size() == normals.size());
   std::vector<size_t> open;
   for (size_t t = 0; t < normals.size(); ++t)
     if (atlas.owner[t] && normals[t] == Vec3(0.0f)) open.push_back(t);

@@ -586,39 +586,4 @@ std::span<const std::string_view> encoding_names() {
   return kEncodings;
 }
 
-Status set_option(BakeSettings& settings, const std::string& name, const std::string& value,
-                  const std::string& source) {
-  for (const Setting& row : kTable) {
-    if (name != row.name) continue;
-    if (Status s = row.parse(settings, value); !s)
-      return fail(ErrorKind::kUsage, text("--{} {}: {}", name, value, s.error().message));
-    settings.source[name] = source;
-    return {};
-  }
-  return fail(ErrorKind::kUsage, text("there is no setting '{}': 'kiln bake --help' lists them", name));
-}
-
-std::optional<std::vector<double>> parse_radiance(const std::string& value) {
-  std::vector<double> out;
-  const char* at = value.data();
-  const char* const end = at + value.size();
-  while (out.size() < 3) {
-    double number;
-    const auto [next, code] = std::from_chars(at, end, number);
-    if (code != std::errc()) return std::nullopt;
-    out.push_back(number);
-    at = next;
-    if (out.size() < 3 && (at == end || *at++ != ',')) return std::nullopt;
-  }
-  return at == end ? std::optional(out) : std::nullopt;
-}
-
-uint32_t basis_index(const BakeSettings& b) {
-  return *find_basis(b.basis, b.sh_fit, b.sh_evaluator);
-}
-
-const BasisInfo& basis_of(const BakeSettings& b) {
-  return basis_roster()[basis_index(b)];
-}
-
 }  // namespace kiln

@@ -1,6 +1,8 @@
-// Rules between settings. Each error names the settings and the way out.
+// Setting an option by its name, and rules between settings. Each error names the settings and the way out.
 #include <algorithm>
+#include <charconv>
 
+#include "common/base/check.h"
 #include "common/base/format.h"
 #include "common/job/settings.h"
 
@@ -44,6 +46,43 @@ Status check_settings(const BakeSettings& b) {
                                 [](const std::string& name) { return name.starts_with("astc"); });
   if (astc && !b.ktx2) return refuse("DDS files do not hold ASTC: --encode astc-... takes --container ktx2");
   return {};
+}
+
+uint32_t basis_index(const BakeSettings& b) {
+  const Expected<uint32_t> index = find_basis(b.basis, b.sh_fit, b.sh_evaluator);
+  KILN_CHECK(index.has_value());  // parsers accept what the roster has
+  return *index;
+}
+
+const BasisInfo& basis_of(const BakeSettings& b) {
+  return basis_roster()[basis_index(b)];
+}
+
+Status set_option(BakeSettings& settings, const std::string& name, const std::string& value,
+                  const std::string& source) {
+  for (const Setting& row : settings_table()) {
+    if (name != row.name) continue;
+    if (Status s = row.parse(settings, value); !s)
+      return fail(ErrorKind::kUsage, text("--{} {}: {}", name, value, s.error().message));
+    settings.source[name] = source;
+    return {};
+  }
+  return fail(ErrorKind::kUsage, text("there is no setting '{}': 'kiln bake --help' lists them", name));
+}
+
+std::optional<std::vector<double>> parse_radiance(const std::string& value) {
+  std::vector<double> out;
+  const char* at = value.data();
+  const char* const end = at + value.size();
+  while (out.size() < 3) {
+    double number;
+    const auto [next, code] = std::from_chars(at, end, number);
+    if (code != std::errc()) return std::nullopt;
+    out.push_back(number);
+    at = next;
+    if (out.size() < 3 && (at == end || *at++ != ',')) return std::nullopt;
+  }
+  return at == end ? std::optional(out) : std::nullopt;
 }
 
 }  // namespace kiln

@@ -91,6 +91,8 @@ class FirstPassJob {
 Expected<FirstPass> bake_first_pass(const TwoPassTask& task, const Preflight& pre, double seconds) {
   ChunkStore chunks;
   KILN_TRY(JobSpec spec, make_job(pre, task.request.settings, chunks));
+  // Charts are judged by the light itself: a fit to their normals has more noise in each of its numbers.
+  KILN_TRY(spec.transport.basis, find_basis(task.request.settings.basis));
   // Samples that decide about a chart must be independent of those that measure it.
   spec.transport.seed = mix_bits(spec.transport.seed ^ kFirstPassKey);
   KILN_TRY(FarmJob* const farm, task.workplace.open(spec, chunks));
@@ -136,9 +138,9 @@ std::vector<uint8_t> collapse_of(const ChartsToSize& charts, const Atlas& first,
 Expected<std::vector<ChartLight>> judge(const FirstPass& pass, const Atlas& atlas,
                                         const BakeSettings& settings) {
   const std::vector<uint32_t> charts = charts_of_sites(atlas);
-  std::vector<ChartLight> light =
-      judge_charts(pass.whole, charts, atlas.placements.size(),
-                   {settings.error, normal_interval(settings.confidence), even_bands(basis_of(settings))});
+  std::vector<ChartLight> light = judge_charts(pass.whole, charts, atlas.placements.size(),
+                                               {settings.error, normal_interval(settings.confidence),
+                                                even_bands(basis_roster()[*find_basis(settings.basis)])});
   const std::vector<uint8_t> black = black_charts(pass.gather, charts, light.size());
   for (size_t p = 0; p < light.size(); ++p)
     if (light[p].why == kUnlit && !black[p]) light[p].why = kNotCollapsed;

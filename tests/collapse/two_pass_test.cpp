@@ -87,7 +87,9 @@ class TwoPassLight : public TwoPass, public testing::WithParamInterface<const ch
 INSTANTIATE_TEST_SUITE_P(Denoise, TwoPassLight, testing::Values("off", "on"));
 
 TEST_P(TwoPassLight, EvenAndBlackChartsAreSmallAndHoldTheirLight) {
-  const std::string fixed = std::string(" --min-samples 64 --max-samples 64 --denoise ") + GetParam() + " ";
+  // At 5 % the noise of 32 samples hides that the plaza's L1 is even, for some random numbers.
+  const std::string fixed =
+      std::string(" --error 0.08 --min-samples 64 --max-samples 64 --denoise ") + GetParam() + " ";
   const auto with = kiln(bake("with", fixed + "--two-pass on")), without = kiln(bake("without", fixed));
   ASSERT_EQ(with.exit_status, 0) << with.output;
   ASSERT_EQ(without.exit_status, 0) << without.output;

@@ -21,7 +21,8 @@ What a white material gives back of a radiance of 1 from everywhere (base colour
 roughness of all its layers and by the cosine of the view to the normal. Nothing is lost and nothing gained: what
 differs from 1 is the table of the layers' albedo (0.0012, `worker/materials/ggx_albedo.h`) and the sum of 32,768
 samples. One pair of layers is the exception: sheen over a GGX layer lets through what the more grazing direction
-leaves, and the light between the two is lost. Written by `KILN_WRITE_DOCS=1 build/bin/materials_test
+leaves, and the light between the two is lost. So does a smooth pane at grazing angles: it lets 1 - F through, and its
+lobe, whose alpha is 0.02 at least, reflects less than F. Written by `KILN_WRITE_DOCS=1 build/bin/materials_test
 --gtest_filter='Table.*'`; the test holds the page against the closures.
 
 | material | roughness |)";

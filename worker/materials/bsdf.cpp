@@ -29,6 +29,10 @@ Vec3 fresnel(const Bsdf& bsdf, float cos) {
 
 Vec3 straight_through(const Bsdf& bsdf, float cos) {
   if (!bsdf.has_specular() && !bsdf.is_covered()) return bsdf.transmission;
+  // What a smooth layer reflects is known; tables are for rough ones.
+  if (bsdf.alpha <= kLeastAlpha && !bsdf.is_covered())
+    return bsdf.transmission *
+           (1.0f - bsdf.under_f0 - (bsdf.under_f90 - bsdf.under_f0) * fifth_power_of_rest(cos));
   return bsdf.transmission * KeptLight(bsdf).at(cos).under;
 }
 

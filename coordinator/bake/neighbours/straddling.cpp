@@ -33,9 +33,9 @@ bool straddles(const Scene& scene, const Atlas& atlas, const ContactWalls& walls
     return point_of(scene, atlas, site, (static_cast<float>(i) + 0.5f) / static_cast<float>(points));
   };
   const SurfacePoint first = point(0), last = point(points - 1);
-  // The first and last of 64 points are a diagonal apart; of fewer, at most as far.
+  // The first and last of 64 points are a diagonal apart, and the others within half of it from the line.
   const double reach = length(last.position - first.position) + 1e-9;
-  if (!walls.may_be_near(first.position, last.position, 2 * reach)) return false;
+  if (!walls.may_be_near(first.position, last.position, 0.75 * reach)) return false;
   for (int i = 1; i < points; ++i)
     if (walls.between(first.position, point(i).position, first.normal, reach)) return true;
   return false;
@@ -44,7 +44,7 @@ bool straddles(const Scene& scene, const Atlas& atlas, const ContactWalls& walls
 }  // namespace
 
 std::vector<uint8_t> straddling_sites(const Scene& scene, const Atlas& atlas) {
-  if (atlas.contacts.empty()) return {};
+  if (atlas.packed || atlas.contacts.empty()) return {};
   const ContactWalls walls(atlas.contacts);
   std::vector<uint8_t> out(atlas.sites.size());
   for_each_index(out.size(), 0, [&](size_t site) {

@@ -7,9 +7,8 @@
 
 namespace kiln {
 
-// By site: 1 where a line of atlas.contacts runs between the texel's own surface points. Charts that layout
-// pack cut have none but where contacts were too many; charts of the file may have many. Empty without
-// contacts.
+// By site: 1 where a line of atlas.contacts runs between the texel's own surface points. Empty without
+// contacts, and for layout pack, whose charts end at them.
 std::vector<uint8_t> straddling_sites(const Scene& scene, const Atlas& atlas);
 
 }  // namespace kiln
