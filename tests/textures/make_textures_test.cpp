@@ -270,6 +270,41 @@ TEST(MakeTextures, EveryEncodingOfTheSettingsIsInTheRoster) {
   EXPECT_FALSE(check_settings(settings)) << "DDS cannot hold ASTC";
 }
 
+// Without a bound of its own, compression is held to half of the reported error, at least 1 %: the default
+// format gives way to the first finer one that keeps it; one that was asked for stays, with a warning.
+TEST(MakeTextures, CompressionIsInProportionToTheReportedError) {
+  Baked b = with(baked_box(10, edge_of_light()), {"bc6h"});
+  ASSERT_EQ(b.settings.max_encode_error, kAutoBound);
+  const Made chosen(b);
+  ASSERT_TRUE(chosen.result);
+  const TextureFigures& f = chosen.result->figures[0];
+  EXPECT_EQ(f.bound, 0.01);  // no error is reported
+  EXPECT_EQ(f.instead_of, "bc6h");
+  EXPECT_GT(f.held_of_it, f.bound);
+  EXPECT_LE(f.held, f.bound);
+  EXPECT_EQ(chosen.result->list[0].name, f.encoding);
+  EXPECT_TRUE(coarse_textures(*chosen.result).empty());
+  b.settings.source["encode"] = "command line";
+  const Made asked(b);
+  ASSERT_TRUE(asked.result);
+  EXPECT_EQ(asked.result->figures[0].encoding, "bc6h");
+  EXPECT_TRUE(asked.result->figures[0].within_bound);
+  const std::vector<std::string> warnings = coarse_textures(*asked.result);
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_NE(warnings[0].find("bc6h-plain"), std::string::npos) << warnings[0];
+  // As much again is reported as wrong: the default is fine enough.
+  b.settings.source.clear();
+  const Planes& p = b.map.planes;
+  for (size_t t = 0; t < b.map.validity.size(); ++t)
+    b.map.planes.plane("error")[t] = luminance(Vec3(p.plane("E.R")[t], p.plane("E.G")[t], p.plane("E.B")[t]));
+  const Made noisy(b);
+  ASSERT_TRUE(noisy.result);
+  EXPECT_LE(noisy.result->figures[0].bound, 0.5);
+  EXPECT_GT(noisy.result->figures[0].bound, 0.4);  // the dark side is nearer to a hundredth of the mean
+  EXPECT_EQ(noisy.result->figures[0].encoding, "bc6h");
+  EXPECT_EQ(noisy.result->figures[0].instead_of, "");
+}
+
 // Every response of the roster, 0.5 in all its planes.
 void add_responses(Baked& b) {
   Planes& planes = b.map.responses;

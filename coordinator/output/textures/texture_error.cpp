@@ -44,15 +44,13 @@ struct Sums {
   struct AtNormal {
     double signed_error = 0, squares = 0;
     uint64_t count = 0;
+    void add(const AtNormal& o) { signed_error += o.signed_error, squares += o.squares, count += o.count; }
   };
-  AtNormal at_normal[4];
+  AtNormal at_normal[4], format;
 
   void add(const Sums& o) {
-    for (int k = 0; k < 4; ++k) {
-      at_normal[k].signed_error += o.at_normal[k].signed_error;
-      at_normal[k].squares += o.at_normal[k].squares;
-      at_normal[k].count += o.at_normal[k].count;
-    }
+    for (int k = 0; k < 4; ++k) at_normal[k].add(o.at_normal[k]);
+    format.add(o.format);
     texels += o.texels, between += o.between, filter += o.filter, log += o.log;
     texel_count += o.texel_count, between_count += o.between_count, log_count += o.log_count;
     low = std::min(low, o.low), high = std::max(high, o.high);
@@ -130,10 +128,10 @@ class Meter {
   }
 
  private:
-  void add_at_normal(const Vec3& truth, const Vec3& shown, Sums::AtNormal& sum) const {
-    const double by = std::pow(double{luminance(truth)}, 2) + 1e-4 * mean_ * mean_;
+  // Relative to `e`, E at the own normal there, and a hundredth of the map's mean.
+  void add_at_normal(const Vec3& e, const Vec3& d, Sums::AtNormal& sum) const {
+    const double by = std::pow(double{luminance(e)}, 2) + 1e-4 * mean_ * mean_;
     if (!(by > 0)) return;
-    const Vec3 d = shown - truth;
     sum.signed_error += luminance(d) / std::sqrt(by);
     sum.squares += double{dot(d, d)} / (3 * by);
     ++sum.count;
@@ -147,14 +145,16 @@ class Meter {
       for (int c = 0; c < 3; ++c) e[c] += weight[i] * (*irradiance_[c])[texel[i]];
       if (basis_) normal += normals_[texel[i]];
     }
-    if (!basis_) return add_at_normal(e, light(got, nullptr, normal), sums.at_normal[0]);
-    normal = normalize_or(normal, normals_[texel[0]]);
-    add_at_normal(e, light(got, basis_, normal), sums.at_normal[0]);
+    if (basis_) normal = normalize_or(normal, normals_[texel[0]]);
+    const Vec3 shown = light(got, basis_, normal);
+    add_at_normal(e, shown - e, sums.at_normal[0]);
+    add_at_normal(e, shown - light(truth, basis_, normal), sums.format);
+    if (!basis_) return;
     const Frame frame(normal);
     for (int k = 1; k < 4; ++k)
       for (int way = 0; way < 4; ++way) {
         const Vec3 n = frame.to_world(kTurned[k - 1][way]);
-        add_at_normal(light(truth, basis_, n), light(got, basis_, n), sums.at_normal[k]);
+        add_at_normal(e, light(got, basis_, n) - light(truth, basis_, n), sums.at_normal[k]);
       }
   }
 
@@ -270,6 +270,7 @@ TextureError measure_texture_error(const MapLevel& level, const BasisInfo* basis
     out.at_normal[k].bias = share(s.at_normal[k].signed_error, s.at_normal[k].count);
     out.at_normal[k].rms = std::sqrt(share(s.at_normal[k].squares, s.at_normal[k].count));
   }
+  out.format = std::sqrt(share(s.format.squares, s.format.count));
   out.texels = s.texel_count;
   out.between = s.between_count;
   out.rel_mse = share(s.texels + s.between, s.texel_count + s.between_count);

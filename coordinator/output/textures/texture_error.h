@@ -29,12 +29,14 @@ struct TextureError {
   // What an engine shows, at texel centres and between them, where the normal is turned by so many degrees
   // from the surface's (four ways). 0 degrees: against E itself, what the format leaves out included. Others:
   // against the stored basis, since E was measured at the surface's own normal only (docs/bases.md has the
-  // errors of the bases there). Relative to E there, with the floor above; bias: mean of the signed relative
-  // error of luminance. Without a basis: 0 degrees alone.
+  // errors of the bases there). Relative to E at the own normal, with the floor above; bias: mean of the
+  // signed relative error of luminance. Without a basis: 0 degrees alone.
   struct AtNormal {
     double degrees = 0, bias = 0, rms = 0;
   };
   std::array<AtNormal, 4> at_normal{{{0}, {15}, {35}, {60}}};
+  // At the surface's own normal against the same basis uncompressed, rms: what another format could better.
+  double format = 0;
 
   double relative_rms() const;
 };

@@ -86,7 +86,7 @@ class Maker {
       if (efforts) figures.effort = kEfforts[static_cast<int>(effort)];
       KILN_TRY_STATUS(compress(effort, made.textures, figures));
       KILN_TRY_STATUS(measure(made.textures, figures, made.picture));
-      const double error = automatic ? error_of_format(figures) : figures.error.relative_rms();
+      const double error = automatic ? figures.error.format : figures.error.relative_rms();
       const bool holds = !(bound > 0) || error <= bound;
       figures.within_bound = holds || automatic;
       if (automatic) figures.bound = bound, figures.held = error;
@@ -94,12 +94,6 @@ class Maker {
       if (automatic && (error > kWithinReach * bound || r_.measure_every > 1)) break;
     }
     return made;
-  }
-
-  // Against E where the basis shows E, so that only the format is in it; else against the basis.
-  double error_of_format(const TextureFigures& f) const {
-    const bool shows_e = f.quantity == "irradiance" || basis_.finish;
-    return shows_e ? f.error.at_normal[0].rms : f.error.relative_rms();
   }
 
   // --encode not given: another format may take the place of the default. Not where time is short.
