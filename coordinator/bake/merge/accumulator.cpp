@@ -191,6 +191,9 @@ Lightmap Accumulator::resolve(const Atlas& atlas) const {
     const double scale = 1.0 / this->samples(site);
     for (size_t i = 0; i < source.size(); ++i)
       map.planes.data[i][texel] = static_cast<float>(sum(site, source[i]) * scale);
+    // A few samples of paths that end at a cache may sum to less than nothing, which no light is.
+    for (size_t i = 0; map.has_light && i < 3; ++i)
+      map.planes.data[i][texel] = std::max(0.0f, map.planes.data[i][texel]);
     if (error) (*error)[texel] = static_cast<float>(e.standard_error);
     samples[texel] = static_cast<float>(this->samples(site));
   });

@@ -6,8 +6,8 @@
 namespace kiln {
 
 // `unit`: null if it belongs to an earlier pass and is no longer known. Detects impossible values: non-finite
-// numbers, counts beyond the samples, negative luminances and visibilities. Only a second worker can confirm
-// that possible values are right.
+// numbers, counts beyond the samples, negative luminances (but of units that read a cache) and visibilities.
+// Only a second worker can confirm that possible values are right.
 Status check_result(const Result& result, const WorkUnit* unit, const MomentLayout& layout);
 
 }  // namespace kiln
