@@ -143,7 +143,7 @@ Vec3 BsdfAtWo::lambert_share() const {
 
 float BsdfAtWo::take_lambert_share() {
   if (!layered_ || wo_.z <= 0.0f) return 0.0f;
-  under_wo_ = metal_wo_ = sheen_wo_ = Vec3(0.0f);
+  taken_ = share_ * kInvPi;
   // The lobes below the layers are left with the difference of their shapes to the cosine's. These parts
   // bound the noise it makes; they cannot change a mean.
   Lobes rest = lobes_;
