@@ -87,7 +87,7 @@ class TwoPassLight : public TwoPass, public testing::WithParamInterface<const ch
 INSTANTIATE_TEST_SUITE_P(Denoise, TwoPassLight, testing::Values("off", "on"));
 
 TEST_P(TwoPassLight, EvenAndBlackChartsAreSmallAndHoldTheirLight) {
-  // At 5 % the noise of 32 samples hides that the plaza's L1 is even, for some random numbers.
+  // The crate's light on the plaza and the noise of 32 samples come close to what 5 % allows of L1.
   const std::string fixed =
       std::string(" --error 0.08 --min-samples 64 --max-samples 64 --denoise ") + GetParam() + " ";
   const auto with = kiln(bake("with", fixed + "--two-pass on")), without = kiln(bake("without", fixed));
