@@ -292,8 +292,16 @@ TEST(MakeTextures, CompressionIsInProportionToTheReportedError) {
   const std::vector<std::string> warnings = coarse_textures(*asked.result);
   ASSERT_EQ(warnings.size(), 1u);
   EXPECT_NE(warnings[0].find("bc6h-plain"), std::string::npos) << warnings[0];
-  // As much again is reported as wrong: the default is fine enough.
+  // A time limit has no room for more encodes.
   b.settings.source.clear();
+  b.settings.time_limit = 60;
+  const Made limited(b);
+  ASSERT_TRUE(limited.result);
+  EXPECT_EQ(limited.result->figures[0].encoding, "bc6h");
+  EXPECT_EQ(limited.result->figures[0].effort, b.settings.encode_effort);
+  EXPECT_EQ(coarse_textures(*limited.result).size(), 1u);
+  b.settings.time_limit = 0;
+  // As much again is reported as wrong: the default is fine enough.
   const Planes& p = b.map.planes;
   for (size_t t = 0; t < b.map.validity.size(); ++t)
     b.map.planes.plane("error")[t] = luminance(Vec3(p.plane("E.R")[t], p.plane("E.G")[t], p.plane("E.B")[t]));

@@ -91,13 +91,15 @@ class Maker {
       figures.within_bound = holds || automatic;
       if (automatic) figures.bound = bound, figures.held = error;
       if (holds || !efforts || effort == BlockEffort::kBest) break;
-      if (automatic && (error > kWithinReach * bound || r_.measure_every > 1)) break;
+      if (automatic && (error > kWithinReach * bound || is_limited())) break;
     }
     return made;
   }
 
-  // --encode not given: another format may take the place of the default. Not where time is short.
-  bool may_choose_format() const { return !r_.settings.source.contains("encode") && r_.measure_every == 1; }
+  // A higher effort takes ten times as long, another format as long again: no time limit has room for them.
+  bool is_limited() const { return r_.settings.time_limit > 0; }
+  // --encode not given: another format may take the place of the default.
+  bool may_choose_format() const { return !r_.settings.source.contains("encode") && !is_limited(); }
 
   // The first finer encoding within the bound, if there is one.
   Status take_finer(Quantity quantity, Made& made) {
@@ -355,12 +357,13 @@ std::vector<std::string> coarse_textures(const TextureResult& result) {
   for (const TextureFigures& f : result.figures) {
     if (!(f.held > f.bound)) continue;
     const std::string_view finer = encoding(f.encoding).finer;
-    out.push_back(
-        text("textures {} ({}) are {:.2g} % rms off after decoding, more than half of the reported error "
-             "and 1 % ({:.2g} %): {}",
-             f.encoding, f.quantity, 100 * f.held, 100 * f.bound,
-             finer.empty() ? "the masters hold more than this format can; --encode half comes closest"
-                           : text("--encode {} has more bits, and without --encode one is chosen", finer)));
+    out.push_back(text(
+        "textures {} ({}) are {:.2g} % rms off after decoding, more than half of the reported error "
+        "and 1 % ({:.2g} %): {}",
+        f.encoding, f.quantity, 100 * f.held, 100 * f.bound,
+        finer.empty()
+            ? "the masters hold more than this format can; --encode half comes closest"
+            : text("--encode {} has less error; without --encode and --time-limit one is chosen", finer)));
   }
   return out;
 }
