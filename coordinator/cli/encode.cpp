@@ -19,11 +19,13 @@ int run(const Arguments& a, const BakeSettings& settings) {
     return run_encode(request, [&](const BakeProgress& p) { progress(p); });
   }();
   if (!report) return report_error(report.error());
-  if (a.has("json"))
+  if (a.has("json")) {
     std::fputs(encode_json(*report).c_str(), stdout);
-  else
-    std::printf("%sload:     %s/scene.glb\n", textures_summary(report->textures).c_str(),
-                request.output.string().c_str());
+  } else {
+    std::printf("%s", textures_summary(report->textures).c_str());
+    for (const std::string& warning : report->warnings) std::printf("warning: %s\n", warning.c_str());
+    std::printf("load:     %s/scene.glb\n", request.output.string().c_str());
+  }
   if (!report->unmet.empty()) return report_error({ErrorKind::kUnavailable, report->unmet});
   return 0;
 }

@@ -282,6 +282,7 @@ Expected<EncodeReport> run_encode(const EncodeRequest& request,
   report.seconds = watch.seconds();
   report.textures = textures.figures;
   report.unmet = beyond_bound(textures, report.settings);
+  report.warnings = coarse_textures(textures);
   progress({.stage = "publish"});
   KILN_TRY(report.files, write_outputs({report.settings, pre.imported.scene, pre.atlas, pre.imported.document,
                                         map, folder.path(), &pre.imported.display, &pre.projection,
@@ -300,6 +301,9 @@ std::string encode_json(const EncodeReport& r) {
   JsonWriter w;
   w.begin_object().pair("seconds", r.seconds);
   if (!r.unmet.empty()) w.pair("unmet", r.unmet);
+  w.key("warnings").begin_array();
+  for (const std::string& warning : r.warnings) w.value(warning);
+  w.end_array();
   write_textures(w, r.textures);
   w.key("outputs").begin_array();
   for (const OutputFile& f : r.files)

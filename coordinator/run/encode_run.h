@@ -21,6 +21,7 @@ struct EncodeReport {
   std::set<std::string> written;       // every file but encode.json
   std::set<std::string> added_before;  // by earlier runs into the bake's own folder
   std::string unmet;                   // as in BakeReport
+  std::vector<std::string> warnings;   // textures coarser than --max-encode-error auto allows
   double seconds = 0;                  // spent on textures
 };
 

@@ -1,7 +1,8 @@
 // scene_unlit.glb: the lit scene for viewers without lightmaps. Base colour x E / pi plus emission, exposed
 // and tone-mapped with the filmic curve, become base-colour textures of unlit materials; their only
 // coordinates are the lightmap's. Objects without texels keep their own textures and are unlit in the median
-// light of the others, as in preview.png. Lamps would light nothing, so there are none.
+// light of the others' texels (preview.png: of the pixels shown). Lamps would light nothing, so there are
+// none.
 #include <cmath>
 
 #include "common/raster/triangle2.h"

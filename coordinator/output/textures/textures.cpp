@@ -356,14 +356,16 @@ std::vector<std::string> coarse_textures(const TextureResult& result) {
   std::vector<std::string> out;
   for (const TextureFigures& f : result.figures) {
     if (!(f.held > f.bound)) continue;
-    const std::string_view finer = encoding(f.encoding).finer;
+    std::string_view finest = f.encoding;
+    while (!encoding(finest).finer.empty()) finest = encoding(finest).finer;
     out.push_back(text(
-        "textures {} ({}) are {:.2g} % rms off after decoding, more than half of the reported error "
-        "and 1 % ({:.2g} %): {}",
+        "textures {} ({}) are {:.2g} % rms off after decoding, more than half of the reported error and 1 % "
+        "({:.2g} %): {}",
         f.encoding, f.quantity, 100 * f.held, 100 * f.bound,
-        finer.empty()
-            ? "the masters hold more than this format can; --encode half comes closest"
-            : text("--encode {} has less error; without --encode and --time-limit one is chosen", finer)));
+        finest == f.encoding ? "--encode half, for engines that read it, has the least error"
+                             : text("--encode {} has the least error; without --encode and --time-limit the "
+                                    "smallest format within the bound is chosen",
+                                    finest)));
   }
   return out;
 }
