@@ -172,7 +172,8 @@ std::string facts(const BakeReport& r) {
                                                 : "kept in";
     row("lamps in the map", text("{}, {} scene.glb", r.lamps.in_map.size(), fate));
   }
-  row("units answered twice / reassigned", text("{} / {}", r.farm.duplicates, r.farm.reassigned));
+  row("units answered twice / reassigned / copied when late",
+      text("{} / {} / {}", r.farm.duplicates, r.farm.reassigned, r.farm.copies));
   row("samples beyond the range of a float", text("{}", r.farm.nonfinite));
   for (const NonfinitePlace& p : r.nonfinite)
     row("- first of a unit", text("texel ({}, {}) of page {}, '{}', site {}, sample {}", p.x, p.y, p.page,

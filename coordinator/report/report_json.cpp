@@ -81,7 +81,8 @@ void write_passes(JsonWriter& w, const BakeReport& r) {
 void write_farm(JsonWriter& w, const FarmStatistics& f) {
   w.key("farm").begin_object();
   w.pair("numeric_class", f.numeric_class).pair("rays", f.rays).pair("units", f.units);
-  w.pair("duplicates", f.duplicates).pair("reassigned", f.reassigned).pair("workers_lost", f.workers_lost);
+  w.pair("duplicates", f.duplicates).pair("reassigned", f.reassigned).pair("copies", f.copies);
+  w.pair("workers_lost", f.workers_lost);
   w.pair("nonfinite_contributions", f.nonfinite).pair("worker_seconds", f.worker_seconds);
   w.pair("rays_per_second_and_thread",
          f.worker_seconds > 0 ? static_cast<double>(f.rays) / f.worker_seconds : 0.0);

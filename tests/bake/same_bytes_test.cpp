@@ -160,8 +160,11 @@ TEST_P(SameBytes, OneWorkerStopped) {
   BakeReport report;
   EXPECT_EQ(bake(r, &report, once(SIGSTOP, victim)), reference());
   EXPECT_NE(victim, 0);
-  // Its units were copied when they were late, or given away when its lease had run out.
-  EXPECT_NE(events(report).find("silent"), std::string::npos) << events(report);
+  // It was found silent when its lease had run out, or before that the other worker answered all its units,
+  // copied because they were late.
+  EXPECT_TRUE(report.farm.copies + report.farm.reassigned > 0 ||
+              events(report).find("silent") != std::string::npos)
+      << events(report);
 }
 
 TEST_P(SameBytes, EveryUnitAnsweredTwice) {

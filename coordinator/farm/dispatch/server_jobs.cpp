@@ -136,6 +136,7 @@ FarmStatistics Server::statistics(JobId id) {
   const JobCounts counts = ledger_.counts(id);
   s.duplicates = counts.duplicates;
   s.reassigned = counts.reassigned;
+  s.copies = counts.copies;
   s.workers_lost = counts.lost;
   s.verified = counts.verified;
   s.unverified = counts.unverified;
