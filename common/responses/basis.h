@@ -23,22 +23,27 @@ struct BasisInfo {
   std::span<const bool> is_signed;
   std::span<const uint32_t> degree;  // of each function; functions of one degree form a band
   // Function 0 bounds the length of the vector of functions 1, 2 and 3, in each colour channel.
-  bool has_direction;
+  bool has_direction = false;
   std::string_view about;
   std::string_view convention{};  // how E follows from the functions; empty: they are none
   // How the functions were chosen: "project" or "cap"; which evaluation of E they are for: "linear" or
   // "hazel".
   std::string_view fit{}, evaluator{};
-  // E(n) of one colour from its functions, as engines evaluate it; null without functions.
-  float (*irradiance)(const float* f, const Vec3& n) = nullptr;
+  // Prefix of the names of bands: "L" for L0, L1, ...; the name itself where all functions are of one degree.
+  std::string_view band = "L";
+  bool is_local = false;  // functions are in the ReceiverFrame of the shading normal; else in world axes
+  bool has_base = true;   // function 0 is a light that the others may be ratios of, between -1 and 1
+  // E of one colour at a unit normal m from its functions, as engines evaluate it, on a surface of shading
+  // normal n; null without functions.
+  float (*irradiance)(const float* f, const Vec3& n, const Vec3& m) = nullptr;
   // The means of moments already obey the bound of has_direction; else only what finish() returns does.
   bool is_bounded = true;
-  // Turns one colour's moments into what is stored, given E at the unit normal n: irradiance(f, n) is e
+  // Turns one colour's moments into what is stored, given E at the unit normal n: irradiance(f, n, n) is e
   // afterwards to 2e-5 of e, rounding. Null: moments are stored.
   void (*finish)(float e, const Vec3& n, float* f) = nullptr;
 };
 
-constexpr int kMaxBasisFunctions = 4;
+constexpr int kMaxBasisFunctions = 12;
 
 // Only E at the surface normal, which every bake has: no additional functions.
 struct IrradianceOnly {
@@ -59,16 +64,13 @@ struct ShL1 {
   static constexpr std::array<bool, 4> is_signed{false, true, true, true};
   static constexpr std::array<uint32_t, 4> degree{0, 1, 1, 1};
   static BasisInfo info() {
-    return {"sh_l1",
-            functions,
-            is_signed,
-            degree,
-            true,
-            "RGB L1 spherical harmonics of radiance, world axes",
-            "L0 = 1/(4 pi) integral L dw, L1 = 1/(4 pi) integral L d dw; E(n)/pi = L0 + 2 L1.n",
-            "project",
-            "linear",
-            irradiance};
+    BasisInfo b{"sh_l1", functions, is_signed,
+                degree,  true,      "RGB L1 spherical harmonics of radiance, world axes"};
+    b.convention = "L0 = 1/(4 pi) integral L dw, L1 = 1/(4 pi) integral L d dw; E(n)/pi = L0 + 2 L1.n";
+    b.fit = "project";
+    b.evaluator = "linear";
+    b.irradiance = [](const float* f, const Vec3&, const Vec3& m) { return irradiance(f, m); };
+    return b;
   }
   static float irradiance(const float* f, const Vec3& n) {
     return kPi * (f[0] + 2.0f * (f[1] * n.x + f[2] * n.y + f[3] * n.z));
@@ -94,10 +96,14 @@ struct BasisBand {
   std::vector<size_t> functions;
 };
 std::vector<BasisBand> basis_bands(const BasisInfo& basis);
+// The most irradiance that 1 of that function gives a normal, over those of a surface: pi for L0, 2 pi for an
+// L1.
+double largest_irradiance(const BasisInfo& basis, size_t function);
 
 // Roster: every basis, in the order of --help.
 std::span<const BasisInfo> basis_roster();
-// Index into the roster, or an error that lists the names. Bases without fits or evaluators ignore these.
+// Index into the roster, or an error that lists the names. `fit`: "cap" finds every basis' own fit to E.
+// Bases without fits or evaluators ignore these.
 Expected<uint32_t> find_basis(std::string_view name, std::string_view fit = "project",
                               std::string_view evaluator = "linear");
 // f_i of basis `index` for light from a unit direction at a surface of unit normal, into f[0 ..

@@ -133,8 +133,8 @@ void finish_hazel(float e, const Vec3& n, float* f) {
   store(f[0] * scale, DVec3(l1) * scale, f);
 }
 
-float irradiance_hazel(const float* f, const Vec3& n) {
-  return sh_l1_irradiance_nonlinear(f[0], Vec3(f[1], f[2], f[3]), n);
+float irradiance_hazel(const float* f, const Vec3&, const Vec3& m) {
+  return sh_l1_irradiance_nonlinear(f[0], Vec3(f[1], f[2], f[3]), m);
 }
 
 }  // namespace
