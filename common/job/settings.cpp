@@ -415,14 +415,19 @@ const Setting kTable[] = {
     {"denoise", "WORD", "", "on: filter noise along surfaces where the measured error shows a gain",
      [](B& b, S s) { return store_switch(b.denoise, s); },
      [](const B& b) { return print_switch(b.denoise); }},
-    {"basis", "NAME", "", "stored basis: irradiance or sh_l1", parse_basis,
-     [](const B& b) { return b.basis; }},
+    {"basis", "NAME", "",
+     "what a texel says of the light's direction: irradiance (nothing), sh_l1, sh_l2, h_basis, ad9, ad12, "
+     "sg9 or sg12 "
+     "(docs/bases.md compares them)",
+     parse_basis, [](const B& b) { return b.basis; }},
     {"sh-fit", "WORD", "",
-     "cap: L1 shows E itself at the surface's normal and fits normals within 60 degrees; project: the "
-     "projection of "
-     "the light, for code that adds or convolves it",
+     "cap: the basis shows E itself at the surface's normal and fits normals within 60 degrees; positive: "
+     "the same by "
+     "lobes that are not negative (ad9, ad12, sg9, sg12); project: the projection of the light, for code "
+     "that adds or "
+     "convolves it",
      [](B& b, S s) {
-       return store_word(b.sh_fit, s, {"cap", "project"});
+       return store_word(b.sh_fit, s, {"cap", "positive", "project"});
      },
      [](const B& b) { return b.sh_fit; }},
     {"sh-evaluator", "WORD", "",

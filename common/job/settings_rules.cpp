@@ -33,6 +33,7 @@ Status check_lit_scene(const BakeSettings& b) {
 }  // namespace
 
 Status check_settings(const BakeSettings& b) {
+  KILN_TRY_STATUS(find_basis(b.basis, b.sh_fit, b.sh_evaluator));
   KILN_TRY_STATUS(check_lit_scene(b));
   if (b.two_pass && !b.quantities.responses.empty())
     return refuse(

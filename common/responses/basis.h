@@ -31,6 +31,7 @@ struct BasisInfo {
   std::string_view fit{}, evaluator{};
   // Prefix of the names of bands: "L" for L0, L1, ...; the name itself where all functions are of one degree.
   std::string_view band = "L";
+  std::span<const Vec3> axes{};  // of lobes, one for each function; empty: harmonics
   bool is_local = false;  // functions are in the ReceiverFrame of the shading normal; else in world axes
   bool has_base = true;   // function 0 is a light that the others may be ratios of, between -1 and 1
   // E of one colour at a unit normal m from its functions, as engines evaluate it, on a surface of shading

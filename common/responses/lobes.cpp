@@ -332,6 +332,7 @@ BasisInfo LobeBasis<Set, kCount, kFit>::info() {
   b.band = "lobes";
   b.is_local = is_local;
   b.has_base = false;
+  b.axes = {Set().axis, kCount};
   b.about = is_dice ? (is_local ? "RGB Ambient Dice of radiance, frame of the normal"
                                 : "RGB Ambient Dice of radiance, world axes")
                     : "RGB spherical Gaussians of radiance, frame of the normal";

@@ -79,6 +79,7 @@ Expected<BakeSettings> settings_of(const EncodeRequest& r, const JsonValue& json
     KILN_TRY_STATUS(set_option(out, row.name, value->text, "the bake"));
   }
   KILN_TRY_STATUS(check_settings(out));
+  KILN_TRY_STATUS(check_encodings(out));
   return out;
 }
 

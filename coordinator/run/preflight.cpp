@@ -131,6 +131,7 @@ Expected<Preflight> run_preflight(const std::filesystem::path& scene, const Bake
                                   const std::function<void(const BakeProgress&)>& progress,
                                   const std::function<Status()>& may_go_on, const LayoutWish& wish) {
   KILN_TRY_STATUS(check_settings(settings));
+  KILN_TRY_STATUS(check_encodings(settings));
   Preflight pre;
   {
     const StageTimer timer(times, "import");

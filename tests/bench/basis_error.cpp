@@ -1,10 +1,11 @@
 // How wrong is what an engine evaluates from a basis, at the surface's own normal and at turned ones?
 //
-//     basis_error SCENE [texels=1500] [samples=512] [NAME=VALUE ...]
+//     basis_error SCENE [texels=1500] [samples=512] [bases=sh_l1,ad9,...] [NAME=VALUE ...]
 //
-// Bakes texels of SCENE (evenly chosen) without cache or filter in every fit and evaluator of sh_l1, and the
-// same texels with their normals turned by 15, 30, 35, 50 and 60 degrees in four ways: their E is the truth.
-// Halves of the samples are multiplied, so that the noise of neither side counts: (shown_1 - true_1)(shown_2
+// Bakes texels of SCENE (evenly chosen) without cache or filter in every fit of every basis, or of those, and
+// the same texels with their normals turned by 15, 30, 35, 50 and 60 degrees in four ways: their E is the
+// truth. Halves of the samples are multiplied, so that the noise of neither side counts: (shown_1 -
+// true_1)(shown_2
 // - true_2), one from each replicate, where the halves share no random numbers. NAME=VALUE: settings of the
 // layout and the light. Prints a row per fit for docs/bases.md: at the own normal the mean and the 99th
 // percentile of |shown / E - 1| for the texel's mean normal; then rms over turned normals relative to the
@@ -132,16 +133,34 @@ Stored stored_of(const BasisInfo& basis, const Means& means, int replicate, size
   return out;
 }
 
-using Evaluate = float (*)(const float*, const Vec3&);
-Vec3 shown(const Stored& s, Evaluate evaluate, const Vec3& n) {
-  return {evaluate(s.f[0], n), evaluate(s.f[1], n), evaluate(s.f[2], n)};
+// At normal m of a surface of normal n.
+using Evaluate = float (*)(const float*, const Vec3& n, const Vec3& m);
+Vec3 shown(const Stored& s, Evaluate evaluate, const Vec3& n, const Vec3& m) {
+  return {evaluate(s.f[0], n, m), evaluate(s.f[1], n, m), evaluate(s.f[2], n, m)};
 }
 
 struct Form {
-  const char* name;
+  std::string name;
   uint32_t basis;
   Evaluate evaluate;
 };
+
+// Every fit of the bases named, or of all; the projection on L1 by both evaluators.
+std::vector<Form> forms_of(const std::string& bases) {
+  std::vector<Form> forms;
+  const std::string wanted = "," + bases + ",";
+  for (uint32_t index = 0; index < basis_roster().size(); ++index) {
+    const BasisInfo& b = basis_roster()[index];
+    const std::string name(b.name), fit(b.fit), evaluator(b.evaluator);
+    if (b.functions.empty() || (!bases.empty() && wanted.find("," + name + ",") == std::string::npos))
+      continue;
+    const bool is_l1 = name == "sh_l1";
+    forms.push_back({name + ", " + fit + (is_l1 ? ", " + evaluator : ""), index, b.irradiance});
+    if (is_l1 && fit == "project")
+      forms.push_back({"sh_l1, project, hazel", index, ShL1Hazel::info().irradiance});
+  }
+  return forms;
+}
 
 void print_row(const Lab& lab, const Form& form, const Means& means, const std::vector<Means>& truth,
                const std::vector<Vec3>& normals) {
@@ -155,13 +174,14 @@ void print_row(const Lab& lab, const Form& form, const Means& means, const std::
   for (size_t i = 0; i < count; ++i) {
     const double e = luminance((means.e(0, i) + means.e(1, i)) * 0.5f);
     if (!(e > 0.01 * mean)) continue;  // as in the relMSE of kiln compare
-    const double s = luminance(shown(stored_of(basis, means, -1, i, normals[i]), form.evaluate, normals[i]));
+    const double s =
+        luminance(shown(stored_of(basis, means, -1, i, normals[i]), form.evaluate, normals[i], normals[i]));
     off.push_back(std::abs(s / e - 1));
     signed_sum += s / e - 1;
   }
   std::sort(off.begin(), off.end());
-  std::printf("| %s | %+.3f %% | %.3f %% |", form.name, 100 * signed_sum / static_cast<double>(off.size()),
-              100 * off[off.size() * 99 / 100]);
+  std::printf("| %s | %zu | %+.3f %% | %.3f %% |", form.name.c_str(), basis.functions.size(),
+              100 * signed_sum / static_cast<double>(off.size()), 100 * off[off.size() * 99 / 100]);
   for (size_t a = 0; a < std::size(kAngles); ++a) {
     double squares = 0, all = 0, bias = 0;
     for (int way = 0; way < kWays; ++way)
@@ -170,7 +190,8 @@ void print_row(const Lab& lab, const Form& form, const Means& means, const std::
         const Vec3 n = Frame(normals[i]).to_world(turned(kAngles[a], way));
         double d[kReplicates];
         for (int r = 0; r < int{kReplicates}; ++r) {
-          const double s = luminance(shown(stored_of(basis, means, r, i, normals[i]), form.evaluate, n));
+          const double s =
+              luminance(shown(stored_of(basis, means, r, i, normals[i]), form.evaluate, normals[i], n));
           d[r] = s - luminance(t.e(r, i));
           all += luminance(t.e(r, i)) / kReplicates;
           bias += d[r] / kReplicates;
@@ -191,6 +212,7 @@ int run(int argc, char** argv) {
   Lab lab;
   BakeSettings settings;
   size_t texels = 1500;
+  std::string bases;
   lab.samples = 512;
   for (int i = 2; i < argc; ++i) {
     const std::string entry = argv[i];
@@ -198,6 +220,8 @@ int run(int argc, char** argv) {
     const std::string name = entry.substr(0, equals), value = entry.substr(equals + 1);
     if (name == "texels")
       texels = std::stoul(value);
+    else if (name == "bases")
+      bases = value;
     else if (name == "samples")
       lab.samples = static_cast<uint32_t>(std::stoul(value));
     else if (const Status s = set_option(settings, name, value, "command line"); !s)
@@ -215,10 +239,9 @@ int run(int argc, char** argv) {
   for (size_t i = 0; i < std::min(texels, all); ++i)
     lab.sites.push_back(static_cast<uint32_t>((2 * i + 1) * all / (2 * std::min(texels, all))));
 
-  const uint32_t project = *find_basis("sh_l1"), cap = *find_basis("sh_l1", "cap"),
-                 hazel = *find_basis("sh_l1", "cap", "hazel");
-  const Means of_project = bake(lab, TexelReceivers(lab.pre.atlas), project);
-  const Means of_cap = bake(lab, TexelReceivers(lab.pre.atlas), cap);
+  const std::vector<Form> forms = forms_of(bases);
+  std::vector<Means> baked;
+  for (const Form& form : forms) baked.push_back(bake(lab, TexelReceivers(lab.pre.atlas), form.basis));
   std::vector<Means> truth;
   lab.transport.seed += 1000003;  // other random numbers than the bakes that are judged
   for (const double angle : kAngles)
@@ -229,13 +252,9 @@ int run(int argc, char** argv) {
   for (const uint32_t site : lab.sites) normals.push_back(by_texel[lab.pre.atlas.sites.texel[site]]);
   std::printf("%zu of %zu texels, %u samples\n", lab.sites.size(), all, lab.samples);
   std::printf(
-      "| fit, evaluation | mean at n | p99 at n | 15 deg | 30 | 35 | 50 | 60 "
-      "|\n|---|---|---|---|---|---|---|---|\n");
-  const Evaluate linear = ShL1::irradiance, nonlinear = ShL1Hazel::info().irradiance;
-  print_row(lab, {"project, linear", project, linear}, of_project, truth, normals);
-  print_row(lab, {"project, hazel", project, nonlinear}, of_project, truth, normals);
-  print_row(lab, {"cap, linear", cap, linear}, of_cap, truth, normals);
-  print_row(lab, {"cap, hazel", hazel, nonlinear}, of_project, truth, normals);
+      "| basis, fit | numbers | mean at n | p99 at n | 15 deg | 30 | 35 | 50 | 60 "
+      "|\n|---|---|---|---|---|---|---|---|---|\n");
+  for (size_t k = 0; k < forms.size(); ++k) print_row(lab, forms[k], baked[k], truth, normals);
   return 0;
 }
 

@@ -169,7 +169,8 @@ std::vector<EvenBand> even_bands(const BasisInfo& basis) {
   for (const BasisBand& band : basis_bands(basis)) {
     EvenBand& even = bands.emplace_back();
     for (const size_t f : band.functions) even.first_planes.push_back(3 + 3 * f);
-    even.scale = double{kPi} * (band.functions.size() > 1 ? 2 : 1);
+    even.scale = 0;
+    for (const size_t f : band.functions) even.scale = std::max(even.scale, largest_irradiance(basis, f));
   }
   return bands;
 }

@@ -90,7 +90,15 @@ Json basis_json(const BasisInfo& basis) {
   if (!basis.convention.empty()) out["convention"] = basis.convention;
   if (!basis.fit.empty()) out["fit"] = basis.fit;
   if (!basis.evaluator.empty()) out["evaluator"] = basis.evaluator;
-  out["axes"] = "world";
+  out["axes"] = basis.is_local ? "surface" : "world";
+  if (basis.is_local)
+    out["frame"] =
+        "z: shading normal n; with q = (2, 3, 6)/7 and t = (3, -6, 2)/7: x = t - (q + n) (t.n)/(1 + q.n), "
+        "y = n cross x";
+  if (!basis.axes.empty()) {
+    out["lobes"] = Json::array();
+    for (const Vec3& axis : basis.axes) out["lobes"].push_back({axis.x, axis.y, axis.z});
+  }
   return out;
 }
 

@@ -68,6 +68,17 @@ std::array<std::string, 3> channels_of(const std::string& function) {
   return {function + ".R", function + ".G", function + ".B"};
 }
 
+// The format of light that may be negative, for functions that are ratios of none.
+std::optional<TextureFormat> with_sign(TextureFormat light) {
+  if (light == F::kBc6hUfloat) return F::kBc6hSfloat;
+  if (light == F::kRgba16Float) return light;
+  return std::nullopt;
+}
+
+bool is_lobe_of_both_signs(const BasisInfo& basis, size_t function) {
+  return basis.is_signed[function] && !basis.has_base;
+}
+
 }  // namespace
 
 std::span<const Encoding> encoding_roster() {
@@ -87,7 +98,7 @@ std::vector<TextureLayout> layouts_of(const Encoding& e, const BasisInfo& basis,
     out.push_back({"E", channels_of("E"), {}, e.light, e.unpack, false, channels_of("E")});
     return out;
   }
-  const std::string base(basis.functions[0]);
+  const std::string base = basis.has_base ? std::string(basis.functions[0]) : "E";
   for (size_t f = 0; f < basis.functions.size(); ++f) {
     const std::string function(basis.functions[f]);
     if (!basis.is_signed[f]) {
@@ -95,10 +106,19 @@ std::vector<TextureLayout> layouts_of(const Encoding& e, const BasisInfo& basis,
       continue;
     }
     TextureLayout t{function, channels_of(function), {}, e.direction, Unpack::kNone, true, channels_of(base)};
-    if (e.ratio) t.times = channels_of(base);
+    if (is_lobe_of_both_signs(basis, f))
+      t.format = with_sign(e.light).value_or(e.direction);
+    else if (e.ratio)
+      t.times = channels_of(base);
     out.push_back(std::move(t));
   }
   return out;
+}
+
+bool holds(const Encoding& e, const BasisInfo& basis) {
+  for (size_t f = 0; f < basis.functions.size(); ++f)
+    if (e.directional && is_lobe_of_both_signs(basis, f) && !with_sign(e.light)) return false;
+  return true;
 }
 
 }  // namespace kiln

@@ -57,5 +57,7 @@ struct TextureLayout {
 // The stored quantity: the basis' planes, or E at the surface normal.
 enum class Quantity : uint8_t { kBasis, kIrradiance };
 std::vector<TextureLayout> layouts_of(const Encoding& encoding, const BasisInfo& basis, Quantity quantity);
+// Whether its formats hold the basis: not those without a sign for lobes of both signs.
+bool holds(const Encoding& encoding, const BasisInfo& basis);
 
 }  // namespace kiln

@@ -11,17 +11,17 @@
 namespace kiln {
 namespace {
 
-constexpr size_t kMaxPlanes = 12;
+constexpr size_t kMaxPlanes = 3 * kMaxBasisFunctions;
 constexpr double kLogFloor = 1.0 / 1024;
 
-// E(n) from planes: the functions of a basis, or E itself.
-Vec3 light(const float* planes, const BasisInfo* basis, const Vec3& n) {
+// E at m, of a surface of normal n, from planes: the functions of a basis, or E itself.
+Vec3 light(const float* planes, const BasisInfo* basis, const Vec3& n, const Vec3& m) {
   if (!basis) return {planes[0], planes[1], planes[2]};
   Vec3 e;
   float f[kMaxBasisFunctions];
   for (int c = 0; c < 3; ++c) {
     for (size_t k = 0; k < basis->functions.size(); ++k) f[k] = planes[3 * k + c];
-    e[c] = basis->irradiance(f, n);
+    e[c] = basis->irradiance(f, n, m);
   }
   return e;
 }
@@ -88,16 +88,17 @@ class Meter {
     const bool filtered = texel.size() == 4;
     if (filtered) lookup_planes(exact_, texel, weight, plain);
     Vec3 n[kErrorNormals] = {Vec3(0.0f)};
-    if (basis_) hemisphere_normals(normals_[texel[0]], n);
+    const Vec3 own = basis_ ? normals_[texel[0]] : n[0];
+    if (basis_) hemisphere_normals(own, n);
     std::array<Vec3, kErrorNormals> e;
     double mean = 0, squares = 0, plain_squares = 0;
     for (int k = 0; k < normal_count_; ++k) {
-      e[k] = light(truth, basis_, n[k]);
-      const Vec3 d = light(got, basis_, n[k]) - e[k];
+      e[k] = light(truth, basis_, own, n[k]);
+      const Vec3 d = light(got, basis_, own, n[k]) - e[k];
       squares += double{dot(d, d)} / 3;
       mean += luminance(e[k]);
       if (filtered) {
-        const Vec3 f = light(plain, basis_, n[k]) - e[k];
+        const Vec3 f = light(plain, basis_, own, n[k]) - e[k];
         plain_squares += double{dot(f, f)} / 3;
       }
       if (mean_ > 0) {
@@ -146,31 +147,31 @@ class Meter {
       if (basis_) normal += normals_[texel[i]];
     }
     if (basis_) normal = normalize_or(normal, normals_[texel[0]]);
-    const Vec3 shown = light(got, basis_, normal);
+    const Vec3 shown = light(got, basis_, normal, normal);
     add_at_normal(e, shown - e, sums.at_normal[0]);
-    add_at_normal(e, shown - light(truth, basis_, normal), sums.format);
+    add_at_normal(e, shown - light(truth, basis_, normal, normal), sums.format);
     if (!basis_) return;
     const Frame frame(normal);
     for (int k = 1; k < 4; ++k)
       for (int way = 0; way < 4; ++way) {
         const Vec3 n = frame.to_world(kTurned[k - 1][way]);
-        add_at_normal(e, light(got, basis_, n) - light(truth, basis_, n), sums.at_normal[k]);
+        add_at_normal(e, light(got, basis_, normal, n) - light(truth, basis_, normal, n), sums.at_normal[k]);
       }
   }
 
   double logarithm(const Vec3& e) const {
     return std::log2(std::max(0.0, double{luminance(e)}) + kLogFloor * mean_);
   }
-  // Mean luminance of E, or its part from L0.
+  // Mean luminance of E.
   double map_mean() const {
     double sum = 0;
     uint64_t count = 0;
     for (size_t t = 0; t < level_.owner.size(); ++t) {
       if (!counts(t)) continue;
-      sum += luminance(Vec3((*master_[0])[t], (*master_[1])[t], (*master_[2])[t]));
+      sum += luminance(Vec3((*irradiance_[0])[t], (*irradiance_[1])[t], (*irradiance_[2])[t]));
       ++count;
     }
-    return count ? (basis_ ? double{kPi} : 1.0) * sum / static_cast<double>(count) : 0;
+    return count ? sum / static_cast<double>(count) : 0;
   }
 
   const MapLevel& level_;

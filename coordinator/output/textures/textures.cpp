@@ -101,9 +101,21 @@ class Maker {
   // --encode not given: another format may take the place of the default.
   bool may_choose_format() const { return !r_.settings.source.contains("encode") && !is_limited(); }
 
+  // Whether it holds the basis, and in other formats.
+  bool may_replace(const Encoding& finer, const Encoding& e, Quantity quantity) const {
+    const auto formats = [&](const Encoding& of) {
+      std::vector<std::pair<TextureFormat, bool>> out;
+      for (const TextureLayout& t : layouts_of(of, basis_, quantity))
+        out.emplace_back(t.format, t.is_ratio());
+      return out;
+    };
+    return holds(finer, basis_) && formats(finer) != formats(e);
+  }
+
   // The first finer encoding within the bound, if there is one.
   Status take_finer(Quantity quantity, Made& made) {
     for (std::string_view name = made.encoding->finer; !name.empty(); name = encoding(name).finer) {
+      if (!may_replace(encoding(name), *made.encoding, quantity)) continue;
       KILN_TRY(Made finer, make_within(encoding(name), quantity));
       if (finer.figures.held > finer.figures.bound) continue;
       finer.figures.instead_of = made.figures.encoding;
@@ -350,6 +362,19 @@ TextureNeeds texture_needs(const BakeSettings& settings, uint64_t texels) {
     planes += response_roster()[response].stored.size();
   needs.memory = texels * (planes * 4 * 4 / 3 + most * 2 * 16 + 12 + 8);
   return needs;
+}
+
+Status check_encodings(const BakeSettings& settings) {
+  const BasisInfo& basis = basis_of(settings);
+  if (!settings.quantities.light || settings.encode_quantity == "irradiance") return {};
+  for (const std::string& name : settings.encodings)
+    if (!holds(encoding(name), basis))
+      return fail(
+          ErrorKind::kUsage,
+          text("--encode {} has no negative numbers, and lobes of {} fitted by '{}' may be negative: use "
+               "--encode bc6h, half or exr, or --sh-fit positive",
+               name, basis.name, basis.fit));
+  return {};
 }
 
 std::vector<std::string> coarse_textures(const TextureResult& result) {

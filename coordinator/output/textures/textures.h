@@ -53,6 +53,8 @@ struct TextureNeeds {
   uint64_t disk = 0, memory = 0;
 };
 TextureNeeds texture_needs(const BakeSettings& settings, uint64_t texels);
+// Fails (kUsage) on an encoding that cannot hold the basis; names the way out.
+Status check_encodings(const BakeSettings& settings);
 
 // Also writes encode_error_NAME.exr: the relative rms error of every texel after decoding.
 // Errors: kInvalidInput for values that cannot be stored; kIo, kNoSpace from writing. Textures beyond
