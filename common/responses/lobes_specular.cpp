@@ -100,8 +100,10 @@ Vec3 gaussian_specular(const LobeSet& set, const LobeTexel& texel, const Vec3& m
   alpha = std::max(alpha, kLeastAlpha);
   const float a2 = alpha * alpha, nv = dot(m, v), away = std::max(nv, 0.1f);
   const Vec3 mirror = mirrored(m, v);
-  // Across and in the plane of the reflection; straight on both are alike.
-  const Vec3 across = normalize_or(cross(m, mirror), Frame(m).x), along = cross(mirror, across);
+  // Across and in the plane of the reflection. Straight on both are alike, and the product is but rounding.
+  const Vec3 side = cross(m, mirror);
+  const Vec3 across = dot(side, side) > 1e-8f ? normalize_or(side, m) : Frame(m).x;
+  const Vec3 along = cross(mirror, across);
   constexpr float kNu = kGaussianSharpness / 2;
   const float sharp = 2 / a2, x = sharp / (8 * away * away), y = sharp / 8;
   const float wide_x = kNu * x / (kNu + x), wide_y = kNu * y / (kNu + y);

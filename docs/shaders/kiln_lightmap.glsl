@@ -1,4 +1,4 @@
-// Lightmaps of Kiln in a shader: GLSL ES 3.00 and desktop GLSL 3.30 alike. common/basis/evaluate.h is the same in
+// Lightmaps of Kiln in a shader: GLSL ES 3.00 and desktop GLSL 3.30 alike. common/responses/evaluate.h is the same in
 // C++; the tests compare both. All light is linear RGB; irradiance E is in the unit of the scene's radiance times
 // steradian, and a diffuse surface shows base colour / pi x E.
 //

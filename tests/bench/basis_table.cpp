@@ -1,13 +1,17 @@
 // How near bases come to five skies: the tables of docs/bases.md, "Bases by skies".
 //
 //     basis_table [DIRECTIONS=200000] [NORMALS=2000]
+//     basis_table response FILE.exr      DiceResponse, for docs/shaders/kiln_bases.glsl
 //
 // Ends with status 1 where AD9 does not come nearer to Lambert and to GGX of alpha 0.4 than SG9, as it does
 // in Roughton 2019, Appendix C; other orders are printed, not judged.
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <string_view>
 
+#include "common/responses/lobes_specular.h"
+#include "coordinator/scene/imageio/exr.h"
 #include "tests/bench/basis_skies.h"
 
 namespace kiln {
@@ -64,14 +68,26 @@ int run(int directions, int normals) {
   return kept ? 0 : 1;
 }
 
+int write_response(const char* file) {
+  std::vector<float> f0, f90;
+  for (const DiceResponse::Scale& scale : DiceResponse::get().entries())
+    f0.push_back(scale.f0), f90.push_back(scale.f90);
+  const ExrChannel channels[] = {{"R", f0.data()}, {"G", f90.data()}};
+  const Status written =
+      write_exr(file, DiceResponse::kSize, DiceResponse::kSize, channels, {ExrType::kHalf});
+  if (!written) std::fprintf(stderr, "%s\n", written.error().message.c_str());
+  return written ? 0 : 1;
+}
+
 }  // namespace
 }  // namespace kiln
 
 int main(int argc, char** argv) {
+  if (argc == 3 && std::string_view(argv[1]) == "response") return kiln::write_response(argv[2]);
   const int directions = argc > 1 ? std::atoi(argv[1]) : 200000,
             normals = argc > 2 ? std::atoi(argv[2]) : 2000;
   if (directions < 1000 || normals < 100) {
-    std::fputs("usage: basis_table [DIRECTIONS] [NORMALS]\n", stderr);
+    std::fputs("usage: basis_table [DIRECTIONS] [NORMALS] | response FILE.exr\n", stderr);
     return 2;
   }
   return kiln::run(directions, normals);

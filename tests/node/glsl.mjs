@@ -1,13 +1,17 @@
-// node glsl.mjs SHADER INPUT OUTPUT: evaluates docs/shaders/kiln_lightmap.glsl for every record of INPUT (24 floats:
-// L0, L1x, L1y, L1z of RGB, n, v, f0, roughness, 2 unused) in WebGL2 and writes 20 floats each: linear and non-linear
-// E (RGB, 0), specular (RGB, 0), dominant direction and focus, unpacked texels (rgbm.r, rgbd.g, rgbe.b, chart.x).
+// node glsl.mjs PROGRAM SHADER[,SHADER] INPUT OUTPUT [RESPONSE]: evaluates shaders for every record of INPUT in WebGL2.
+// `lightmap`: docs/shaders/kiln_lightmap.glsl; records of 24 floats: L0, L1x, L1y, L1z of RGB, n, v, f0, roughness, 2
+// unused; 20 floats each: linear and non-linear E (RGB, 0), specular (RGB, 0), dominant direction and focus, unpacked
+// texels (rgbm.r, rgbd.g, rgbe.b, chart.x).
+// `bases`: with docs/shaders/kiln_bases.glsl; records of 52 floats: 12 functions of RGB, n, m, v, f0, roughness, 3
+// unused; 48 floats each: E of sh_l2, h_basis, ad9, ad12, sg9, sg12, specular of ad9, ad12, sg9, sg12 (RGB, 0), x and y
+// of the frame (XYZ, 0). RESPONSE: 32 x 32 x RG floats of kiln_dice_response.exr.
 import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { chromium } from 'playwright-core';
 
-const [shader, input, output, program = '/usr/bin/chromium'] = process.argv.slice(2);
-const MAIN = `
+const [name, shaders, input, output, response] = process.argv.slice(2), program = '/usr/bin/chromium';
+const LIGHTMAP = `
 uniform highp sampler2D records;
 layout(location = 0) out vec4 o0; layout(location = 1) out vec4 o1; layout(location = 2) out vec4 o2;
 layout(location = 3) out vec4 o3;
@@ -24,16 +28,48 @@ void main() {
   o2 = vec4(kiln_specular(s, n, v, t[5].y, f0), 0.0);
   o3 = kiln_dominant(s, n);
 }`;
+const BASES = `
+uniform highp sampler2D records, response;
+layout(location = 0) out vec4 o0; layout(location = 1) out vec4 o1; layout(location = 2) out vec4 o2;
+layout(location = 3) out vec4 o3;
+uniform int second;
+float part(int i) {
+  return texelFetch(records, ivec2(i / 4, int(gl_FragCoord.y)), 0)[i % 4];
+}
+vec3 triple(int i) {
+  return vec3(part(i), part(i + 1), part(i + 2));
+}
+void main() {
+  vec3 f[12], g[9], h[6];
+  for (int i = 0; i < 12; ++i) f[i] = triple(3 * i);
+  for (int i = 0; i < 9; ++i) g[i] = f[i];
+  for (int i = 0; i < 6; ++i) h[i] = f[i];
+  vec3 n = triple(36), m = triple(39), v = triple(42), f0 = triple(45);
+  float roughness = part(48);
+  KilnFrame frame = kiln_frame(n);
+  o0 = vec4(second == 0 ? kiln_irradiance_sh_l2(g, n, m) : second == 1 ? kiln_irradiance_sg9(g, n, m)
+          : kiln_specular_sg9(g, n, m, v, roughness, f0), 0.0);
+  o1 = vec4(second == 0 ? kiln_irradiance_h_basis(h, n, m) : second == 1 ? kiln_irradiance_sg12(f, n, m)
+          : kiln_specular_sg12(f, n, m, v, roughness, f0), 0.0);
+  o2 = vec4(second == 0 ? kiln_irradiance_ad9(g, n, m) : second == 1 ? kiln_specular_ad9(g, response, n, m, v, roughness, f0)
+          : frame.x, 0.0);
+  o3 = vec4(second == 0 ? kiln_irradiance_ad12(f, n, m) : second == 1 ? kiln_specular_ad12(f, response, n, m, v, roughness, f0)
+          : frame.y, 0.0);
+}`;
+// Texels of a record, the program, and the targets that are read of each draw.
+const [width, MAIN, draws] = { lightmap: [6, LIGHTMAP, [4, 1]], bases: [13, BASES, [4, 4, 4]] }[name];
 const profile = mkdtempSync(join(tmpdir(), 'kiln-chromium-'));
 const context = await chromium.launchPersistentContext(profile, { executablePath: program, headless: true,
   args: ['--no-sandbox', '--use-gl=angle', '--use-angle=swiftshader', '--enable-unsafe-swiftshader',
          '--disable-background-networking', '--disable-component-update', '--disable-sync'] });
 try {
   const page = context.pages()[0] ?? await context.newPage();
-  const bytes = readFileSync(input);
-  const records = [...new Float32Array(bytes.buffer, bytes.byteOffset, bytes.length / 4)];
-  const result = await page.evaluate(({ source, records }) => {
-    const rows = records.length / 24;
+  const floats = (file) => {
+    const bytes = readFileSync(file);
+    return [...new Float32Array(bytes.buffer, bytes.byteOffset, bytes.length / 4)];
+  };
+  const result = await page.evaluate(({ source, records, width, draws, response }) => {
+    const rows = records.length / (4 * width);
     const gl = document.createElement('canvas').getContext('webgl2');
     if (!gl.getExtension('EXT_color_buffer_float')) throw new Error('no float targets');
     const compile = (type, text) => {
@@ -48,21 +84,29 @@ try {
     gl.attachShader(program, compile(gl.FRAGMENT_SHADER, source));
     gl.linkProgram(program);
     if (!gl.getProgramParameter(program, gl.LINK_STATUS)) throw new Error(gl.getProgramInfoLog(program));
-    const texture = (width, height, data) => {
+    const texture = (width, height, data, format = gl.RGBA, kind = gl.RGBA32F, filter = gl.NEAREST) => {
       const t = gl.createTexture();
       gl.bindTexture(gl.TEXTURE_2D, t);
-      gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, width, height, 0, gl.RGBA, gl.FLOAT, data);
-      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
-      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
+      gl.texImage2D(gl.TEXTURE_2D, 0, kind, width, height, 0, format, gl.FLOAT, data);
+      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, filter);
+      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, filter);
+      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_S, gl.CLAMP_TO_EDGE);
+      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_T, gl.CLAMP_TO_EDGE);
       return t;
     };
     gl.bindFramebuffer(gl.FRAMEBUFFER, gl.createFramebuffer());
     const targets = [0, 1, 2, 3].map((k) => gl.COLOR_ATTACHMENT0 + k);
     for (const at of targets) gl.framebufferTexture2D(gl.FRAMEBUFFER, at, gl.TEXTURE_2D, texture(1, rows, null), 0);
     gl.drawBuffers(targets);
-    texture(6, rows, new Float32Array(records));
+    if (response) {
+      gl.activeTexture(gl.TEXTURE1);
+      texture(32, 32, new Float32Array(response), gl.RG, gl.RG16F, gl.LINEAR);
+      gl.activeTexture(gl.TEXTURE0);
+    }
+    texture(width, rows, new Float32Array(records));
     gl.viewport(0, 0, 1, rows);
     gl.useProgram(program);
+    gl.uniform1i(gl.getUniformLocation(program, 'response'), 1);
     const draw = (second, read) => {
       gl.uniform1i(gl.getUniformLocation(program, 'second'), second);
       gl.drawArrays(gl.TRIANGLES, 0, 3);
@@ -73,11 +117,12 @@ try {
         return data;
       });
     };
-    const all = [...draw(0, targets), ...draw(1, targets.slice(0, 1))];
+    const all = draws.flatMap((count, k) => draw(k, targets.slice(0, count)));
     const out = [];
     for (let r = 0; r < rows; ++r) for (const data of all) out.push(...data.subarray(4 * r, 4 * r + 4));
     return out;
-  }, { source: `#version 300 es\nprecision highp float;\nprecision highp int;\n${readFileSync(shader, 'utf8')}${MAIN}`, records });
+  }, { source: `#version 300 es\nprecision highp float;\nprecision highp int;\n${shaders.split(',').map((s) => readFileSync(s, 'utf8')).join('')}${MAIN}`,
+       records: floats(input), width, draws, response: response && floats(response) });
   writeFileSync(output, Buffer.from(new Float32Array(result).buffer));
 } finally {
   await context.close();

@@ -1,10 +1,14 @@
-// docs/shaders/kiln_lightmap.glsl gives what common/responses/evaluate.h gives.
+// docs/shaders/kiln_lightmap.glsl gives what common/responses/evaluate.h gives, and kiln_bases.glsl what the
+// other bases and lobes_specular.h give.
 #include <cstring>
 #include <random>
 
 #include "common/base/files.h"
 #include "common/responses/evaluate.h"
+#include "common/responses/lobes_specular.h"
+#include "common/responses/receiver_frame.h"
 #include "coordinator/output/textures/pixel_codes.h"
+#include "coordinator/scene/imageio/exr.h"
 #include "tests/viewer/node_tools.h"
 
 namespace kiln {
@@ -46,19 +50,32 @@ std::vector<float> records(size_t count) {
   return out;
 }
 
-TEST(Shader, GivesWhatTheReferenceGives) {
-  if (const auto why = test::no_node_tools(true)) GTEST_SKIP() << *why;
+// What a shader makes of records, by tests/node/glsl.mjs; empty after a failure.
+std::vector<float> run_shader(const std::string& program, const std::string& shaders,
+                              const std::vector<float>& in, const std::vector<float>& response = {}) {
   test::TempDir dir;
-  const std::vector<float> in = records(2000);
-  ASSERT_TRUE(write_file_atomic(dir.path() / "in", bytes_of(in)));
+  EXPECT_TRUE(write_file_atomic(dir.path() / "in", bytes_of(in)));
+  EXPECT_TRUE(write_file_atomic(dir.path() / "response", bytes_of(response)));
   const auto ran =
-      test::run_command(test::node_script("glsl.mjs") + " '" +
-                        (test::source_dir() / "docs/shaders/kiln_lightmap.glsl").string() + "' '" +
-                        (dir.path() / "in").string() + "' '" + (dir.path() / "out").string() + "'");
-  ASSERT_EQ(ran.exit_status, 0) << ran.output;
+      test::run_command(test::node_script("glsl.mjs") + " " + program + " '" + shaders + "' '" +
+                        (dir.path() / "in").string() + "' '" + (dir.path() / "out").string() + "'" +
+                        (response.empty() ? "" : " '" + (dir.path() / "response").string() + "'"));
+  EXPECT_EQ(ran.exit_status, 0) << ran.output;
+  if (ran.exit_status != 0) return {};
   const Bytes bytes = *read_file(dir.path() / "out");
   std::vector<float> out(bytes.size() / 4);
   std::memcpy(out.data(), bytes.data(), bytes.size());
+  return out;
+}
+
+std::string shader(const char* name) {
+  return (test::source_dir() / "docs/shaders" / name).string();
+}
+
+TEST(Shader, GivesWhatTheReferenceGives) {
+  if (const auto why = test::no_node_tools(true)) GTEST_SKIP() << *why;
+  const std::vector<float> in = records(2000);
+  const std::vector<float> out = run_shader("lightmap", shader("kiln_lightmap.glsl"), in);
   ASSERT_EQ(out.size(), in.size() / kIn * kOut);
   // GLSL ES 3.00 leaves pow, division and square root a few units in the last place, and pow(x, y) is exp2(y
   // log2 x) there: 2^-21 of a value with exponents to 3. Sums cancel against pi (L0 + 2 |L1|); the lobe of
@@ -93,6 +110,101 @@ TEST(Shader, GivesWhatTheReferenceGives) {
     EXPECT_NEAR(o[17], 8 * rgbd[1], kRelative * 8 * rgbd[1]);
     EXPECT_NEAR(o[18], rgbe[2], kRelative * rgbe[2]);
     EXPECT_NEAR(o[19], r[21] * 0.5f + 0.25f, kRelative);
+  }
+}
+
+// The file of docs/shaders is what this program computes, as halves: basis_table response FILE writes it.
+Expected<std::vector<float>> stored_response() {
+  KILN_TRY(const Planes file, read_exr(shader("kiln_dice_response.exr")));
+  std::vector<float> out;
+  for (size_t i = 0; i < size_t{file.width} * file.height; ++i)
+    out.insert(out.end(), {file.plane("R")[i], file.plane("G")[i]});
+  return out;
+}
+
+TEST(Shader, DiceResponseIsStored) {
+  const auto stored = stored_response();
+  ASSERT_TRUE(stored) << stored.error().message;
+  const std::vector<DiceResponse::Scale>& entries = DiceResponse::get().entries();
+  ASSERT_EQ(stored->size(), 2 * entries.size());
+  for (size_t i = 0; i < entries.size(); ++i) {
+    EXPECT_NEAR((*stored)[2 * i], entries[i].f0, 0x1p-11f * entries[i].f0 + 0x1p-24f) << i;
+    EXPECT_NEAR((*stored)[2 * i + 1], entries[i].f90, 0x1p-11f * entries[i].f90 + 0x1p-24f) << i;
+  }
+}
+
+constexpr size_t kBasesIn = 52, kBasesOut = 48;
+
+// Records of 52 floats: functions of both signs, and normals that a normal map turns by up to 60 degrees.
+std::vector<float> basis_records(size_t count) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<float> number(0, 1);
+  std::vector<float> out;
+  for (size_t i = 0; i < count; ++i) {
+    float r[kBasesIn] = {};
+    for (size_t k = 0; k < 36; ++k) r[k] = 10 * number(random) * number(random) - (i % 3 == 0 ? 1.0f : 0.0f);
+    const Vec3 n = i % 9 == 0 ? Vec3(0, 0, 1) : unit(random);
+    const Vec3 m = i % 4 == 0 ? n : normalize_or(n + 0.7f * unit(random), n);
+    const Vec3 v = i % 8 == 1 ? m : normalize_or(m + 0.98f * unit(random), m);
+    for (int k = 0; k < 3; ++k)
+      r[36 + k] = n[k], r[39 + k] = m[k], r[42 + k] = v[k], r[45 + k] = number(random);
+    r[48] = i % 10 == 0 ? 0.2f : 0.2f + 0.8f * number(random);
+    out.insert(out.end(), r, r + kBasesIn);
+  }
+  return out;
+}
+
+struct ShaderBasis {
+  const char* name;
+  size_t out, specular;  // where in the output; 0: none
+  const LobeSet& (*set)();
+};
+constexpr ShaderBasis kShaderBases[] = {{"sh_l2", 0, 0, nullptr},   {"h_basis", 4, 0, nullptr},
+                                        {"ad9", 8, 24, ad9_lobes},  {"ad12", 12, 28, ad12_lobes},
+                                        {"sg9", 16, 32, sg9_lobes}, {"sg12", 20, 36, sg12_lobes}};
+
+void expect_basis(const ShaderBasis& b, const float* r, const float* o) {
+  const BasisInfo& info = basis_roster()[*find_basis(b.name)];
+  const Vec3 n(r[36], r[37], r[38]), m(r[39], r[40], r[41]), v(r[42], r[43], r[44]), f0(r[45], r[46], r[47]);
+  LobeTexel texel{};
+  float largest = 0;
+  for (size_t k = 0; k < info.functions.size(); ++k) {
+    texel.lobe[k] = Vec3(r[3 * k], r[3 * k + 1], r[3 * k + 2]);
+    for (int c = 0; c < 3; ++c) largest = std::max(largest, std::abs(texel.lobe[k][c]));
+  }
+  for (int c = 0; c < 3; ++c) {
+    float f[kMaxBasisFunctions];
+    for (size_t k = 0; k < info.functions.size(); ++k) f[k] = texel.lobe[k][c];
+    // Sums of up to 12 numbers of which each counts 15 pi / 4 times at most.
+    EXPECT_NEAR(o[b.out + c], info.irradiance(f, n, m), 0x1p-16f * largest * 15) << b.name;
+  }
+  if (!b.set) return;
+  const Vec3 shown = lobes_specular(b.set(), texel, n, m, v, r[48], f0);
+  // The response: halves, and 8-bit weights between neighbours that differ by a third at most. Gaussians: x
+  // is up to 2 / a2 / 0.08, which multiplies the rounding of the axes.
+  for (int c = 0; c < 3; ++c)
+    EXPECT_NEAR(o[b.specular + c], shown[c], 0x1p-9f * (shown[c] + 0.1f * largest)) << b.name;
+}
+
+TEST(Shader, BasesGiveWhatTheReferenceGives) {
+  if (const auto why = test::no_node_tools(true)) GTEST_SKIP() << *why;
+  const auto response = stored_response();
+  ASSERT_TRUE(response) << response.error().message;
+  const std::vector<float> in = basis_records(2000);
+  const std::vector<float> out =
+      run_shader("bases", shader("kiln_lightmap.glsl") + "," + shader("kiln_bases.glsl"), in, *response);
+  ASSERT_EQ(out.size(), in.size() / kBasesIn * kBasesOut);
+  for (size_t i = 0; i < in.size() / kBasesIn; ++i) {
+    const float *r = &in[i * kBasesIn], *o = &out[i * kBasesOut];
+    for (const ShaderBasis& b : kShaderBases) expect_basis(b, r, o);
+    const ReceiverFrame frame(Vec3(r[36], r[37], r[38]));
+    // Divided by 1 + q.n, which is small near -q.
+    const float slack = 0x1p-20f / std::max(1e-4f, 1 + (2 * r[36] + 3 * r[37] + 6 * r[38]) / 7);
+    for (int c = 0; c < 3; ++c) {
+      EXPECT_NEAR(o[40 + c], frame.x[c], slack) << i;
+      EXPECT_NEAR(o[44 + c], frame.y[c], slack) << i;
+    }
+    ASSERT_FALSE(testing::Test::HasFailure()) << i;
   }
 }
 
