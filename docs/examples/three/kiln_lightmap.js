@@ -2,15 +2,17 @@
 //   const { scene, lightmap } = await loadLitScene('/bake/', 'scene.glb', renderer);
 import * as THREE from 'three';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
-import { chartNumbers, exposedMaterial, litMaterial } from './kiln_material.js';
+import { readExrPlanes } from './exr_planes.js';
+import { basisOf, chartNumbers, exposedMaterial, litMaterial } from './kiln_material.js';
 import { fetchOrThrow, loadEncoding } from './kiln_maps.js';
 
 const EXTENSION = 'KILN_lightmap';
-const SHADER = new URL('../../shaders/kiln_lightmap.glsl', import.meta.url);
+const shader = (name) => new URL(`../../shaders/${name}`, import.meta.url);
+const fetchText = async (url) => (await fetchOrThrow(url)).text();
 
 function uniformsOf(description) {
   const value = (v) => ({ value: v });
-  return { kilnView: value(0), kilnLight: value(description.basis?.name === 'sh_l1' ? 1 : 0),
+  return { kilnView: value(0), kilnLight: value(basisOf(description) ? 1 : 0),
            kilnFilmic: value(true), kilnSpecularOn: value(false), kilnPlain: value(false),
            kilnExposure: value(description.exposure ?? 1), kilnMostSamples: value(1) };
 }
@@ -47,23 +49,36 @@ async function loadMaps(description, folder, renderer, name) {
   throw error;
 }
 
+// The table that reflections of Ambient Dice are scaled by, as kiln_bases.glsl reads it.
+async function loadDiceResponse() {
+  const { width, height, planes } = await readExrPlanes(await (await fetchOrThrow(shader('kiln_dice_response.exr'))).arrayBuffer());
+  const data = new Uint16Array(2 * width * height);
+  for (let i = 0; i < width * height; ++i)
+    ['R', 'G'].forEach((name, c) => { data[2 * i + c] = THREE.DataUtils.toHalfFloat(planes[name][i]); });
+  const texture = new THREE.DataTexture(data, width, height, THREE.RGFormat, THREE.HalfFloatType);
+  texture.magFilter = texture.minFilter = THREE.LinearFilter;
+  texture.needsUpdate = true;
+  return texture;
+}
+
 async function loadLightmap(description, folder, renderer, name) {
   const masters = description.encodings.find((e) => e.name === 'masters') ?? description.encodings.at(-1);
   const { pages } = description, planes = responsePlanes(description);
-  const shown = new Set(['error', 'samples', 'validity']);
-  const [glsl, master, responses, diagnostics] = await Promise.all([
-    fetchOrThrow(SHADER).then((r) => r.text()),
+  const shown = new Set(['error', 'samples', 'validity']), basis = basisOf(description);
+  const [glsl, bases, diceResponse, master, responses, diagnostics] = await Promise.all([
+    fetchText(shader('kiln_lightmap.glsl')), basis && basis !== 'sh_l1' ? fetchText(shader('kiln_bases.glsl')) : '',
+    /^ad/.test(basis) ? loadDiceResponse() : null,
     loadEncoding(withoutResponses(masters, planes), folder, renderer, pages),
     loadEncoding({ textures: masters.textures.filter((t) => holds(t, planes)) }, folder, renderer, pages, true),
-    loadEncoding({ textures: (description.diagnostics ?? []).filter((t) => holds(t, shown)) }, folder, renderer, pages)]);
+    loadEncoding({ textures: (description.diagnostics ?? []).filter((t) => holds(t, shown)) }, folder, renderer, pages, true)]);
   for (const slot of diagnostics) {  // classes cannot be averaged
     const { texture } = slot.byPage(0);
     texture.magFilter = texture.minFilter = THREE.NearestFilter;
   }
   const loaded = await loadMaps(description, folder, renderer, name);
   const maps = loaded.encoding === masters ? master : loaded.maps;
-  const lightmap = { description, glsl, masters: master, responses, diagnostics, maps, encoding: encodingName(loaded.encoding),
-                     hasBasis: description.basis?.name === 'sh_l1', uniforms: uniformsOf(description) };
+  const lightmap = { description, glsl, bases, masters: master, responses, diagnostics, maps, encoding: encodingName(loaded.encoding),
+                     basis, uniforms: { ...uniformsOf(description), ...(diceResponse && { kilnResponse: { value: diceResponse } }) } };
   for (const slot of diagnostics) slot.channels.forEach(({ plane }, c) => {
     if (plane !== 'samples') return;
     const { data } = slot.byPage(0).texture.image;

@@ -81,11 +81,50 @@ async function loadOthers(descriptions, folder, renderer, pages) {
   return [...slots.values()];
 }
 
-// Slots of an encoding: {channels, unpack, range, byPage(page) -> {texture, first}}.
+// Texels as bytes, if the page has them: textures of images are decoded by the browser.
+const dataOf = (texture) => (texture.isCompressedTexture ? texture.mipmaps.map((m) => m.data)
+                                                         : texture.image?.data ? [texture.image.data] : null);
+function joined(parts) {
+  const out = new parts[0].constructor(parts.reduce((sum, part) => sum + part.length, 0));
+  let at = 0;
+  for (const part of parts) {
+    out.set(part, at);
+    at += part.length;
+  }
+  return out;
+}
+
+// One texture array for all slots of one format: a basis has up to 12 functions, and a shader 16 texture units. Slots
+// whose exponents are unpacked before filtering stay, as do pages in files of their own.
+function mergeSlots(slots, pages) {
+  const groups = new Map();
+  for (const slot of slots) {
+    const { texture, first } = slot.byPage(0), data = dataOf(texture);
+    if (!data || slot.unpack === 'rgbe' || slot.unpack === 'srgb' || slot.perPage || first) continue;
+    const { width, height, depth } = texture.image, layers = isArray(texture) ? depth : 1;
+    if (layers !== 1 && layers !== pages) continue;
+    const key = [texture.format, texture.type, width, height, layers, data.length].join();
+    if (!groups.has(key)) groups.set(key, []);
+    groups.get(key).push({ slot, texture, data, width, height, layers });
+  }
+  for (const group of groups.values()) {
+    if (group.length < 2) continue;
+    const [{ texture, data, width, height, layers }] = group, all = data.map((_, k) => joined(group.map((g) => g.data[k])));
+    const depth = layers * group.length;
+    const array = texture.isCompressedTexture
+      ? new THREE.CompressedArrayTexture(all.map((d, k) => ({ ...texture.mipmaps[k], data: d })), width, height, depth, texture.format, texture.type)
+      : Object.assign(new THREE.DataArrayTexture(all[0], width, height, depth), { format: texture.format, type: texture.type });
+    setUp(array);
+    group.forEach(({ slot }, k) => { slot.byPage = () => ({ texture: array, first: -k * layers }); });
+  }
+  return slots;
+}
+
+// Slots of an encoding: {channels, unpack, range, byPage(page) -> {texture, first}}; page n is layer n - `first`.
 export async function loadEncoding(encoding, folder, renderer, pages, pack = false) {
   const exr = encoding.textures.filter((t) => t.container === 'exr');
-  return exr.length ? loadExr(exr, folder, pages, pack)
-                    : loadOthers(encoding.textures, folder, renderer, pages);
+  return mergeSlots(exr.length ? await loadExr(exr, folder, pages, pack)
+                               : await loadOthers(encoding.textures, folder, renderer, pages), pages);
 }
 
 const isArray = (texture) => texture.isDataArrayTexture || texture.isCompressedArrayTexture;
@@ -96,20 +135,24 @@ export function planesGlsl(slots, prefix, page) {
   const declarations = [], code = [], uniforms = {}, known = new Set();
   const products = [];
   slots.forEach((slot, i) => {
-    const { texture, first } = slot.byPage(page), map = `${prefix}Map${i}`;
-    uniforms[map] = { value: texture };
-    declarations.push(`uniform highp ${isArray(texture) ? 'sampler2DArray' : 'sampler2D'} ${map};`);
+    const { texture, first } = slot.byPage(page);
+    const shared = Object.keys(uniforms).find((name) => uniforms[name].value === texture), map = shared ?? `${prefix}Map${i}`;
+    const texel = `${prefix}Map${i}t`;
+    if (!shared) {
+      uniforms[map] = { value: texture };
+      declarations.push(`uniform highp ${isArray(texture) ? 'sampler2DArray' : 'sampler2D'} ${map};`);
+    }
     const place = isArray(texture) ? `vec3(place.xy, place.z - ${number(first)})` : 'place.xy';
-    code.push(slot.unpack === 'rgbe' ? `vec4 ${map}t = vec4(kiln_rgbe_bilinear(${map}, ${place}), 1.0);`
-                                     : `vec4 ${map}t = texture(${map}, ${place});`);
+    code.push(slot.unpack === 'rgbe' ? `vec4 ${texel} = vec4(kiln_rgbe_bilinear(${map}, ${place}), 1.0);`
+                                     : `vec4 ${texel} = texture(${map}, ${place});`);
     if (slot.unpack === 'rgbm' || slot.unpack === 'rgbd')
-      code.push(`${map}t = vec4(kiln_${slot.unpack}(${map}t, ${number(slot.range)}), 1.0);`);
+      code.push(`${texel} = vec4(kiln_${slot.unpack}(${texel}, ${number(slot.range)}), 1.0);`);
     slot.channels.forEach(({ plane, scale = 1, bias = 0, times }, c) => {
       if (!plane) return;
       const variable = plane.replace('.', '_');
       known.add(plane);
       (times ? products : code).push(
-        `float ${variable} = (${map}t.${LETTERS[c]} * ${number(scale)} + ${number(bias)})` +
+        `float ${variable} = (${texel}.${LETTERS[c]} * ${number(scale)} + ${number(bias)})` +
         `${times ? ` * ${times.replace('.', '_')}` : ''};`);
     });
   });

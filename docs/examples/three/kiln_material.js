@@ -34,20 +34,73 @@ vec3 kilnChartColour(float n) {
   return kilnLinear(0.25 + 0.7 * h);
 }`;
 
-function fragmentGlsl(maps, masters, responses, diagnostics, hasBasis) {
+// Bases that kiln_lightmap.glsl and kiln_bases.glsl evaluate: `l1` gives L0 and L1 of what the functions f say, for the
+// view of directions and where no reflection of the basis' own is known. Means of a lobe, and of it times the cosine to
+// its axis, over the sphere.
+const dice = [1 / 12, 0.0645833], gaussian = [0.0833328, 0.0694449];
+const lobes = (name, [mean, along], isLocal) => ({ specular: `kiln_specular_${name}`, response: /^ad/.test(name), l1: `
+  KilnL1 s = KilnL1(vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0));
+  KilnFrame frame = kiln_frame(n);
+  for (int i = 0; i < KILN_${name.toUpperCase()}.length(); ++i) {
+    vec3 a = KILN_${name.toUpperCase()}[i];
+    ${isLocal ? 'a = frame.x * a.x + frame.y * a.y + frame.n * a.z;' : ''}
+    s.L0 += ${mean} * t.f[i];
+    s.Lx += ${along} * a.x * t.f[i], s.Ly += ${along} * a.y * t.f[i], s.Lz += ${along} * a.z * t.f[i];
+  }
+  return s;` });
+const harmonics = { l1: 'return KilnL1(t.f[0], t.f[1], t.f[2], t.f[3]);' };
+const BASES = {
+  sh_l1: harmonics, sh_l2: harmonics,
+  h_basis: { specular: null, l1: `
+  KilnFrame frame = kiln_frame(n);
+  vec3 gradient[3];
+  for (int k = 0; k < 3; ++k)
+    gradient[k] = 1.5 * (t.f[1] * frame.x[k] + t.f[2] * frame.y[k]) + 3.0 * t.f[3] * frame.n[k];
+  return KilnL1(t.f[0] - 3.0 * t.f[3], gradient[0], gradient[1], gradient[2]);` },
+  ad9: lobes('ad9', dice, true), ad12: lobes('ad12', dice, false), sg9: lobes('sg9', gaussian, true), sg12: lobes('sg12', gaussian, true),
+};
+// Name of the basis, if this code evaluates it.
+export const basisOf = ({ basis }) => (basis?.functions?.length && basis.name in BASES ? basis.name : undefined);
+
+// KilnTexel, what it says about irradiance and reflections, and how it is fetched. n: the surface's normal, m: the one
+// that is lit, v: to the eye.
+function basisGlsl(name, functions, maps, masters) {
+  const count = Math.max(1, functions.length), { specular, response, l1 } = BASES[name] ?? { specular: null };
+  const values = (planes) => (functions.length ? functions : ['none']).map((f) =>
+    planes.known.has(`${f}.R`) ? `vec3(${f}_R, ${f}_G, ${f}_B)` : 'vec3(0.0)').join(', ');
+  const fetch = (as, planes) => `KilnTexel ${as}(vec3 place) {\n${name ? planes.code : ''}\nreturn KilnTexel(vec3[${count}](${values(planes)}));\n}`;
+  const isL1 = name === 'sh_l1';
+  const reflected = specular === null ? 'vec3(0.0)'
+    : specular ? `${specular}(t.f, ${response ? 'kilnResponse, ' : ''}n, m, v, roughness, f0)`
+               : 'kiln_specular(kilnL1(t, n), m, v, roughness, f0)';
+  return `
+struct KilnTexel { vec3 f[${count}]; };
+${response ? 'uniform highp sampler2D kilnResponse;' : ''}
+${fetch('kilnFetch', maps)}
+${masters === maps ? 'KilnTexel kilnFetchMaster(vec3 place) { return kilnFetch(place); }' : fetch('kilnFetchMaster', masters)}
+KilnL1 kilnL1(KilnTexel t, vec3 n) {
+  ${l1 ?? 'return KilnL1(vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0));'}
+}
+vec3 kilnShown(KilnTexel t, vec3 n, vec3 m) {
+  return ${!name ? 'vec3(0.0)' : isL1 ? 'kiln_irradiance_linear(kilnL1(t, n), m)' : `max(kiln_irradiance_${name}(t.f, n, m), 0.0)`};
+}
+vec3 kilnReflected(KilnTexel t, vec3 n, vec3 m, vec3 v, float roughness, vec3 f0) {
+  return ${reflected};
+}
+vec3 kilnShownOtherwise(KilnTexel t, vec3 n, vec3 m) {
+  return ${isL1 ? 'kiln_irradiance_nonlinear(kilnL1(t, n), m)' : 'kilnShown(t, n, m)'};
+}`;
+}
+
+function fragmentGlsl(maps, masters, responses, diagnostics, { basis, description }) {
   const known = (planes, name) => (planes.known.has(name) ? name.replace('.', '_') : '0.0');
   const light = [maps, masters].find((planes) => planes.known.has('E.R'));
-  const l1 = (planes) => ['L0', 'L1x', 'L1y', 'L1z'].map((f) =>
-    planes.known.has(`${f}.R`) ? `vec3(${f}_R, ${f}_G, ${f}_B)` : 'vec3(0.0)').join(', ');
-  const fetchL1 = (name, planes) =>
-    `KilnL1 ${name}(vec3 place) {\n${planes.code}\nreturn KilnL1(${l1(planes)});\n}`;
   return `
 ${maps.declarations}
 ${masters === maps ? '' : masters.declarations}
 ${responses.declarations}
 ${diagnostics.declarations}
-${hasBasis ? fetchL1('kilnFetch', maps) : 'KilnL1 kilnFetch(vec3 place) { return KilnL1(vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0)); }'}
-${!hasBasis || masters === maps ? 'KilnL1 kilnFetchMaster(vec3 place) { return kilnFetch(place); }' : fetchL1('kilnFetchMaster', masters)}
+${basisGlsl(basis, basis ? description.basis.functions : [], maps, masters)}
 vec3 kilnFetchE(vec3 place) {  // maps without light: as under a white sky
 ${light ? `${light.code}\nreturn vec3(E_R, E_G, E_B);` : 'return vec3(KILN_PI);'}
 }
@@ -63,9 +116,8 @@ vec3 kilnFetchDiagnostics(vec3 place) {
 ${diagnostics.code}
 return vec3(${known(diagnostics, 'error')}, samples, validity);
 }
-vec3 kilnIrradiance(KilnL1 s, vec3 n, vec3 place) {
-  return kilnLight == 0 ? max(kilnFetchE(place), 0.0)
-       : kilnLight == 1 ? kiln_irradiance_linear(s, n) : kiln_irradiance_nonlinear(s, n);
+vec3 kilnIrradiance(KilnTexel t, vec3 n, vec3 m, vec3 place) {
+  return kilnLight == 0 ? max(kilnFetchE(place), 0.0) : kilnLight == 1 ? kilnShown(t, n, m) : kilnShownOtherwise(t, n, m);
 }`;
 }
 
@@ -93,7 +145,7 @@ export function litMaterial(material, lightmap, page, charts = null) {
   const responses = planesGlsl(lightmap.responses, 'kilnResponse', page);
   const diagnostics = planesGlsl(lightmap.diagnostics, 'kilnDiagnostic', page);
   const vertex = vertexGlsl(charts);
-  const fragment = fragmentGlsl(maps, masters, responses, diagnostics, lightmap.hasBasis);
+  const fragment = fragmentGlsl(maps, masters, responses, diagnostics, lightmap);
   copy.onBeforeCompile = (shader) => {
     Object.assign(shader.uniforms, maps.uniforms, masters.uniforms, responses.uniforms, diagnostics.uniforms, lightmap.uniforms,
                   { kilnPage: { value: page } }, charts ? { kilnCharts: { value: charts.texture } } : {});
@@ -101,23 +153,24 @@ export function litMaterial(material, lightmap, page, charts = null) {
       .replace('#include <common>', `#include <common>\n${charts ? lightmap.glsl : ''}\n${vertex.head}`)
       .replace('#include <begin_vertex>', `#include <begin_vertex>\n${vertex.body}`);
     shader.fragmentShader = shader.fragmentShader
-      .replace('#include <common>', `#include <common>\n${VARYING}\n${lightmap.glsl}\n${VIEW}\n${fragment}`)
+      .replace('#include <common>', `#include <common>\n${VARYING}\n${lightmap.glsl}\n${lightmap.bases}\n${VIEW}\n${fragment}`)
       .replace('#include <lights_fragment_maps>', /* glsl */`
         vec3 kilnPlace = vec3(vKilnUv, vKilnPage);
-        KilnL1 kilnTexel = kilnFetch(kilnPlace);
+        KilnTexel kilnTexel = kilnFetch(kilnPlace);
         // Only the front side is baked; a double-sided surface uses its light on both sides.
         vec3 kilnNormal = inverseTransformDirection(normal, viewMatrix) * faceDirection;
-        vec3 kilnE = kilnIrradiance(kilnTexel, kilnNormal, kilnPlace);
+        vec3 kilnSurface = inverseTransformDirection(nonPerturbedNormal, viewMatrix) * faceDirection;
+        vec3 kilnE = kilnIrradiance(kilnTexel, kilnSurface, kilnNormal, kilnPlace);
         #include <lights_fragment_maps>
         irradiance += kilnE;
         if (kilnSpecularOn)
-          reflectedLight.indirectSpecular += kiln_specular(kilnTexel, kilnNormal,
+          reflectedLight.indirectSpecular += kilnReflected(kilnTexel, kilnSurface, kilnNormal,
             inverseTransformDirection(geometryViewDir, viewMatrix), material.roughness, material.specularColor);`)
       .replace('#include <opaque_fragment>', /* glsl */`
         if (kilnPlain) outgoingLight = diffuseColor.rgb * kilnE / KILN_PI + totalEmissiveRadiance;
-        vec4 kilnToLight = kiln_dominant(kilnTexel, kilnNormal);
+        vec4 kilnToLight = kiln_dominant(kilnL1(kilnTexel, kilnSurface), kilnNormal);
         vec3 kilnStated = kilnFetchDiagnostics(kilnPlace);
-        vec3 kilnMasterE = kiln_irradiance_linear(kilnFetchMaster(kilnPlace), kilnNormal);
+        vec3 kilnMasterE = kilnShown(kilnFetchMaster(kilnPlace), kilnSurface, kilnNormal);
         float kilnMean = dot(kilnFetchE(kilnPlace), vec3(0.2126, 0.7152, 0.0722));
         if (kilnView == 0) outgoingLight = kilnCurve(outgoingLight);
         else if (kilnView == 1) outgoingLight = kilnCurve(0.5 * kilnE / KILN_PI);
@@ -129,7 +182,7 @@ export function litMaterial(material, lightmap, page, charts = null) {
         else if (kilnView == 8) outgoingLight = kilnLinear(vec3(clamp(kilnFetchVisibility(kilnPlace).x, 0.0, 1.0)));
         else if (kilnView == 9) outgoingLight = kilnLinear(vec3(clamp(kilnFetchVisibility(kilnPlace).y, 0.0, 1.0)));
         else if (kilnView == 10) outgoingLight = kilnLinear(0.5 + 0.5 * kilnFetchBent(kilnPlace));
-        else outgoingLight = kilnHeat(20.0 * length(kiln_irradiance_linear(kilnTexel, kilnNormal) - kilnMasterE) / max(length(kilnMasterE), 1e-20));
+        else outgoingLight = kilnHeat(20.0 * length(kilnShown(kilnTexel, kilnSurface, kilnNormal) - kilnMasterE) / max(length(kilnMasterE), 1e-20));
         #include <opaque_fragment>`);
   };
   copy.customProgramCacheKey = () => `kiln ${charts ? charts.across : ''} ${fragment}`;

@@ -12,6 +12,8 @@ const VIEWS = [['lit', ''], ['irradiance', 'on a grey of 0.5'],
   ['ao', 'ambient occlusion: white is open'], ['sky', 'share of the sky that is seen'],
   ['bent', 'bent normal times sky visibility, as a colour']];
 const LIGHTS = [['normal', 'E at the surface normal'], ['linear', 'L1, linear'], ['nonlinear', 'L1, non-linear']];
+// What there is to choose from; any other basis has one evaluation.
+const lightsOf = ({ basis }) => (basis === 'sh_l1' ? LIGHTS : basis ? [LIGHTS[0], ['linear', `the basis ${basis}`]] : [LIGHTS[0]]);
 
 const query = new URLSearchParams(location.search);
 const byId = (id) => document.getElementById(id);
@@ -82,7 +84,8 @@ function viewsOf({ description }) {
 function addControls(state, lightmap, redraw) {
   const fill = (id, entries) => entries.forEach(([value, label]) => byId(id).append(new Option(label || value, value)));
   fill('view', viewsOf(lightmap).map(([name]) => [name]));
-  fill('light', lightmap.hasBasis ? LIGHTS : LIGHTS.slice(0, 1));
+  const lights = lightsOf(lightmap);
+  fill('light', lights);
   fill('encoding', readable(lightmap.description).map((e) => [encodingName(e)]));
   byId('encoding').value = lightmap.encoding;
   byId('encoding').onchange = () => {  // other maps need other shaders: reload the page
@@ -104,7 +107,7 @@ function addControls(state, lightmap, redraw) {
     const key = event.key.toLowerCase();
     const flip = { f: 'filmic', t: 'textures', n: 'normals', s: 'specular' }[key];
     if (flip) state[flip] = !state[flip];
-    else if (key === 'l' && lightmap.hasBasis) state.light = LIGHTS[(LIGHTS.findIndex(([n]) => n === state.light) + 1) % 3][0];
+    else if (key === 'l') state.light = lights[(lights.findIndex(([n]) => n === state.light) + 1) % lights.length][0];
     else if (key === '[' || key === ']') state.exposure += key === '[' ? -0.25 : 0.25;
     else if (key >= '1' && key <= '9' && viewsOf(lightmap)[key - 1]) state.view = viewsOf(lightmap)[key - 1][0];
     else if (key === 'h') byId('panel').classList.toggle('hidden');
@@ -127,10 +130,10 @@ async function main() {
   const plain = query.get('shading') === 'plain';  // base colour x E / pi alone, as in preview.png
   const first = lightmap.description.basis ? 'lit' : lightmap.description.responses[0].name;
   const state = { view: query.get('view') ?? first, exposure: 0, filmic: query.get('curve') !== 'srgb',
-    light: query.get('light') ?? (lightmap.hasBasis ? 'linear' : 'normal'), textures: on('textures', true),
-    normals: on('normals', true), specular: on('specular', lightmap.hasBasis) && !plain };
+    light: query.get('light') ?? (lightmap.basis ? 'linear' : 'normal'), textures: on('textures', true),
+    normals: on('normals', true), specular: on('specular', !!lightmap.basis) && !plain };
   if (!viewsOf(lightmap).some(([n]) => n === state.view)) throw new Error(`there is no view '${state.view}'`);
-  if (!LIGHTS.some(([n]) => n === state.light)) throw new Error(`there is no light '${state.light}'`);
+  if (!lightsOf(lightmap).some(([n]) => n === state.light)) throw new Error(`there is no light '${state.light}'`);
   let switches = '';
   let pending = false;
   const draw = () => {
