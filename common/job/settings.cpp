@@ -416,7 +416,7 @@ const Setting kTable[] = {
      [](B& b, S s) { return store_switch(b.denoise, s); },
      [](const B& b) { return print_switch(b.denoise); }},
     {"basis", "NAME", "",
-     "what a texel says of the light's direction: irradiance (nothing), sh_l1, sh_l2, h_basis, ad9, ad12, "
+     "what a texel says of the light's direction: irradiance (nothing), sh_l1, sh_l2, h6, ad9, ad12, "
      "sg9 or sg12 "
      "(docs/bases.md compares them)",
      parse_basis, [](const B& b) { return b.basis; }},

@@ -155,7 +155,7 @@ TEST(Bases, LargestIrradianceOfAFunction) {
   EXPECT_NEAR(of("sh_l1", 0), M_PI, 1e-6);
   EXPECT_NEAR(of("sh_l1", 2), 2 * M_PI, 1e-6);
   EXPECT_NEAR(of("sh_l2", 4), M_PI * 1.875, 1e-5);
-  EXPECT_NEAR(of("h_basis", 0), M_PI, 1e-6);
+  EXPECT_NEAR(of("h6", 0), M_PI, 1e-6);
 }
 
 }  // namespace
