@@ -152,7 +152,7 @@ TEST(Bases, ProjectionsAreLeastSquares) {
     };
     const Numbers best = baked(index, light, n);
     for (size_t k = 0; k < basis.functions.size(); ++k)
-      for (const float step : {-0.01f, 0.01f}) {
+      for (const float step : {-0.002f, 0.002f}) {
         Numbers other = best;
         other[k] += step * best[0];
         EXPECT_GT(error(other), error(best)) << name << " " << basis.functions[k];
