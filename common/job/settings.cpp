@@ -45,6 +45,40 @@ Status store_number(T& target, const std::string& s, double low, double high) {
   return {};
 }
 
+// A share: "0.05" or "5%". Above 1 only with the sign, as a bare 5 may be either.
+Status store_share(double& target, const std::string& s, double low, double high) {
+  const bool is_percent = s.ends_with('%');
+  KILN_TRY(double v, number(is_percent ? s.substr(0, s.size() - 1) : s));
+  if (is_percent) v /= 100;
+  if (!is_percent && v > 1 && v <= 100)
+    return refuse(
+        text("is that {0} % or {0} times as much? Write {0}% for the one, {1}% for the other", s, 100 * v));
+  if (!(v >= low && v <= high)) return refuse(text("{} is outside {} to {}", s, low, high));
+  target = v;
+  return {};
+}
+
+// Seconds: "90", "90s", "1.5m", "1h30m".
+Status store_duration(double& target, const std::string& s, double high) {
+  constexpr std::pair<char, double> kUnits[] = {{'s', 1}, {'m', 60}, {'h', 3600}};
+  double total = 0, last = 1e9;  // units get smaller
+  for (size_t at = 0; at < s.size();) {
+    const size_t end = std::min(s.find_first_of("smh", at), s.size());
+    KILN_TRY(const double v, number(s.substr(at, end - at)));
+    double unit = 1;
+    for (const auto& [letter, seconds] : kUnits)
+      if (end < s.size() && s[end] == letter) unit = seconds;
+    if (v < 0 || unit >= last || (end == s.size() && at > 0))
+      return refuse(text("'{}' is no time: write 90, 90s, 1.5m or 1h30m", s));
+    total += v * unit;
+    last = unit;
+    at = end + 1;
+  }
+  if (s.empty() || total > high) return refuse(text("'{}' is no time from 0 to {} seconds", s, high));
+  target = total;
+  return {};
+}
+
 Status store_word(std::string& target, const std::string& s, std::initializer_list<const char*> words) {
   std::string all;
   for (const char* word : words) {
@@ -264,6 +298,10 @@ Status parse_sampler(BakeSettings& b, const std::string& s) {
 std::string print(double v) {
   return text("{}", v);
 }
+// What store_share() reads as the same number.
+std::string print_share(double v) {
+  return v > 1 ? text("{}%", 100 * v) : print(v);
+}
 using B = BakeSettings;
 using S = const std::string&;
 
@@ -372,10 +410,11 @@ const Setting kTable[] = {
        return store_word(b.materials, s, {"full", "diffuse"});
      },
      [](const B& b) { return b.materials; }},
-    {"error", "E", "", "a texel stops when its confidence interval is within E of its mean",
-     [](B& b, S s) { return store_number(b.error, s, 1e-6, 10); }, [](const B& b) { return print(b.error); }},
+    {"error", "E", "", "a texel stops when its confidence interval is within E of its mean; 0.05 or 5%",
+     [](B& b, S s) { return store_share(b.error, s, 1e-6, 10); },
+     [](const B& b) { return print_share(b.error); }},
     {"confidence", "C", "", "confidence level of that interval",
-     [](B& b, S s) { return store_number(b.confidence, s, 0.01, 0.999999); },
+     [](B& b, S s) { return store_share(b.confidence, s, 0.01, 0.999999); },
      [](const B& b) { return print(b.confidence); }},
     {"error-norm", "WORD", "",
      "where the error target applies: max (every texel), mean-square (the map as a whole), perceptual (every "
@@ -406,8 +445,8 @@ const Setting kTable[] = {
      [](B& b, S s) { return store_number(b.max_samples, s, 1, 1 << 30); },
      [](const B& b) { return text("{}", b.max_samples); }},
     {"time-limit", "S", "seconds",
-     "finish the whole bake within S seconds, at the best quality possible; 0: no limit",
-     [](B& b, S s) { return store_number(b.time_limit, s, 0, 1e9); },
+     "finish the whole bake within S seconds, or 90s, 2m, 1h30m, at the best quality possible; 0: no limit",
+     [](B& b, S s) { return store_duration(b.time_limit, s, 1e9); },
      [](const B& b) { return print(b.time_limit); }},
     {"cache", "WORD", "",
      "irradiance cache, on: paths end at surfaces whose irradiance an earlier pass measured; off: exact",
@@ -468,12 +507,12 @@ const Setting kTable[] = {
      "effort, "
      "else the bake fails; 0: no bound",
      [](B& b, S s) {
-       if (s != "auto") return store_number(b.max_encode_error, s, 0, 10);
+       if (s != "auto") return store_share(b.max_encode_error, s, 0, 10);
        b.max_encode_error = kAutoBound;
        return Status{};
      },
      [](const B& b) {
-       return b.max_encode_error == kAutoBound ? std::string("auto") : print(b.max_encode_error);
+       return b.max_encode_error == kAutoBound ? std::string("auto") : print_share(b.max_encode_error);
      }},
     {"encode-quantity", "NAME", "",
      "basis: encode the basis; irradiance: encode E at the surface normal; both",

@@ -56,6 +56,52 @@ TEST(Settings, ErrorsNameTheOptionAndTheValue) {
   EXPECT_FALSE(set_option(s, "colour", "1", "test"));
 }
 
+// As people write them; a bare number above 1 may be either and is asked about.
+TEST(Settings, SharesAndTimes) {
+  BakeSettings s;
+  const auto read = [&](const char* name, const char* value, double& number) {
+    const Status status = set_option(s, name, value, "test");
+    EXPECT_TRUE(status) << name << " " << value << (status ? "" : status.error().message);
+    return number;
+  };
+  EXPECT_DOUBLE_EQ(read("error", "5%", s.error), 0.05);
+  EXPECT_DOUBLE_EQ(read("error", "0.02", s.error), 0.02);
+  EXPECT_DOUBLE_EQ(read("error", "1", s.error), 1);
+  EXPECT_DOUBLE_EQ(read("error", "250%", s.error), 2.5);
+  EXPECT_DOUBLE_EQ(read("confidence", "99%", s.confidence), 0.99);
+  EXPECT_DOUBLE_EQ(read("max-encode-error", "1.5%", s.max_encode_error), 0.015);
+  EXPECT_DOUBLE_EQ(read("time-limit", "90", s.time_limit), 90);
+  EXPECT_DOUBLE_EQ(read("time-limit", "20s", s.time_limit), 20);
+  EXPECT_DOUBLE_EQ(read("time-limit", "1.5m", s.time_limit), 90);
+  EXPECT_DOUBLE_EQ(read("time-limit", "1h30m", s.time_limit), 5400);
+  for (const auto& [name, value] : std::vector<std::pair<const char*, const char*>>{{"error", "5"},
+                                                                                    {"error", "%"},
+                                                                                    {"error", "5 %"},
+                                                                                    {"error", "2000%"},
+                                                                                    {"error", "0%"},
+                                                                                    {"confidence", "95"},
+                                                                                    {"confidence", "100%"},
+                                                                                    {"time-limit", "2x"},
+                                                                                    {"time-limit", "-1s"},
+                                                                                    {"time-limit", "s"},
+                                                                                    {"time-limit", "30m1h"},
+                                                                                    {"time-limit", "1h30"},
+                                                                                    {"time-limit", "1m1m"},
+                                                                                    {"time-limit", "1e12"}})
+    EXPECT_FALSE(set_option(s, name, value, "test")) << name << " " << value;
+  const Status asked = set_option(s, "error", "5", "test");
+  EXPECT_NE(asked.error().message.find("5%"), std::string::npos) << asked.error().message;
+  EXPECT_NE(asked.error().message.find("500%"), std::string::npos) << asked.error().message;
+  // Above 1 a row prints what it reads again.
+  for (const Setting& row : settings_table()) {
+    if (std::string(row.name) != "error") continue;
+    BakeSettings again;
+    ASSERT_TRUE(row.parse(s, "250%"));
+    EXPECT_TRUE(row.parse(again, row.print(s))) << row.print(s);
+    EXPECT_EQ(again.error, s.error);
+  }
+}
+
 TEST(Settings, WhoSetItIsKept) {
   BakeSettings s;
   ASSERT_TRUE(set_option(s, "error", "0.1", "job file a.json"));
