@@ -1,8 +1,8 @@
 // MOZ_lightmap for three's GLTFLoader, which does not read it by itself:
 //   new GLTFLoader().register((parser) => new MozLightmap(parser))
-// A light map of three.js is irradiance: E = texel x intensity (docs/gltf.md). The loader's own MeshStandardMaterial takes
-// what the surface reflects like a mirror off the diffuse light, to be given back by reflections. Where there are none,
-// pass THREE.MeshLambertMaterial: it shows base colour / pi x E, also of metal, like preview.png.
+// A light map of three.js is irradiance: E = texel x intensity (docs/gltf.md). The loader's own MeshStandardMaterial
+// takes what the surface reflects like a mirror off the diffuse light, to be given back by reflections. Where there are
+// none, pass THREE.MeshLambertMaterial: it shows base colour / pi x E, also of metal, like preview.png.
 export class MozLightmap {
   constructor(parser, Material = null) {
     this.parser = parser;
