@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 
 #include "coordinator/output/look/surface_look.h"
+#include "coordinator/report/preview.h"
+#include "tests/import/gltf_builder.h"
 
 namespace kiln {
 namespace {
@@ -84,6 +86,42 @@ TEST(SurfaceLook, TakesTransparentBlendedSurfacesForVeils) {
   material.properties.front().texture = {};
   material.properties[1].numbers[3] = 0.8;
   EXPECT_FALSE(SurfaceLook(scene, atlas, map).is_veil(fragment));  // shown as solid
+}
+
+// Red of a white triangle behind which, or before which, a blue one of alpha 0.3 stands, both in a light of
+// E = pi.
+int red_beside_water(double z, const char* mode) {
+  test::GltfBuilder b;
+  b.textured_triangle({{"pbrMetallicRoughness", {{"metallicFactor", 0}}}});
+  b.textured_triangle(
+      {{"alphaMode", mode},
+       {"pbrMetallicRoughness", {{"metallicFactor", 0}, {"baseColorFactor", {0, 0, 1, 0.3}}}}});
+  b.root["nodes"].back()["translation"] = {0, 0, z};
+  const ImportResult imported = test::imported(b);
+  AtlasSettings layout;
+  layout.layout = AtlasSettings::Layout::kPack;
+  const Atlas atlas = *build_atlas(imported.scene, layout);
+  Lightmap map;
+  map.page_height = atlas.height;
+  map.planes.width = atlas.width;
+  map.planes.height = atlas.height * atlas.pages;
+  for (const char* name : {"E.R", "E.G", "E.B"})
+    map.planes.add(name).assign(atlas.owner.size(), static_cast<float>(M_PI));
+  map.validity.assign(atlas.owner.size(), Validity::kMeasured);
+  Camera camera;
+  camera.to_world[3] = Vec3(0.3f, 0.3f, 2);
+  camera.vertical_fov = 0.1f;
+  ViewStyle style;
+  style.exposure = 1;
+  style.filmic = false;
+  return render_view(imported, atlas, map, camera, 1, 1, style).rgb[0];
+}
+
+TEST(Preview, LaysBlendedSurfacesOverWhatIsBehindThem) {
+  EXPECT_NEAR(red_beside_water(0.5, "BLEND"), 0.7 * 255, 0.51);
+  EXPECT_EQ(red_beside_water(-0.5, "BLEND"), 255);
+  EXPECT_EQ(red_beside_water(0.5, "MASK"), 255) << "cut out";
+  EXPECT_EQ(red_beside_water(0.5, "OPAQUE"), 0);
 }
 
 }  // namespace
