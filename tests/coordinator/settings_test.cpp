@@ -102,6 +102,55 @@ TEST(Settings, SharesAndTimes) {
   }
 }
 
+const Setting& row_of(const std::string& name) {
+  return *std::find_if(settings_table().begin(), settings_table().end(),
+                       [&](const Setting& r) { return r.name == name; });
+}
+
+TEST(Settings, EveryWordGoesToTheFieldOfItsRow) {
+  struct Row {
+    const char* name;
+    std::string BakeSettings::*field;
+    std::vector<const char*> words;
+  };
+  const std::vector<Row> rows = {{"lamps", &BakeSettings::lamps, {"drop", "keep", "mark"}},
+                                 {"materials", &BakeSettings::materials, {"full", "diffuse"}},
+                                 {"sh-fit", &BakeSettings::sh_fit, {"cap", "positive", "project"}},
+                                 {"sh-evaluator", &BakeSettings::sh_evaluator, {"linear", "hazel"}}};
+  const BakeSettings defaults;
+  for (const Row& row : rows) {
+    EXPECT_EQ(defaults.*row.field, row.words[0]);
+    for (const char* word : row.words) {
+      BakeSettings s;
+      ASSERT_TRUE(set_option(s, row.name, word, "test")) << row.name << " " << word;
+      EXPECT_EQ(row_of(row.name).print(s), word);
+      for (const Row& other : rows)
+        EXPECT_EQ(s.*other.field, other.field == row.field ? word : defaults.*other.field) << row.name;
+    }
+    for (const char* word : {"", "Drop", "half", "auto"}) {
+      BakeSettings s;
+      const Status status = set_option(s, row.name, word, "test");
+      ASSERT_FALSE(status) << row.name << " " << word;
+      EXPECT_NE(status.error().message.find(row.name), std::string::npos);
+      EXPECT_EQ(s.*row.field, defaults.*row.field);
+    }
+  }
+}
+
+TEST(Settings, TheBoundOfTextureErrorsIsANumberOrAutomatic) {
+  BakeSettings s;
+  EXPECT_EQ(s.max_encode_error, kAutoBound);
+  for (const auto& [value, bound] :
+       {std::pair("0", 0.0), {"auto", kAutoBound}, {"0.02", 0.02}, {"auto", kAutoBound}}) {
+    ASSERT_TRUE(set_option(s, "max-encode-error", value, "test")) << value;
+    EXPECT_EQ(s.max_encode_error, bound);
+    EXPECT_EQ(row_of("max-encode-error").print(s), value);
+  }
+  for (const char* value : {"-1", "11", "automatic", "Auto", ""})
+    EXPECT_FALSE(set_option(s, "max-encode-error", value, "test")) << value;
+  EXPECT_EQ(s.max_encode_error, kAutoBound);
+}
+
 TEST(Settings, WhoSetItIsKept) {
   BakeSettings s;
   ASSERT_TRUE(set_option(s, "error", "0.1", "job file a.json"));
