@@ -48,6 +48,34 @@ TEST(HalfHidden, AreTexelsUnderTheEdgeAndNotThoseBesideOrBelow) {
   EXPECT_GT(below, 40u);
 }
 
+// A wall a centimetre thick, so near the floor that no line of contact is needed for light not to pass: the
+// texels that it stands on are as open on one side of it as on the other.
+TEST(HalfHidden, AreTexelsWithAWallAcrossThem) {
+  SceneMaker maker;
+  const uint32_t grey = maker.lambert(Vec3(0.5f));
+  maker.quad({0, 0, 0}, {0, 0, 4}, {4, 0, 0}, grey);
+  constexpr float kWall = 2.005f;  // a texel's middle, as kLow is
+  maker.box({kWall - 0.005f, 0.01f, 0}, {kWall + 0.005f, 1, 4}, false, grey);
+  const MadeSurface floor(maker.take(), 1 / kTexel);
+  const auto hidden = half_hidden_sites(floor.scene, floor.atlas, floor.sites, 2, 1e9);
+  ASSERT_TRUE(hidden);
+  size_t across = 0, found = 0, beside = 0;
+  for (size_t i = 0; i < floor.sites.size(); ++i) {
+    const Vec3& p = floor.sites.position[i];
+    if (p.y > 0.005f) continue;
+    if (std::abs(p.x - kWall) < 0.25f * kTexel) {
+      ++across;
+      found += (*hidden)[i];
+    } else if (std::abs(p.x - kWall) > kTexel) {
+      ++beside;
+      EXPECT_FALSE((*hidden)[i]) << p.x << " " << p.z;
+    }
+  }
+  EXPECT_GT(across, 20u);
+  EXPECT_EQ(found, across);
+  EXPECT_GT(beside, 400u);
+}
+
 TEST(HalfHidden, AreTheSameForAnyNumberOfThreadsAndNoneOutOfTime) {
   const MadeSurface floor = floor_under_crate();
   EXPECT_EQ(half_hidden_sites(floor.scene, floor.atlas, floor.sites, 1, 1e9),

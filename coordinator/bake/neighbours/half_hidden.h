@@ -1,4 +1,4 @@
-// Texels of which one part is hidden and the other is not.
+// Texels of which one part is hidden from the other or from the rest of the scene.
 #pragma once
 
 #include <optional>
@@ -13,10 +13,11 @@ namespace kiln {
 // directions from them that are free for the length from which paths read a texel's mean: under the edge of
 // a plate, behind a frame, under half a lamp. Paths from afar arrive at the open points, and the mean is of
 // all: it holds the dark under the plate, or the glare under the lamp, which those paths do not meet. For
-// points as open as each other the two agree, whatever the light is.
+// points as open as each other the two agree, whatever the light is. Also 1 where something stands between
+// the points, so that they see two sides of it (straddling.h finds what atlas.contacts knows of, exactly).
 //
-// 32 rays a site. Returns nullopt if that would take more than `most_seconds`. Independent of the number of
-// threads.
+// At most 35 short rays a site. Returns nullopt if that would take more than `most_seconds`. Independent of
+// the number of threads.
 std::optional<std::vector<uint8_t>> half_hidden_sites(const Scene& scene, const Atlas& atlas,
                                                       const SiteGeometry& sites, unsigned threads,
                                                       double most_seconds);
