@@ -138,7 +138,14 @@ TEST_F(Passes, EachReplicateReadsWhatItFoundItself) {
       ASSERT_TRUE(stub.chunks.count(*named.begin())) << "pass " << call;
       const auto cache = read_irradiance_cache(stub.chunks[*named.begin()], sites);
       ASSERT_TRUE(cache);
-      for (const Vec3& e : cache->irradiance) ASSERT_EQ(e, Vec3(1, 2, 3) * (1.0f + r)) << "pass " << call;
+      size_t unknown = 0;  // half hidden: no path ends there
+      for (const Vec3& e : cache->irradiance) {
+        unknown += e == Vec3(-1.0f);
+        if (e != Vec3(-1.0f)) {
+          ASSERT_EQ(e, Vec3(1, 2, 3) * (1.0f + r)) << "pass " << call;
+        }
+      }
+      EXPECT_LT(4 * unknown, sites);
     }
 }
 
