@@ -1,95 +1,16 @@
 #include "common/job/settings.h"
 
 #include <algorithm>
-#include <charconv>
-#include <cmath>
 
 #include "common/base/format.h"
+#include "common/job/values.h"
 #include "common/math/samplers.h"
 #include "common/responses/basis.h"
 
 namespace kiln {
 namespace {
 
-Status refuse(std::string why) {
-  return fail(ErrorKind::kUsage, std::move(why));
-}
-
-Expected<double> number(const std::string& s) {
-  double v = 0;
-  const auto [end, code] = std::from_chars(s.data(), s.data() + s.size(), v);
-  if (code != std::errc() || end != s.data() + s.size() || !std::isfinite(v))
-    return fail(ErrorKind::kUsage, text("'{}' is not a number", s));
-  return v;
-}
-
-Expected<std::vector<double>> numbers(std::string_view s) {
-  std::vector<double> out;
-  while (true) {
-    const size_t comma = s.find(',');
-    KILN_TRY(const double v, number(std::string(s.substr(0, comma))));
-    out.push_back(v);
-    if (comma == s.npos) return out;
-    s.remove_prefix(comma + 1);
-  }
-}
-
-template <class T>
-Status store_number(T& target, const std::string& s, double low, double high) {
-  KILN_TRY(const double v, number(s));
-  if (v < low || v > high) return refuse(text("{} is outside {} to {}", s, low, high));
-  if constexpr (std::is_integral_v<T>) {
-    if (v != std::floor(v)) return refuse(text("{} is not a whole number", s));
-  }
-  target = static_cast<T>(v);
-  return {};
-}
-
-// A share: "0.05" or "5%". Above 1 only with the sign, as a bare 5 may be either.
-Status store_share(double& target, const std::string& s, double low, double high) {
-  const bool is_percent = s.ends_with('%');
-  KILN_TRY(double v, number(is_percent ? s.substr(0, s.size() - 1) : s));
-  if (is_percent) v /= 100;
-  if (!is_percent && v > 1 && v <= 100)
-    return refuse(
-        text("is that {0} % or {0} times as much? Write {0}% for the one, {1}% for the other", s, 100 * v));
-  if (!(v >= low && v <= high)) return refuse(text("{} is outside {} to {}", s, low, high));
-  target = v;
-  return {};
-}
-
-// Seconds: "90", "90s", "1.5m", "1h30m".
-Status store_duration(double& target, const std::string& s, double high) {
-  constexpr std::pair<char, double> kUnits[] = {{'s', 1}, {'m', 60}, {'h', 3600}};
-  double total = 0, last = 1e9;  // units get smaller
-  for (size_t at = 0; at < s.size();) {
-    const size_t end = std::min(s.find_first_of("smh", at), s.size());
-    KILN_TRY(const double v, number(s.substr(at, end - at)));
-    double unit = 1;
-    for (const auto& [letter, seconds] : kUnits)
-      if (end < s.size() && s[end] == letter) unit = seconds;
-    if (v < 0 || unit >= last || (end == s.size() && at > 0))
-      return refuse(text("'{}' is no time: write 90, 90s, 1.5m or 1h30m", s));
-    total += v * unit;
-    last = unit;
-    at = end + 1;
-  }
-  if (s.empty() || total > high) return refuse(text("'{}' is no time from 0 to {} seconds", s, high));
-  target = total;
-  return {};
-}
-
-Status store_word(std::string& target, const std::string& s, std::initializer_list<const char*> words) {
-  std::string all;
-  for (const char* word : words) {
-    if (s == word) {
-      target = s;
-      return {};
-    }
-    all += (all.empty() ? "" : ", ") + std::string(word);
-  }
-  return refuse(text("'{}' is not one of {}", s, all));
-}
+using namespace values;
 
 Status parse_quantity_list(BakeSettings& b, const std::string& s) {
   KILN_TRY(b.quantities, parse_quantities(s));
@@ -237,22 +158,6 @@ constexpr std::string_view kEncodings[] = {"bc6h",     "bc6h-bc1", "bc6h-plain",
                                            "astc-8x8", "half",     "rgb9e5",     "rgbe",     "rgbm",
                                            "rgbd",     "exr",      "hdr",        "png"};
 
-std::vector<std::string> words(const std::string& s) {
-  std::vector<std::string> out;
-  for (size_t at = 0; at <= s.size();) {
-    const size_t end = std::min(s.find(',', at), s.size());
-    out.push_back(s.substr(at, end - at));
-    at = end + 1;
-  }
-  return out;
-}
-
-std::string joined(std::span<const std::string> list) {
-  std::string out;
-  for (const std::string& word : list) out += (out.empty() ? "" : ",") + word;
-  return out;
-}
-
 Status parse_encodings(BakeSettings& b, const std::string& s) {
   b.encodings.clear();
   if (s == "none") return {};
@@ -277,31 +182,12 @@ Status parse_containers(BakeSettings& b, const std::string& s) {
   return {};
 }
 
-// "on" or "off".
-Status store_switch(bool& field, const std::string& s) {
-  std::string word;
-  KILN_TRY_STATUS(store_word(word, s, {"on", "off"}));
-  field = word == "on";
-  return {};
-}
-
-std::string print_switch(bool on) {
-  return on ? "on" : "off";
-}
-
 Status parse_sampler(BakeSettings& b, const std::string& s) {
   KILN_TRY_STATUS(find_sampler(s));
   b.sampler = s;
   return {};
 }
 
-std::string print(double v) {
-  return text("{}", v);
-}
-// What store_share() reads as the same number.
-std::string print_share(double v) {
-  return v > 1 ? text("{}%", 100 * v) : print(v);
-}
 using B = BakeSettings;
 using S = const std::string&;
 
