@@ -34,9 +34,8 @@ int openness(const SceneRays& rays, const SitePoint& point, float size) {
   const Frame frame(normal);
   int open = 0;
   for (const auto& [x, y] : kDirections) {
-    RayHit hit;
     const Vec3 direction = frame.to_world({x, y, std::sqrt(1 - x * x - y * y)});
-    open += !rays.closest(from, direction, kReach * size, hit);
+    open += !rays.is_blocked(from, direction, kReach * size);
   }
   return open;
 }
@@ -45,8 +44,7 @@ int openness(const SceneRays& rays, const SitePoint& point, float size) {
 bool is_parted(const SceneRays& rays, const SitePoint& a, const SitePoint& b, float size) {
   const Vec3 from(a.position + a.normal * double{kOver * size}),
       to(b.position + b.normal * double{kOver * size});
-  RayHit hit;
-  return from != to && rays.closest(from, to - from, 1.0f, hit);
+  return from != to && rays.is_blocked(from, to - from, 1.0f);
 }
 
 bool is_half_hidden(const SceneRays& rays, const Scene& scene, const Atlas& atlas, uint32_t site,
