@@ -1,61 +1,16 @@
 #include "common/job/settings.h"
 
 #include <algorithm>
-#include <charconv>
-#include <cmath>
 
 #include "common/base/format.h"
+#include "common/job/values.h"
 #include "common/math/samplers.h"
 #include "common/responses/basis.h"
 
 namespace kiln {
 namespace {
 
-Status refuse(std::string why) {
-  return fail(ErrorKind::kUsage, std::move(why));
-}
-
-Expected<double> number(const std::string& s) {
-  double v = 0;
-  const auto [end, code] = std::from_chars(s.data(), s.data() + s.size(), v);
-  if (code != std::errc() || end != s.data() + s.size() || !std::isfinite(v))
-    return fail(ErrorKind::kUsage, text("'{}' is not a number", s));
-  return v;
-}
-
-Expected<std::vector<double>> numbers(std::string_view s) {
-  std::vector<double> out;
-  while (true) {
-    const size_t comma = s.find(',');
-    KILN_TRY(const double v, number(std::string(s.substr(0, comma))));
-    out.push_back(v);
-    if (comma == s.npos) return out;
-    s.remove_prefix(comma + 1);
-  }
-}
-
-template <class T>
-Status store_number(T& target, const std::string& s, double low, double high) {
-  KILN_TRY(const double v, number(s));
-  if (v < low || v > high) return refuse(text("{} is outside {} to {}", s, low, high));
-  if constexpr (std::is_integral_v<T>) {
-    if (v != std::floor(v)) return refuse(text("{} is not a whole number", s));
-  }
-  target = static_cast<T>(v);
-  return {};
-}
-
-Status store_word(std::string& target, const std::string& s, std::initializer_list<const char*> words) {
-  std::string all;
-  for (const char* word : words) {
-    if (s == word) {
-      target = s;
-      return {};
-    }
-    all += (all.empty() ? "" : ", ") + std::string(word);
-  }
-  return refuse(text("'{}' is not one of {}", s, all));
-}
+using namespace values;
 
 Status parse_quantity_list(BakeSettings& b, const std::string& s) {
   KILN_TRY(b.quantities, parse_quantities(s));
@@ -203,22 +158,6 @@ constexpr std::string_view kEncodings[] = {"bc6h",     "bc6h-bc1", "bc6h-plain",
                                            "astc-8x8", "half",     "rgb9e5",     "rgbe",     "rgbm",
                                            "rgbd",     "exr",      "hdr",        "png"};
 
-std::vector<std::string> words(const std::string& s) {
-  std::vector<std::string> out;
-  for (size_t at = 0; at <= s.size();) {
-    const size_t end = std::min(s.find(',', at), s.size());
-    out.push_back(s.substr(at, end - at));
-    at = end + 1;
-  }
-  return out;
-}
-
-std::string joined(std::span<const std::string> list) {
-  std::string out;
-  for (const std::string& word : list) out += (out.empty() ? "" : ",") + word;
-  return out;
-}
-
 Status parse_encodings(BakeSettings& b, const std::string& s) {
   b.encodings.clear();
   if (s == "none") return {};
@@ -243,27 +182,12 @@ Status parse_containers(BakeSettings& b, const std::string& s) {
   return {};
 }
 
-// "on" or "off".
-Status store_switch(bool& field, const std::string& s) {
-  std::string word;
-  KILN_TRY_STATUS(store_word(word, s, {"on", "off"}));
-  field = word == "on";
-  return {};
-}
-
-std::string print_switch(bool on) {
-  return on ? "on" : "off";
-}
-
 Status parse_sampler(BakeSettings& b, const std::string& s) {
   KILN_TRY_STATUS(find_sampler(s));
   b.sampler = s;
   return {};
 }
 
-std::string print(double v) {
-  return text("{}", v);
-}
 using B = BakeSettings;
 using S = const std::string&;
 
@@ -372,10 +296,11 @@ const Setting kTable[] = {
        return store_word(b.materials, s, {"full", "diffuse"});
      },
      [](const B& b) { return b.materials; }},
-    {"error", "E", "", "a texel stops when its confidence interval is within E of its mean",
-     [](B& b, S s) { return store_number(b.error, s, 1e-6, 10); }, [](const B& b) { return print(b.error); }},
+    {"error", "E", "", "a texel stops when its confidence interval is within E of its mean; 0.05 or 5%",
+     [](B& b, S s) { return store_share(b.error, s, 1e-6, 10); },
+     [](const B& b) { return print_share(b.error); }},
     {"confidence", "C", "", "confidence level of that interval",
-     [](B& b, S s) { return store_number(b.confidence, s, 0.01, 0.999999); },
+     [](B& b, S s) { return store_share(b.confidence, s, 0.01, 0.999999); },
      [](const B& b) { return print(b.confidence); }},
     {"error-norm", "WORD", "",
      "where the error target applies: max (every texel), mean-square (the map as a whole), perceptual (every "
@@ -406,8 +331,8 @@ const Setting kTable[] = {
      [](B& b, S s) { return store_number(b.max_samples, s, 1, 1 << 30); },
      [](const B& b) { return text("{}", b.max_samples); }},
     {"time-limit", "S", "seconds",
-     "finish the whole bake within S seconds, at the best quality possible; 0: no limit",
-     [](B& b, S s) { return store_number(b.time_limit, s, 0, 1e9); },
+     "finish the whole bake within S seconds, or 90s, 2m, 1h30m, at the best quality possible; 0: no limit",
+     [](B& b, S s) { return store_duration(b.time_limit, s, 1e9); },
      [](const B& b) { return print(b.time_limit); }},
     {"cache", "WORD", "",
      "irradiance cache, on: paths end at surfaces whose irradiance an earlier pass measured; off: exact",
@@ -416,7 +341,7 @@ const Setting kTable[] = {
      [](B& b, S s) { return store_switch(b.denoise, s); },
      [](const B& b) { return print_switch(b.denoise); }},
     {"basis", "NAME", "",
-     "what a texel says of the light's direction: irradiance (nothing), sh_l1, sh_l2, h_basis, ad9, ad12, "
+     "what a texel says of the light's direction: irradiance (nothing), sh_l1, sh_l2, h6, ad9, ad12, "
      "sg9 or sg12 "
      "(docs/bases.md compares them)",
      parse_basis, [](const B& b) { return b.basis; }},
@@ -468,12 +393,12 @@ const Setting kTable[] = {
      "effort, "
      "else the bake fails; 0: no bound",
      [](B& b, S s) {
-       if (s != "auto") return store_number(b.max_encode_error, s, 0, 10);
+       if (s != "auto") return store_share(b.max_encode_error, s, 0, 10);
        b.max_encode_error = kAutoBound;
        return Status{};
      },
      [](const B& b) {
-       return b.max_encode_error == kAutoBound ? std::string("auto") : print(b.max_encode_error);
+       return b.max_encode_error == kAutoBound ? std::string("auto") : print_share(b.max_encode_error);
      }},
     {"encode-quantity", "NAME", "",
      "basis: encode the basis; irradiance: encode E at the surface normal; both",

@@ -1,5 +1,6 @@
 #include "common/responses/basis.h"
 
+#include "common/base/check.h"
 #include "common/base/format.h"
 #include "common/responses/basis_roster.h"
 #include "common/responses/h_basis.h"
@@ -58,6 +59,7 @@ Expected<uint32_t> find_basis(std::string_view name, std::string_view fit, std::
 }
 
 double largest_irradiance(const BasisInfo& basis, size_t function) {
+  KILN_CHECK(function < basis.functions.size());
   float f[kMaxBasisFunctions] = {};
   f[function] = 1;
   double largest = 0;

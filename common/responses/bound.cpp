@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/check.h"
+
 namespace kiln {
 namespace {
 
@@ -15,6 +17,7 @@ constexpr double kMostShown = 4;
 }  // namespace
 
 void hold_exactly(const ExactAt& at, float* f) {
+  KILN_CHECK(at.count >= 4);
   const double level = at.e > 0 ? double{at.e} / double{kPi} : 0;
   if (!(at.e > kMinLight)) {
     f[0] = static_cast<float>(level);

@@ -37,7 +37,7 @@ void finish(float e, const Vec3& n, float* f) {
 
 BasisInfo HBasis::info() {
   BasisInfo b{};
-  b.name = "h_basis";
+  b.name = "h6";
   b.functions = functions;
   b.is_signed = is_signed;
   b.degree = degree;

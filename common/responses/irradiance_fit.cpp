@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/check.h"
 #include "common/math/trig_double.h"
 
 namespace kiln {
@@ -91,6 +92,7 @@ struct Two {
 Two solve(double a, double b, double d, double r0, double r1, bool is_second_used) {
   if (!is_second_used) return {r0 / a, 0};
   const double det = a * d - b * b;
+  KILN_CHECK(det > 0);
   return {(r0 * d - r1 * b) / det, (r1 * a - r0 * b) / det};
 }
 
@@ -126,6 +128,7 @@ double cosine_at(double place) {
 }  // namespace
 
 IrradianceFit::IrradianceFit(const FitDomain& domain) : domain_(domain) {
+  KILN_CHECK(domain.lowest >= -1 && domain.lowest < 1 && domain.outside >= 0 && domain.outside <= 1);
   for (int i = 0; i <= kIntervals; ++i) table_[i] = exact(cosine_at(2.0 * i / kIntervals));
 }
 

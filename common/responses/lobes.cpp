@@ -58,6 +58,7 @@ void solve(const double (&a)[kMaxLobes][kMaxLobes], const double* b, const Used&
     for (size_t j = 0; j <= i; ++j) {
       double sum = a[used.at[i]][used.at[j]];
       for (size_t k = 0; k < j; ++k) sum -= l[i][k] * l[j][k];
+      if (i == j) KILN_CHECK(sum > 0);  // lobes with different axes are independent
       l[i][j] = i == j ? std::sqrt(sum) : sum / l[j][j];
     }
   for (size_t i = 0; i < n; ++i) {
@@ -92,6 +93,7 @@ void set_metric(LobeSet& set) {
 }
 
 LobeSet make(bool is_dice, bool is_local, std::span<const Vec3> axes) {
+  KILN_CHECK(!axes.empty() && axes.size() <= kMaxLobes);
   LobeSet set{axes.size(), is_local, is_dice, {}, {}, {}, {}};
   Used all;
   for (size_t i = 0; i < set.count; ++i) {

@@ -56,6 +56,14 @@ Shot shade(const SurfaceLook& look, const View& view, const Camera& camera) {
   return shot;
 }
 
+// The nearest blended surface of each pixel, like water over a basin; no fragments if there is none in the
+// scene.
+View veils_of(const Scene& scene, const SurfaceLook& look, const Camera& camera, const View& view) {
+  if (!look.has_veils()) return {};
+  return rasterise(scene, camera, view.width, view.height,
+                   [&](const Fragment& f) { return look.is_veil(f); });
+}
+
 }  // namespace
 
 Picture render_view(const ImportResult& imported, const Atlas& atlas, const Lightmap& map,
@@ -75,11 +83,21 @@ Picture shaded_view(const ImportResult& imported, const Atlas& atlas, const Ligh
   for (size_t i = 0; i < shot.kind.size(); ++i)
     if (shot.kind[i] == 1) lit.push_back(luminance(shot.radiance[i]));
   const float exposure = style.exposure > 0 ? style.exposure : exposure_of(std::move(lit));
-  return supersampled(view.width / fine, view.height / fine, fine, [&](size_t i) {
-    if (shot.kind[i] == 2) return Vec3(255, 0, 255);
+  const auto displayed = [&](const Vec3& radiance) {
     Vec3 color;
-    for (int c = 0; c < 3; ++c) color[c] = display(shot.radiance[i][c] * exposure, style.filmic);
+    for (int c = 0; c < 3; ++c) color[c] = display(radiance[c] * exposure, style.filmic);
     return color;
+  };
+  const View veils = veils_of(imported.scene, look, camera, view);
+  return supersampled(view.width / fine, view.height / fine, fine, [&](size_t i) {
+    const Vec3 behind = shot.kind[i] == 2 ? Vec3(255, 0, 255) : displayed(shot.radiance[i]);
+    if (veils.fragments.empty() || veils.fragments[i].inverse_depth <= view.fragments[i].inverse_depth)
+      return behind;
+    const Fragment& veil = veils.fragments[i];
+    Vec3 e;
+    if (!look.irradiance(veil, e)) return behind;
+    const Vec4 base = look.base_color(veil);
+    return behind + (displayed(Vec3(base) * e * kInvPi + look.emission(veil)) - behind) * base.w;
   });
 }
 

@@ -18,7 +18,8 @@ struct ViewStyle {
 };
 
 // The scene seen by `camera`: base colour / pi x E, emission, sky, in sRGB. Surfaces without a lightmap value
-// are magenta.
+// are magenta. A blended surface that is more transparent than opaque is laid over what is behind it as
+// engines do it: displayed values, mixed by alpha; of several, the nearest one.
 Picture render_view(const ImportResult& imported, const Atlas& atlas, const Lightmap& map,
                     const Camera& camera, uint32_t width, uint32_t height, const ViewStyle& style = {});
 // From fragments rasterised for that camera, with the visibility rules of SurfaceLook; `fine`^2 of

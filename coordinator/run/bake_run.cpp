@@ -58,6 +58,7 @@ void begin_report(const Preflight& pre, BakeReport& report) {
 // Runs the passes on a farm and closes it: workers end before the map is completed.
 Expected<Baked> run_passes(const BakeRun& run, Workplace& workplace, const JobSpec& job,
                            const ChunkStore& chunks, const SurfaceGraph* surface, Accumulator& sums) {
+  std::vector<uint8_t> misleading = misleading_sites(run, surface);
   const StageTimer timer(run.report.stages, "bake");
   KILN_TRY(FarmJob* const farm, workplace.open(job, chunks));
   BakingTask task{run.request, run.preflight, surface, run.budget, *farm, sums, run.report, run.progress};
@@ -65,6 +66,7 @@ Expected<Baked> run_passes(const BakeRun& run, Workplace& workplace, const JobSp
     task.passes_before = kFirstPassSteps;
     task.units_before = units_before(job.atlas, 1);
   }
+  task.misleading = std::move(misleading);
   KILN_TRY(Baked baked, bake_passes(task));
   run.report.farm = farm->statistics();
   workplace.close();

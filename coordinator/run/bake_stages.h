@@ -22,6 +22,10 @@ struct BakeRun {
 // The surface that the denoiser filters over, with links between texels that see the same things.
 SurfaceGraph find_surface(const BakeRun& run);
 
+// By site: 1 where the mean over a texel is not what paths meet that arrive there; empty without caches.
+// `surface`: as found before, or null.
+std::vector<uint8_t> misleading_sites(const BakeRun& run, const SurfaceGraph* surface);
+
 // Means, errors and classes of all texels: merged sums, denoised over `surface` (null: not
 // denoised), with their reported errors. `light`: of charts that --two-pass collapsed.
 Lightmap resolve_map(const BakeRun& run, const Accumulator& sums, const SurfaceGraph* surface,

@@ -9,7 +9,6 @@
 #include "common/base/format.h"
 #include "common/base/statistics.h"
 #include "coordinator/bake/merge/response_errors.h"
-#include "coordinator/bake/neighbours/straddling.h"
 #include "coordinator/bake/sampling/allocation.h"
 #include "coordinator/bake/sampling/first_look.h"
 #include "coordinator/bake/sampling/pace.h"
@@ -55,8 +54,7 @@ class Baking {
         atlas_(task.preflight.atlas),
         nonfinite_(task.preflight.atlas, task.preflight.imported.scene),
         charts_(charts_of_sites(task.preflight.atlas)),
-        straddling_(cache_ ? straddling_sites(task.preflight.imported.scene, task.preflight.atlas)
-                           : std::vector<uint8_t>{}),
+        misleading_(task.misleading),
         z_(normal_interval(settings_.confidence)),
         target_(settings_.quantities.light ? settings_.error : settings_.visibility_error),
         budget_(task.budget),
@@ -337,10 +335,10 @@ class Baking {
     }
   }
 
-  // Paths do not end at texels that hold light of both sides of a wall: they are traced on from there.
+  // Paths do not end at texels whose mean misleads: they are traced on from there.
   void publish(IrradianceCache cache) {
-    for (size_t site = 0; site < straddling_.size(); ++site)
-      if (straddling_[site]) cache.irradiance[site] = Vec3(-1.0f);
+    for (size_t site = 0; site < misleading_.size(); ++site)
+      if (misleading_[site]) cache.irradiance[site] = Vec3(-1.0f);
     caches_.push_back(farm_.add_chunk(write_irradiance_cache(cache)));
   }
 
@@ -507,8 +505,8 @@ class Baking {
   const bool cache_;
   const Atlas& atlas_;
   NonfiniteLog nonfinite_;
-  const std::vector<uint32_t> charts_;     // by site
-  const std::vector<uint8_t> straddling_;  // by site; empty: none
+  const std::vector<uint32_t> charts_;      // by site
+  const std::vector<uint8_t>& misleading_;  // by site; empty: none
   const double z_;
   const double target_;  // of errors_
   TimeBudget& budget_;

@@ -32,6 +32,8 @@ struct BakingTask {
   // Set if another layout of the same job was baked before: passes and units are numbered from here.
   uint32_t passes_before = 0;
   uint64_t units_before = 0;
+  // By site: 1 where the mean over the texel misleads; no path ends there (misleading_sites). Empty: nowhere.
+  std::vector<uint8_t> misleading = {};
 };
 struct Baked {
   TexelErrors errors;                  // of light; without light, of the first response

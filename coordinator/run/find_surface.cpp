@@ -1,3 +1,5 @@
+#include "coordinator/bake/neighbours/half_hidden.h"
+#include "coordinator/bake/neighbours/straddling.h"
 #include "coordinator/bake/neighbours/views.h"
 #include "coordinator/run/bake_stages.h"
 
@@ -23,6 +25,27 @@ SurfaceGraph find_surface(const BakeRun& run) {
                                 "time for it; some light may be smeared under furniture"});
   }
   return surface;
+}
+
+std::vector<uint8_t> misleading_sites(const BakeRun& run, const SurfaceGraph* surface) {
+  if (!run.preflight.plan.cache) return {};
+  const StageTimer timer(run.report.stages, "texels that mislead");
+  const Scene& scene = run.preflight.imported.scene;
+  const Atlas& atlas = run.preflight.atlas;
+  std::vector<uint8_t> out = straddling_sites(scene, atlas);
+  const std::optional<SiteGeometry> own =
+      surface ? std::nullopt : std::optional(site_geometry(scene, atlas, 0));
+  const auto hidden =
+      half_hidden_sites(scene, atlas, surface ? surface->sites : *own, 0, run.budget.views_seconds());
+  if (!hidden) {
+    run.report.notes.push_back({ImportNote::Kind::kIgnored,
+                                "paths end at texels that are half hidden too: the time limit left no time "
+                                "to find them; some light may be too dark or too bright"});
+    return out;
+  }
+  out.resize(atlas.sites.size());
+  for (size_t site = 0; site < out.size(); ++site) out[site] |= (*hidden)[site];
+  return out;
 }
 
 }  // namespace kiln

@@ -129,6 +129,7 @@ TEST_F(Passes, EachReplicateReadsWhatItFoundItself) {
     EXPECT_EQ(unit.cache, Digest{}) << "nothing is known before the first pass";
     if (unit.replicate == 0) sites += unit.sites.size();
   }
+  std::set<std::vector<size_t>> unknown;  // by site, of each cache: half hidden texels, where no path ends
   for (size_t call = 1; call < stub.calls.size(); ++call)
     for (uint32_t r = 0; r < kReplicates; ++r) {
       std::set<Digest> named;
@@ -138,8 +139,19 @@ TEST_F(Passes, EachReplicateReadsWhatItFoundItself) {
       ASSERT_TRUE(stub.chunks.count(*named.begin())) << "pass " << call;
       const auto cache = read_irradiance_cache(stub.chunks[*named.begin()], sites);
       ASSERT_TRUE(cache);
-      for (const Vec3& e : cache->irradiance) ASSERT_EQ(e, Vec3(1, 2, 3) * (1.0f + r)) << "pass " << call;
+      std::vector<size_t> none;
+      for (size_t site = 0; site < sites; ++site) {
+        const Vec3& e = cache->irradiance[site];
+        if (e == Vec3(-1.0f))
+          none.push_back(site);
+        else
+          ASSERT_EQ(e, Vec3(1, 2, 3) * (1.0f + r)) << "pass " << call;
+      }
+      unknown.insert(none);
     }
+  // They follow from the geometry: the same in every cache, and few.
+  ASSERT_EQ(unknown.size(), 1u);
+  EXPECT_LT(4 * unknown.begin()->size(), sites);
 }
 
 TEST_F(Passes, CachesFollowWhatIsFound) {

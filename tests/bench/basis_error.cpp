@@ -33,17 +33,26 @@ Vec3 turned(double degrees, int way) {
   return Vec3(std::sin(a) * std::cos(phi), std::sin(a) * std::sin(phi), std::cos(a));
 }
 
-// Texels whose normals are turned.
+// The rotation along the shortest arc from the z axis to `to`, of v.
+Vec3 rotated(const Vec3& v, const Vec3& to) {
+  const Vec3 across(to.x, to.y, 0), axis = normalize_or(cross(Vec3(0, 0, 1), across), Vec3(1, 0, 0));
+  const float sine = length(across);
+  return v * to.z + cross(axis, v) * sine + axis * (dot(axis, v) * (1 - to.z));
+}
+
+// Texels whose normals are turned: as if the surface of a whole texel were, so that places of other normals
+// within it keep their angles to the mean normal, `normals` by site.
 class TurnedReceivers {
  public:
-  TurnedReceivers(Atlas atlas, const Vec3& turn) : texels_(std::move(atlas)), turn_(turn) {}
+  TurnedReceivers(Atlas atlas, std::vector<Vec3> normals, const Vec3& turn)
+      : texels_(std::move(atlas)), normals_(std::move(normals)), turn_(turn) {}
   size_t size() const { return texels_.size(); }
   uint32_t key(uint32_t index) const { return texels_.key(index); }
 
   class Open {
    public:
     Open(const TurnedReceivers& r, const Surfaces& surfaces, const Tracer& tracer, uint32_t index)
-        : open_(r.texels_, surfaces, tracer, index), turn_(r.turn_) {}
+        : open_(r.texels_, surfaces, tracer, index), frame_(r.normals_[index]), turn_(r.turn_) {}
     SurfacePoint at(const SampleStream& stream) { return turn(open_.at(stream)); }
     std::optional<SitePlaces::Place> instead_of(const SampleStream& stream, uint64_t& rays) {
       auto place = open_.instead_of(stream, rays);
@@ -53,16 +62,18 @@ class TurnedReceivers {
 
    private:
     SurfacePoint turn(SurfacePoint p) const {
-      p.ns = Frame(p.ns).to_world(turn_);
+      p.ns = frame_.to_world(rotated(frame_.to_local(p.ns), turn_));
       return p;
     }
     TexelReceivers::Open open_;
+    Frame frame_;
     Vec3 turn_;
   };
   std::optional<KnownIrradiance> known(const Scene&, const IrradianceCache&) const { return std::nullopt; }
 
  private:
   TexelReceivers texels_;
+  std::vector<Vec3> normals_;
   Vec3 turn_;
 };
 
@@ -242,14 +253,16 @@ int run(int argc, char** argv) {
   const std::vector<Form> forms = forms_of(bases);
   std::vector<Means> baked;
   for (const Form& form : forms) baked.push_back(bake(lab, TexelReceivers(lab.pre.atlas), form.basis));
+  const std::vector<Vec3> by_texel = texel_normals(lab.pre.imported.scene, lab.pre.atlas);
+  std::vector<Vec3> by_site, normals;
+  for (const uint32_t texel : lab.pre.atlas.sites.texel)
+    by_site.push_back(by_texel[texel] == Vec3(0.0f) ? Vec3(0, 0, 1) : by_texel[texel]);
+  for (const uint32_t site : lab.sites) normals.push_back(by_site[site]);
   std::vector<Means> truth;
   lab.transport.seed += 1000003;  // other random numbers than the bakes that are judged
   for (const double angle : kAngles)
     for (int way = 0; way < kWays; ++way)
-      truth.push_back(bake(lab, TurnedReceivers(lab.pre.atlas, turned(angle, way)), 0));
-  const std::vector<Vec3> by_texel = texel_normals(lab.pre.imported.scene, lab.pre.atlas);
-  std::vector<Vec3> normals;
-  for (const uint32_t site : lab.sites) normals.push_back(by_texel[lab.pre.atlas.sites.texel[site]]);
+      truth.push_back(bake(lab, TurnedReceivers(lab.pre.atlas, by_site, turned(angle, way)), 0));
   std::printf("%zu of %zu texels, %u samples\n", lab.sites.size(), all, lab.samples);
   std::printf(
       "| basis, fit | numbers | mean at n | p99 at n | 15 deg | 30 | 35 | 50 | 60 "

@@ -120,10 +120,44 @@ TEST(Bases, FitsShowLightBetterThanProjections) {
     std::printf("| %s | %zu | %.1f %% | %.1f %% | %.1f %% |\n", label(basis).c_str(), basis.functions.size(),
                 100 * e.band[0], 100 * e.band[1], 100 * e.band[2]);
     if (basis.fit == "project") continue;
+    // The norm that minds irradiance; radiance alone gives 16.1 %.
+    if (basis.name == "ad9" && basis.fit == "positive") EXPECT_LT(e.band[2], 0.14);
     const Errors plain = errors_of(*find_basis(basis.name), 400);
     // Lobes of the whole sphere have half of them where no light comes from, and those may not be negative.
     const double slack = basis.name == "ad12" && basis.fit == "positive" ? 1.1 : 1.0;
     EXPECT_LT(e.band[0], slack * plain.band[0]) << label(basis);
+  }
+}
+
+// Harmonics are the best of their degree over all normals, the H-basis over the hemisphere: no change of a
+// number lowers the error.
+TEST(Bases, ProjectionsAreLeastSquares) {
+  std::mt19937 random(3);
+  const Vec3 n(0, 0, 1);
+  Light light = random_light(random, n);
+  light.sources.push_back({normalize_or(Vec3(0.7f, 0.5f, 0.4f), n), 8});  // so that no number is near 0
+  for (const char* name : {"sh_l1", "sh_l2", "h6"}) {
+    const uint32_t index = *find_basis(name);
+    const BasisInfo& basis = basis_roster()[index];
+    std::vector<Vec3> normals;
+    std::vector<double> e;
+    for (int i = 0; i < 4000; ++i) {
+      normals.push_back(on_cap((i + 0.5) / 4000, 0.61803398875 * i, basis.is_local ? 0 : -1));
+      e.push_back(light.irradiance(normals.back()));
+    }
+    const auto error = [&](const Numbers& f) {
+      double sum = 0;
+      for (size_t i = 0; i < e.size(); ++i)
+        sum += std::pow(double{basis.irradiance(f.data(), n, normals[i])} - e[i], 2);
+      return sum / static_cast<double>(e.size());
+    };
+    const Numbers best = baked(index, light, n);
+    for (size_t k = 0; k < basis.functions.size(); ++k)
+      for (const float step : {-0.002f, 0.002f}) {
+        Numbers other = best;
+        other[k] += step * best[0];
+        EXPECT_GT(error(other), error(best)) << name << " " << basis.functions[k];
+      }
   }
 }
 
@@ -155,7 +189,7 @@ TEST(Bases, LargestIrradianceOfAFunction) {
   EXPECT_NEAR(of("sh_l1", 0), M_PI, 1e-6);
   EXPECT_NEAR(of("sh_l1", 2), 2 * M_PI, 1e-6);
   EXPECT_NEAR(of("sh_l2", 4), M_PI * 1.875, 1e-5);
-  EXPECT_NEAR(of("h_basis", 0), M_PI, 1e-6);
+  EXPECT_NEAR(of("h6", 0), M_PI, 1e-6);
 }
 
 }  // namespace

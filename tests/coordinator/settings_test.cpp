@@ -56,6 +56,101 @@ TEST(Settings, ErrorsNameTheOptionAndTheValue) {
   EXPECT_FALSE(set_option(s, "colour", "1", "test"));
 }
 
+// As people write them; a bare number above 1 may be either and is asked about.
+TEST(Settings, SharesAndTimes) {
+  BakeSettings s;
+  const auto read = [&](const char* name, const char* value, double& number) {
+    const Status status = set_option(s, name, value, "test");
+    EXPECT_TRUE(status) << name << " " << value << (status ? "" : status.error().message);
+    return number;
+  };
+  EXPECT_DOUBLE_EQ(read("error", "5%", s.error), 0.05);
+  EXPECT_DOUBLE_EQ(read("error", "0.02", s.error), 0.02);
+  EXPECT_DOUBLE_EQ(read("error", "1", s.error), 1);
+  EXPECT_DOUBLE_EQ(read("error", "250%", s.error), 2.5);
+  EXPECT_DOUBLE_EQ(read("confidence", "99%", s.confidence), 0.99);
+  EXPECT_DOUBLE_EQ(read("max-encode-error", "1.5%", s.max_encode_error), 0.015);
+  EXPECT_DOUBLE_EQ(read("time-limit", "90", s.time_limit), 90);
+  EXPECT_DOUBLE_EQ(read("time-limit", "20s", s.time_limit), 20);
+  EXPECT_DOUBLE_EQ(read("time-limit", "1.5m", s.time_limit), 90);
+  EXPECT_DOUBLE_EQ(read("time-limit", "1h30m", s.time_limit), 5400);
+  for (const auto& [name, value] : std::vector<std::pair<const char*, const char*>>{{"error", "5"},
+                                                                                    {"error", "%"},
+                                                                                    {"error", "5 %"},
+                                                                                    {"error", "2000%"},
+                                                                                    {"error", "0%"},
+                                                                                    {"confidence", "95"},
+                                                                                    {"confidence", "100%"},
+                                                                                    {"time-limit", "2x"},
+                                                                                    {"time-limit", "-1s"},
+                                                                                    {"time-limit", "s"},
+                                                                                    {"time-limit", "30m1h"},
+                                                                                    {"time-limit", "1h30"},
+                                                                                    {"time-limit", "1m1m"},
+                                                                                    {"time-limit", "1e12"}})
+    EXPECT_FALSE(set_option(s, name, value, "test")) << name << " " << value;
+  const Status asked = set_option(s, "error", "5", "test");
+  EXPECT_NE(asked.error().message.find("5%"), std::string::npos) << asked.error().message;
+  EXPECT_NE(asked.error().message.find("500%"), std::string::npos) << asked.error().message;
+  // Above 1 a row prints what it reads again.
+  for (const Setting& row : settings_table()) {
+    if (std::string(row.name) != "error") continue;
+    BakeSettings again;
+    ASSERT_TRUE(row.parse(s, "250%"));
+    EXPECT_TRUE(row.parse(again, row.print(s))) << row.print(s);
+    EXPECT_EQ(again.error, s.error);
+  }
+}
+
+const Setting& row_of(const std::string& name) {
+  return *std::find_if(settings_table().begin(), settings_table().end(),
+                       [&](const Setting& r) { return r.name == name; });
+}
+
+TEST(Settings, EveryWordGoesToTheFieldOfItsRow) {
+  struct Row {
+    const char* name;
+    std::string BakeSettings::*field;
+    std::vector<const char*> words;
+  };
+  const std::vector<Row> rows = {{"lamps", &BakeSettings::lamps, {"drop", "keep", "mark"}},
+                                 {"materials", &BakeSettings::materials, {"full", "diffuse"}},
+                                 {"sh-fit", &BakeSettings::sh_fit, {"cap", "positive", "project"}},
+                                 {"sh-evaluator", &BakeSettings::sh_evaluator, {"linear", "hazel"}}};
+  const BakeSettings defaults;
+  for (const Row& row : rows) {
+    EXPECT_EQ(defaults.*row.field, row.words[0]);
+    for (const char* word : row.words) {
+      BakeSettings s;
+      ASSERT_TRUE(set_option(s, row.name, word, "test")) << row.name << " " << word;
+      EXPECT_EQ(row_of(row.name).print(s), word);
+      for (const Row& other : rows)
+        EXPECT_EQ(s.*other.field, other.field == row.field ? word : defaults.*other.field) << row.name;
+    }
+    for (const char* word : {"", "Drop", "half", "auto"}) {
+      BakeSettings s;
+      const Status status = set_option(s, row.name, word, "test");
+      ASSERT_FALSE(status) << row.name << " " << word;
+      EXPECT_NE(status.error().message.find(row.name), std::string::npos);
+      EXPECT_EQ(s.*row.field, defaults.*row.field);
+    }
+  }
+}
+
+TEST(Settings, TheBoundOfTextureErrorsIsANumberOrAutomatic) {
+  BakeSettings s;
+  EXPECT_EQ(s.max_encode_error, kAutoBound);
+  for (const auto& [value, bound] :
+       {std::pair("0", 0.0), {"auto", kAutoBound}, {"0.02", 0.02}, {"auto", kAutoBound}}) {
+    ASSERT_TRUE(set_option(s, "max-encode-error", value, "test")) << value;
+    EXPECT_EQ(s.max_encode_error, bound);
+    EXPECT_EQ(row_of("max-encode-error").print(s), value);
+  }
+  for (const char* value : {"-1", "11", "automatic", "Auto", ""})
+    EXPECT_FALSE(set_option(s, "max-encode-error", value, "test")) << value;
+  EXPECT_EQ(s.max_encode_error, kAutoBound);
+}
+
 TEST(Settings, WhoSetItIsKept) {
   BakeSettings s;
   ASSERT_TRUE(set_option(s, "error", "0.1", "job file a.json"));

@@ -39,6 +39,7 @@ TEST(Materials, AllFactors) {
 // --materials diffuse reads what its material has, and no texture that it does not need.
 TEST(Materials, DiffuseKeepsBaseColourMetalAlphaAndEmission) {
   GltfBuilder b;
+  ASSERT_EQ(b.image(test::small_png(128, 128, 255)), 0);
   b.textured_triangle(json::parse(R"({"name": "paint", "alphaMode": "BLEND", "emissiveFactor": [1, 0, 0],
     "normalTexture": {"index": 0},
     "pbrMetallicRoughness": {"baseColorFactor": [0.1, 0.2, 0.3, 0.4], "metallicFactor": 0.5, "roughnessFactor": 0.75},
@@ -57,6 +58,8 @@ TEST(Materials, DiffuseKeepsBaseColourMetalAlphaAndEmission) {
   EXPECT_EQ(m.find("alpha_mode")->word, "blend");
   for (const char* name : {"roughness", "normal_texture", "clearcoat", "sheen_color", "specular"})
     EXPECT_EQ(m.find(name), nullptr) << name;
+  EXPECT_TRUE(r.scene.textures.empty());
+  EXPECT_EQ(imported(b).scene.textures.size(), 1u) << "the normal map";
 }
 
 TEST(Materials, DiffuseNamesMetalThatTurnsBlack) {

@@ -35,16 +35,16 @@ class PathIntegrator final : public Integrator {
   static constexpr uint32_t slot(uint32_t bounces) { return bounces % kVertices; }
   using Seen = std::conditional_t<has(kLayers), BsdfAtWo, LambertAtWo>;
 
-  // A ray's state inside glass since the last vertex.
+  // State of a ray that passes through glass, since its last vertex.
   struct Glass {
-    float distance;   // travelled since
+    float distance;   // travelled
     Vec3 absorption;  // absorption of the medium the ray is in
     uint32_t passes;
   };
   struct NoGlass {};
 
-  // A path in flight. Its vertex is where light is gathered: either the texel itself, which wants any linear
-  // functional of the incident light and is sampled with the mixed hemisphere, or a reflecting point.
+  // A path in flight. It gathers light at its vertex: either the texel itself, which may record any linear
+  // functional of the incident light and draws directions from the mixed hemisphere, or a reflecting point.
   struct Path {
     SurfacePoint vertices[kVertices];
     Frame frame{Vec3(0, 0, 1)};  // around the shading normal
@@ -54,11 +54,10 @@ class PathIntegrator final : public Integrator {
     Vec3 throughput, sum;        // path throughput, and radiance gathered so far
     Vec3 first_direction;
     float first_pdf;
-    // Of a vertex whose irradiance is known:
-    bool share_taken;        // its closure is made already, without the Lambert lobe that the irradiance lit
-    bool reflected_known;    // only of light that was reflected before: what shines on it directly is still
-                             // wanted
-    Vec3 throughput_beyond;  // what goes on past the next surface's own light: all but where the above holds
+    // At a vertex whose irradiance is known:
+    bool share_taken;        // the closure is built already, less the Lambert lobe lit by that irradiance
+    bool reflected_known;    // the irradiance lacks direct light, which the path still has to gather
+    Vec3 throughput_beyond;  // if reflected_known: factor of the throughput past the next surface's emission
     Hit hit;
     [[no_unique_address]] std::conditional_t<has(kGlass), Glass, NoGlass> glass;
   };
@@ -104,7 +103,7 @@ class PathIntegrator final : public Integrator {
   // Radiance of the emissive surface hit or of the environment, MIS-weighted against light sampling.
   Vec3 emitted(const Path& p, const SurfacePoint& at, uint32_t bounces) const;
   Vec3 missed(const Path& p, uint32_t bounces) const;
-  // Adds the same for area lights crossed between the last surface and the hit.
+  // Adds the radiance of area lights that the ray crosses before the hit, with the same MIS weights.
   void add_crossed(Path& p, uint32_t bounces) const;
 
   // Balance heuristic for density `pdf` against `other`. With a single strategy forced, light that
@@ -124,7 +123,7 @@ class PathIntegrator final : public Integrator {
   }
   static Vec2 pair(const float (&numbers)[2][kBatch], size_t k) { return {numbers[0][k], numbers[1][k]}; }
   bool may_reflect(uint32_t bounces) const { return settings_.indirect && bounces < settings_.max_bounces; }
-  // Is there anything in it? What is left of a closure beside its Lambert lobe may be negative.
+  // Whether a throughput or contribution is not zero. A closure less its Lambert lobe may be negative.
   static bool is_light(const Vec3& v) {
     if constexpr (has(kLayers)) return v != Vec3(0.0f);
     return max_component(v) > 0.0f;
@@ -133,7 +132,7 @@ class PathIntegrator final : public Integrator {
     if constexpr (has(kLayers)) return max_component(glm::abs(v));
     return max_component(v);
   }
-  // Does light count that was reflected this often?
+  // Whether light that was reflected this often is part of the result.
   bool counts(uint32_t bounces) const { return bounces == 0 ? settings_.direct : settings_.indirect; }
 
   const Surfaces& surfaces_;
@@ -420,11 +419,11 @@ auto PathIntegrator<kFeatures>::arrive(Path& p, Task& task, const KnownIrradianc
   return Arrival::kReflects;
 }
 
-// Takes what a Lambert lobe reflects of the vertex's known irradiance: the closure's own, or the one that
-// stands for its lobes below the layers. The rest of the closure, which is what tells it from that lobe, is
-// looked at by a share of the paths, which then see it alone; so the mean is that of whole paths, whatever
-// the closure is. Where direct light is not asked for, what is known is what was reflected before: the path
-// gathers the rest here and by one more ray.
+// Adds what a Lambert lobe reflects of the vertex's known irradiance, and returns whether the path ends. The
+// lobe is the closure's own, or the one that stands for the lobes below its layers. The rest of the closure,
+// its difference from that lobe, is sampled by a fraction of the paths, divided by their probability, so the
+// expected value is that of complete paths for every closure. Without direct light in the settings the known
+// irradiance has reflected light alone: the path gathers direct light at the vertex and with one more ray.
 template <uint32_t kFeatures>
 bool PathIntegrator<kFeatures>::ends_at_known(Path& p, const Task& task, const Vec3& irradiance,
                                               uint32_t bounces) const {
@@ -452,7 +451,7 @@ bool PathIntegrator<kFeatures>::ends_at_known(Path& p, const Task& task, const V
   }
 }
 
-// Makes the closure at the vertex.
+// Builds the closure at the vertex.
 template <uint32_t kFeatures>
 void PathIntegrator<kFeatures>::make_bsdf(Path& p, uint32_t bounces) const {
   SurfacePoint& at = p.vertices[slot(bounces)];
@@ -521,7 +520,7 @@ void PathIntegrator<kFeatures>::reflect(Wave& w, uint32_t bounces) const {
     p.pdf = s.pdf;
     p.throughput *= s.weight;
     if (p.reflected_known) p.throughput_beyond = p.bsdf.rest_of_share(s.direction);
-    // Nothing leaks through the surface itself.
+    // Light must not leak through the surface itself.
     bool goes_on = is_light(p.throughput) && dot(p.direction, p.vertices[slot(bounces)].ng) > 0.0f;
     if (roulette && goes_on) {
       const float survival = std::min(1.0f, magnitude(p.throughput));

@@ -16,7 +16,7 @@ class Alpha {
     cutoff_ = r.number("alpha_cutoff", 0.5f);
     if (mode_ != kOpaque && texture_) whole_ = texture_.alpha_range();
   }
-  // Of what is covered, this share lets light through (times the texture's R).
+  // The covered part transmits this share of the light (times the texture's R).
   void let_through(float share, const TextureSampler& texture) {
     through_ = share;
     through_texture_ = share > 0.0f ? texture : TextureSampler();

@@ -109,4 +109,16 @@ SiteGeometry site_geometry(const Scene& scene, const Atlas& atlas, unsigned thre
   return out;
 }
 
+SitePoint point_on_site(const Scene& scene, const Atlas& atlas, uint32_t site, float number) {
+  const SitePick at = pick_site(atlas, site, number);
+  const Instance& instance = scene.instances[at.instance];
+  const Mesh& mesh = scene.meshes[instance.mesh];
+  const UVec3& v = mesh.triangles[at.triangle];
+  Vec3 p[3];
+  for (int k = 0; k < 3; ++k) p[k] = transform_point(instance.to_world, mesh.positions[v[k]]);
+  const Vec3 normal = normalize_or(cross(p[1] - p[0], p[2] - p[0]), Vec3(0.0f));
+  return {DVec3(p[0] + (p[1] - p[0]) * at.b1 + (p[2] - p[0]) * at.b2),
+          DVec3(determinant(instance.to_world) < 0 ? -normal : normal)};
+}
+
 }  // namespace kiln

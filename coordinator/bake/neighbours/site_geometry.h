@@ -20,4 +20,10 @@ struct SiteGeometry {
 
 SiteGeometry site_geometry(const Scene& scene, const Atlas& atlas, unsigned threads);
 
+// One of the texel's valid points, picked by a number in [0, 1) as pick_site does; world, geometric normal.
+struct SitePoint {
+  DVec3 position, normal;
+};
+SitePoint point_on_site(const Scene& scene, const Atlas& atlas, uint32_t site, float number);
+
 }  // namespace kiln

@@ -1,4 +1,4 @@
-// The single binary buffer of the written file, with reading and adding of accessors.
+// The single binary buffer of the file being written; reads and adds accessors.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -27,7 +27,8 @@ class GltfBuffer {
   Expected<std::vector<uint32_t>> triangle_corners(const nlohmann::json& doc,
                                                    const nlohmann::json& primitive) const;
 
-  // New accessors with the elements `source` of each attribute except TEXCOORD_1, as {name: accessor}.
+  // Adds an accessor for each attribute except TEXCOORD_1, with an element for each entry of `source`, and
+  // returns {name: accessor}.
   // Blended normals are normalised; joints and their weights are those of the nearest vertex. Writes no
   // bounds: state_bounds adds those that glTF requires.
   Expected<nlohmann::json> gather_attributes(nlohmann::json& doc, const nlohmann::json& attributes,
@@ -39,9 +40,9 @@ class GltfBuffer {
   // index.
   size_t add_page_texture(nlohmann::json& doc, std::span<const std::byte> png, const std::string& name);
 
-  // min and max of every accessor that is a POSITION, from its elements (glTF 2.0, 3.7.2.1).
+  // Sets min and max of every accessor used as a POSITION from its elements (glTF 2.0, 3.7.2.1).
   Status state_bounds(nlohmann::json& doc) const;
-  // Removes buffer views and bytes that `used` does not reference; renumbers the others.
+  // Removes the buffer views that `used` does not mark, and their bytes, and renumbers the others.
   void keep_views(nlohmann::json& doc, const std::vector<bool>& used);
 
   // Writes the length into the document and returns the bytes.

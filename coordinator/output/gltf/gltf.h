@@ -6,7 +6,7 @@
 
 namespace kiln {
 
-// Each writes its file into the folder and returns its name, or nothing if it is not requested.
+// Each writes its file into the folder and returns its name, or no name if the file is not requested.
 Expected<std::vector<std::string>> write_gltf(const OutputContext& context);            // scene.glb
 Expected<std::vector<std::string>> write_gltf_instanced(const OutputContext& context);  // scene_instanced.glb
 Expected<std::vector<std::string>> write_gltf_unlit(const OutputContext& context);      // scene_unlit.glb

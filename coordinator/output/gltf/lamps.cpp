@@ -33,7 +33,7 @@ void erase_note(Json& object, const char* key) {
   if (object["extras"].empty()) object.erase("extras");
 }
 
-// What of a node the record of a light was read from.
+// Removes from a node what makes it a lamp: the reference to its light, or extras.kiln.light.
 void erase_lamp(Json& node, const std::string& type) {
   if (type == "rectangle" || type == "disc")
     erase_note(node, "light");

@@ -14,7 +14,7 @@ namespace kiln {
 
 constexpr const char* kKilnLightmap = "KILN_lightmap";
 
-// Vertices of a mesh after each corner has the lightmap coordinates of its chart.
+// A mesh whose vertices are split so that each lies in a single chart.
 struct SplitMesh {
   std::vector<VertexBlend> source;  // by new vertex
   std::vector<uint32_t> indices;    // 3 per face
@@ -35,21 +35,22 @@ class GltfOutput {
   // Proxies, which engines do not draw, are not included and stay unchanged.
   static std::map<uint32_t, std::vector<MeshCopy>> copies_by_node(const OutputContext& context);
 
-  // Vertices of the file's primitive given by `in`, split at the borders of these charts of `mesh`.
+  // Splits the vertices of the file's primitive that `in` refers to at the borders of the charts of `mesh`.
   Expected<SplitMesh> split_faces(const Instance& in, const Mesh& mesh, const MeshCharts& charts);
   Expected<const SplitMesh*> split_mesh(uint32_t instance);
-  // The file's primitive with the split mesh's vertices; no TEXCOORD_1 yet.
+  // Returns the file's primitive with the vertices of the split mesh; it has no TEXCOORD_1 yet.
   Expected<nlohmann::json> split_primitive(uint32_t instance);
   nlohmann::json file_primitive(uint32_t instance) const;  // as the file has it
   nlohmann::json primitive_with(const Instance& in, const SplitMesh& split) const;
-  // The primitive once per page of its charts, marked with the page; `placement` by new vertex.
+  // Returns one primitive for each page that has charts of this one, marked with that page. `placement` is
+  // indexed by new vertex.
   nlohmann::json by_page(const nlohmann::json& primitive, const SplitMesh& split,
                          const std::vector<uint32_t>& placement);
-  // Levels and display meshes that were not baked: TEXCOORD_1 addresses the lightmap, whatever the file's
-  // form.
+  // Gives levels of detail and display meshes that were not baked a TEXCOORD_1 that addresses the lightmap,
+  // in the instanced form too.
   Status give_levels_their_meshes();
-  // Adds a mesh like the copy's with these primitives; returns its index. The first one replaces the file's
-  // mesh, unless an unbaked node also shows it.
+  // Adds a mesh that is like the copy's but has these primitives, and returns its index. The first such mesh
+  // replaces the file's, unless a node that was not baked shows it too.
   size_t add_mesh(const MeshCopy& copy, nlohmann::json primitives);
   bool is_repeated(uint32_t node) const;  // by EXT_mesh_gpu_instancing
   // Gives a copy of a repeated node its own root node; returns its index.
@@ -59,12 +60,12 @@ class GltfOutput {
   // extras.kiln of any glTF object; extras that are not an object are kept as extras.value.
   static nlohmann::json& note(nlohmann::json& object);
   void note_lightmap();
-  // Leaves out, marks or keeps the lamps whose light is in the map, and remembers it for KILN_lightmap.
+  // Removes, marks or keeps the lamps whose light is in the map, and records the choice for KILN_lightmap.
   void treat_lamps();
-  // Leaves out every lamp and image-based light.
+  // Removes every lamp and image-based light.
   void drop_lamps();
-  // Leaves out materials that no primitive shows, their textures and images, and extensions that are then not
-  // used. Materials must be of KHR_materials_unlit alone.
+  // Removes materials that no primitive uses, the textures and images that only they use, and extensions that
+  // are then unused. KHR_materials_unlit must be the only extension of materials.
   void drop_unused_materials();
 
   // KILN_lightmap at the root and on every node that shows a marked primitive. `by_table`: primitives with
@@ -77,7 +78,7 @@ class GltfOutput {
   // each.
   Status attach_epic_lightmap();
 
-  // The whole as one .glb; `name` is for messages.
+  // Returns the document and its buffer as one .glb; `name` is for messages.
   Expected<Bytes> finish(const std::string& name);
 
   nlohmann::json doc;
@@ -91,7 +92,7 @@ class GltfOutput {
   void fill_texcoord_gaps();
   void drop_unused();
 
-  nlohmann::json lamps_;  // as KILN_lightmap has it
+  nlohmann::json lamps_;  // the value of `lamps` in KILN_lightmap
   const OutputContext* c_;
   nlohmann::json file_meshes_;           // as they were
   std::set<uint32_t> in_use_;            // occupied indices of doc["meshes"]
@@ -107,8 +108,8 @@ void mark_page(nlohmann::json& primitive, uint32_t page);
 void use_extension(nlohmann::json& doc, const char* name);
 void drop_extension(nlohmann::json& doc, const char* name);
 
-// Whether lights and materials may get other numbers: pointers of animations and unknown extensions name
-// them.
+// Whether lights and materials may be renumbered: not where animation pointers or unknown extensions may
+// refer to them by number.
 bool may_renumber(const nlohmann::json& doc);
 
 // Exposure factor at which a mid grey surface lit by the median texel appears mid grey.

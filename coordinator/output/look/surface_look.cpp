@@ -8,15 +8,18 @@
 namespace kiln {
 namespace {
 
-Vec4 lookup(const Texture& t, float u, float v) {
-  const auto wrap = [](float x, uint32_t size, Wrap mode) {
-    if (mode == Wrap::kClamp) x = std::clamp(x, 0.0f, 1.0f);
-    if (mode == Wrap::kMirror && (static_cast<int64_t>(std::floor(x)) & 1)) x = 1.0f - (x - std::floor(x));
-    x -= std::floor(x);
-    return std::min(static_cast<uint32_t>(x * static_cast<float>(size)), size - 1);
-  };
-  if (!std::isfinite(u) || !std::isfinite(v)) u = v = 0;
-  const size_t i = (size_t{wrap(v, t.height, t.wrap_t)} * t.width + wrap(u, t.width, t.wrap_s)) * t.channels;
+// The texel of a row or column of `size`, by the sampler's rule beyond the edges.
+uint32_t wrapped(int64_t i, uint32_t size, Wrap mode) {
+  const int64_t n = size;
+  if (mode == Wrap::kClamp) return static_cast<uint32_t>(std::clamp<int64_t>(i, 0, n - 1));
+  const int64_t period = mode == Wrap::kMirror ? 2 * n : n;
+  const int64_t in = ((i % period) + period) % period;
+  return static_cast<uint32_t>(in < n ? in : period - 1 - in);
+}
+
+// Linear; grey is repeated, missing alpha is 1.
+Vec4 texel_of(const Texture& t, uint32_t x, uint32_t y) {
+  const size_t i = (size_t{y} * t.width + x) * t.channels;
   float c[4] = {0, 0, 0, 1};
   for (uint32_t k = 0; k < t.channels; ++k) {
     if (t.format == TexelFormat::kFloat32) {
@@ -32,6 +35,24 @@ Vec4 lookup(const Texture& t, float u, float v) {
   return {c[0], c[1], c[2], c[3]};
 }
 
+// Bilinear, as engines filter it from near, unless the sampler asks for the nearest texel.
+Vec4 lookup(const Texture& t, float u, float v) {
+  constexpr float kFar = 1e4f;  // beyond it a float does not resolve texels
+  if (!(std::abs(u) < kFar)) u = 0;
+  if (!(std::abs(v) < kFar)) v = 0;
+  const float x = u * static_cast<float>(t.width), y = v * static_cast<float>(t.height);
+  const auto at = [&](float column, float row) {
+    return texel_of(t, wrapped(static_cast<int64_t>(column), t.width, t.wrap_s),
+                    wrapped(static_cast<int64_t>(row), t.height, t.wrap_t));
+  };
+  if (t.nearest) return at(std::floor(x), std::floor(y));
+  const float left = std::floor(x - 0.5f), top = std::floor(y - 0.5f);
+  const float a = x - 0.5f - left, b = y - 0.5f - top;
+  const Vec4 upper = at(left, top) * (1 - a) + at(left + 1, top) * a;
+  const Vec4 lower = at(left, top + 1) * (1 - a) + at(left + 1, top + 1) * a;
+  return upper * (1 - b) + lower * b;
+}
+
 }  // namespace
 
 SurfaceLook::SurfaceLook(const Scene& scene, const Atlas& atlas, const Lightmap& map, bool textures)
@@ -45,6 +66,7 @@ SurfaceLook::SurfaceLook(const Scene& scene, const Atlas& atlas, const Lightmap&
     look.emission_texture = r.texture("emission_texture");
     const std::string mode = r.word("alpha_mode", "opaque");
     look.opaque = mode == "opaque";
+    look.blended = mode == "blend";
     look.cutoff = mode == "mask" ? r.number("alpha_cutoff", 0.5f) : 0.5f;
     look.double_sided = r.number("double_sided", 0) != 0;
     look.unlit = record.type == "unlit";
@@ -86,6 +108,15 @@ bool SurfaceLook::visible(const Fragment& f) const {
 bool SurfaceLook::solid(const Fragment& f) const {
   const Look& look = looks_[scene_.instances[f.instance].material];
   return look.opaque || base_color(f).w >= look.cutoff;
+}
+
+bool SurfaceLook::is_veil(const Fragment& f) const {
+  const Look& look = looks_[scene_.instances[f.instance].material];
+  return look.blended && (!f.back || look.double_sided) && !solid(f);
+}
+
+bool SurfaceLook::has_veils() const {
+  return std::any_of(looks_.begin(), looks_.end(), [](const Look& look) { return look.blended; });
 }
 
 Vec2 SurfaceLook::texel_coordinates(const Fragment& f, uint32_t& page) const {

@@ -20,6 +20,9 @@ class SurfaceLook {
   bool receives(const Fragment& f) const { return lookup_.holds(f.instance, f.triangle); }
   bool visible(const Fragment& f) const;  // culling and alpha
   bool solid(const Fragment& f) const;    // alpha alone
+  // Whether a fragment is blended over what is behind it: facing the camera, but not solid.
+  bool is_veil(const Fragment& f) const;
+  bool has_veils() const;  // whether any material may give one
   bool double_sided(uint32_t instance) const {
     return looks_[scene_.instances[instance].material].double_sided;
   }
@@ -31,7 +34,7 @@ class SurfaceLook {
     TextureUse color_texture, emission_texture;
     Vec3 emission{0.0f};
     float cutoff = 0.5f;
-    bool opaque = true, double_sided = false, unlit = false;
+    bool opaque = true, blended = false, double_sided = false, unlit = false;
   };
   Vec2 texel_coordinates(const Fragment& f, uint32_t& page) const;
   Vec4 texture(const TextureUse& use, const Fragment& f) const;

@@ -1,4 +1,4 @@
-// EXT_lights_ies to light records.
+// Converts EXT_lights_ies to light records.
 #pragma once
 
 #include <vector>
@@ -7,8 +7,8 @@
 
 namespace kiln {
 
-// One record for each node with a profile; profiles become textures that the records share. Errors: a profile
-// that does not exist or cannot be read, an invalid multiplier or colour.
+// Returns one record for each node with a profile; profiles become textures that the records share. Errors: a
+// profile that does not exist or cannot be read, an invalid multiplier or colour.
 Expected<std::vector<PlacedLight>> read_ies_lights(const ImportContext& context,
                                                    const std::vector<PlacedNode>& nodes,
                                                    std::vector<Texture>& textures, ImportNotes& notes);

@@ -12,8 +12,8 @@ struct PlacedLight {
   Record record;
 };
 
-// One for each node with a light. Errors: an index that does not exist, a negative intensity, an
-// unknown extras.kiln.bake.
+// Returns one light for each node that has one. Errors: an index that does not exist, a negative intensity,
+// an unknown extras.kiln.bake.
 Expected<std::vector<PlacedLight>> read_lights(const ImportContext& context,
                                                const std::vector<PlacedNode>& nodes, ImportNotes& notes);
 

@@ -1,5 +1,5 @@
-// Ray queries in float, for choosing cameras and finding unseen charts. Light transport uses Embree; nothing
-// here affects a value of the lightmap.
+// Ray queries of the coordinator, for choosing cameras, finding unseen charts, and for what texels and paths
+// share. Plain float arithmetic, the same on every machine. Light transport uses Embree.
 #pragma once
 
 #include <cstdint>
@@ -38,6 +38,8 @@ class SceneRays {
   bool closest(const Vec3& origin, const Vec3& direction, float far, RayHit& hit) const {
     return closest(origin, direction, far, hit, [](const RayHit&) { return true; });
   }
+  // Whether there is a surface before `far`, from either side.
+  bool is_blocked(const Vec3& origin, const Vec3& direction, float far) const;
 
  private:
   struct Triangle {
@@ -128,6 +130,24 @@ inline bool SceneRays::meets(const Triangle& t, const Vec3& o, const Vec3& d, fl
   hit.b2 = v;
   hit.back = det < 0;
   return true;
+}
+
+inline bool SceneRays::is_blocked(const Vec3& origin, const Vec3& direction, float far) const {
+  bool found = false;
+  walk(top_, origin, direction, far, [&](const BoxNode& top) {
+    for (uint32_t i = top.first; i < top.first + top.count && !found; ++i) {
+      const Place& place = places_[i];
+      const MeshTree& mesh = meshes_[scene_.instances[place.instance].mesh];
+      const Vec3 o = transform_point(place.to_mesh, origin), d = transform_vector(place.to_mesh, direction);
+      walk(mesh.nodes, o, d, far, [&](const BoxNode& node) {
+        RayHit hit;
+        for (uint32_t k = node.first; k < node.first + node.count && !found; ++k)
+          found = meets(mesh.triangles[k], o, d, far, hit);
+        if (found) far = -1;  // both walks end: every other box is farther
+      });
+    }
+  });
+  return found;
 }
 
 template <class Accept>

@@ -1,6 +1,6 @@
-// node engine_shot.mjs ENGINE FOLDER FILE.glb WIDTH HEIGHT OUT.png [EXPOSURE]: what ENGINE (three, babylon,
+// node engine_shot.mjs ENGINE FOLDER FILE.glb WIDTH HEIGHT OUT.png [EXPOSURE [MATERIAL]]: what ENGINE (three, babylon,
 // playcanvas), as npm has it, shows of a baked scene from the file's first camera, in headless Chromium. EXPOSURE:
-// of scene.glb, whose light is MOZ_lightmap's; scene_unlit.glb has its own.
+// of scene.glb, whose light is MOZ_lightmap's; scene_unlit.glb has its own. MATERIAL: "standard" for three's own.
 import { readFileSync, mkdtempSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { dirname, extname, join } from 'node:path';
@@ -9,7 +9,7 @@ import { createRequire } from 'node:module';
 
 const here = dirname(fileURLToPath(import.meta.url)), root = join(here, '../../..');
 const { chromium } = createRequire(join(here, '../package.json'))('playwright-core');
-const [engine, folder, file, width, height, out, exposure = ''] = process.argv.slice(2);
+const [engine, folder, file, width, height, out, exposure = '', material = ''] = process.argv.slice(2);
 const HOST = 'http://kiln.test';
 const SERVED = { '/bake/': folder, '/modules/': join(here, 'node_modules'), '/engines/': here, '/docs/': join(root, 'docs') };
 const TYPES = { '.html': 'text/html', '.js': 'text/javascript', '.mjs': 'text/javascript', '.glb': 'model/gltf-binary' };
@@ -36,7 +36,7 @@ try {
   page.on('console', (message) => { if (message.type() === 'error') console.error(message.text()); });
   page.on('pageerror', (error) => { console.error(error.message); failed = true; });
   await page.route(`${HOST}/**`, answer);
-  await page.goto(`${HOST}/engines/${engine}.html?file=${file}&exposure=${exposure}`);
+  await page.goto(`${HOST}/engines/${engine}.html?file=${file}&exposure=${exposure}&material=${material}`);
   await page.waitForSelector('html[data-ready]', { state: 'attached', timeout: 120000 });
   await page.waitForTimeout(300);
   await page.screenshot({ path: out });

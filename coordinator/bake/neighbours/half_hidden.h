@@ -1,0 +1,25 @@
+// Texels of which one part is hidden from the other or from the rest of the scene.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "common/atlas/atlas.h"
+#include "coordinator/bake/neighbours/site_geometry.h"
+
+namespace kiln {
+
+// By site: 1 where the texel's own points differ much in how open they are, that is in the share of the
+// directions from them that are free for the length from which paths read a texel's mean: under the edge of
+// a plate, behind a frame, under half a lamp. Paths from afar arrive at the open points, and the mean is of
+// all: it holds the dark under the plate, or the glare under the lamp, which those paths do not meet. For
+// points as open as each other the two agree, whatever the light is. Also 1 where something stands between
+// the points, so that they see two sides of it (straddling.h finds what atlas.contacts knows of, exactly).
+//
+// At most 35 short rays a site. Returns nullopt if that would take more than `most_seconds`. Independent of
+// the number of threads.
+std::optional<std::vector<uint8_t>> half_hidden_sites(const Scene& scene, const Atlas& atlas,
+                                                      const SiteGeometry& sites, unsigned threads,
+                                                      double most_seconds);
+
+}  // namespace kiln
