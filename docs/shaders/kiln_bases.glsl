@@ -30,8 +30,8 @@ vec3 kiln_irradiance_sh_l2(vec3 f[9], vec3 n, vec3 m) {
   return KILN_PI * (f[0] + 2.0 * (f[1] * m.x + f[2] * m.y + f[3] * m.z) + 1.875 * (square + 2.0 * mixed));
 }
 
-// h_basis: H0, Hx, Hy, Hz, H2xy, Hxx_yy, frame of n.
-vec3 kiln_irradiance_h_basis(vec3 f[6], vec3 n, vec3 m) {
+// h6: H0, Hx, Hy, Hz, H2xy, Hxx_yy, frame of n.
+vec3 kiln_irradiance_h6(vec3 f[6], vec3 n, vec3 m) {
   vec3 v = kiln_to_local(kiln_frame(n), m);
   vec3 first = f[1] * v.x + f[2] * v.y + f[3] * (2.0 * v.z - 1.0);
   vec3 second = f[4] * (2.0 * v.x * v.y) + f[5] * (v.x * v.x - v.y * v.y);

@@ -308,12 +308,12 @@ std::vector<SkyErrors> sky_errors(const Sky& sky, int directions, int count) {
   out.push_back(harmonics_errors("sh_l1", 1, seen, stored(*find_basis("sh_l1"), rays, false), normals));
   out.push_back(harmonics_errors("sh_l2", 2, seen, stored(*find_basis("sh_l2"), rays, false), normals));
   out.push_back(harmonics_errors("sh_l4", 4, seen, {}, normals));
-  const uint32_t h = *find_basis("h_basis");
+  const uint32_t h = *find_basis("h6");
   const std::vector<float> f = stored(h, rays, false);
   Squares lambert;
   for (int i = 0; i < count; ++i)
     lambert.add(basis_roster()[h].irradiance(f.data(), kUp, normals[i]) / M_PI - seen[i].lambert);
-  SkyErrors h_basis{"h_basis", 3 * f.size()};
+  SkyErrors h_basis{"h6", 3 * f.size()};
   h_basis.lambert = lambert.rms();
   out.push_back(h_basis);
   for (const NamedLobes& lobes : kLobes) out.push_back(lobes_errors(lobes, seen, rays, normals));

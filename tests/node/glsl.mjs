@@ -3,7 +3,7 @@
 // unused; 20 floats each: linear and non-linear E (RGB, 0), specular (RGB, 0), dominant direction and focus, unpacked
 // texels (rgbm.r, rgbd.g, rgbe.b, chart.x).
 // `bases`: with docs/shaders/kiln_bases.glsl; records of 52 floats: 12 functions of RGB, n, m, v, f0, roughness, 3
-// unused; 48 floats each: E of sh_l2, h_basis, ad9, ad12, sg9, sg12, specular of ad9, ad12, sg9, sg12 (RGB, 0), x and y
+// unused; 48 floats each: E of sh_l2, h6, ad9, ad12, sg9, sg12, specular of ad9, ad12, sg9, sg12 (RGB, 0), x and y
 // of the frame (XYZ, 0). RESPONSE: 32 x 32 x RG floats of kiln_dice_response.exr.
 import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
@@ -49,7 +49,7 @@ void main() {
   KilnFrame frame = kiln_frame(n);
   o0 = vec4(second == 0 ? kiln_irradiance_sh_l2(g, n, m) : second == 1 ? kiln_irradiance_sg9(g, n, m)
           : kiln_specular_sg9(g, n, m, v, roughness, f0), 0.0);
-  o1 = vec4(second == 0 ? kiln_irradiance_h_basis(h, n, m) : second == 1 ? kiln_irradiance_sg12(f, n, m)
+  o1 = vec4(second == 0 ? kiln_irradiance_h6(h, n, m) : second == 1 ? kiln_irradiance_sg12(f, n, m)
           : kiln_specular_sg12(f, n, m, v, roughness, f0), 0.0);
   o2 = vec4(second == 0 ? kiln_irradiance_ad9(g, n, m) : second == 1 ? kiln_specular_ad9(g, response, n, m, v, roughness, f0)
           : frame.x, 0.0);

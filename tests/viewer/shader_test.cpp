@@ -159,7 +159,7 @@ struct ShaderBasis {
   size_t out, specular;  // where in the output; 0: none
   const LobeSet& (*set)();
 };
-constexpr ShaderBasis kShaderBases[] = {{"sh_l2", 0, 0, nullptr},   {"h_basis", 4, 0, nullptr},
+constexpr ShaderBasis kShaderBases[] = {{"sh_l2", 0, 0, nullptr},   {"h6", 4, 0, nullptr},
                                         {"ad9", 8, 24, ad9_lobes},  {"ad12", 12, 28, ad12_lobes},
                                         {"sg9", 16, 32, sg9_lobes}, {"sg12", 20, 36, sg12_lobes}};
 

@@ -51,7 +51,7 @@ const lobes = (name, [mean, along], isLocal) => ({ specular: `kiln_specular_${na
 const harmonics = { l1: 'return KilnL1(t.f[0], t.f[1], t.f[2], t.f[3]);' };
 const BASES = {
   sh_l1: harmonics, sh_l2: harmonics,
-  h_basis: { specular: null, l1: `
+  h6: { specular: null, l1: `
   KilnFrame frame = kiln_frame(n);
   vec3 gradient[3];
   for (int k = 0; k < 3; ++k)
