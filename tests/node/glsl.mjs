@@ -51,10 +51,10 @@ void main() {
           : kiln_specular_sg9(g, n, m, v, roughness, f0), 0.0);
   o1 = vec4(second == 0 ? kiln_irradiance_h6(h, n, m) : second == 1 ? kiln_irradiance_sg12(f, n, m)
           : kiln_specular_sg12(f, n, m, v, roughness, f0), 0.0);
-  o2 = vec4(second == 0 ? kiln_irradiance_ad9(g, n, m) : second == 1 ? kiln_specular_ad9(g, response, n, m, v, roughness, f0)
-          : frame.x, 0.0);
-  o3 = vec4(second == 0 ? kiln_irradiance_ad12(f, n, m) : second == 1 ? kiln_specular_ad12(f, response, n, m, v, roughness, f0)
-          : frame.y, 0.0);
+  o2 = vec4(second == 0 ? kiln_irradiance_ad9(g, n, m)
+          : second == 1 ? kiln_specular_ad9(g, response, n, m, v, roughness, f0) : frame.x, 0.0);
+  o3 = vec4(second == 0 ? kiln_irradiance_ad12(f, n, m)
+          : second == 1 ? kiln_specular_ad12(f, response, n, m, v, roughness, f0) : frame.y, 0.0);
 }`;
 // Texels of a record, the program, and the targets that are read of each draw.
 const [width, MAIN, draws] = { lightmap: [6, LIGHTMAP, [4, 1]], bases: [13, BASES, [4, 4, 4]] }[name];
@@ -121,7 +121,8 @@ try {
     const out = [];
     for (let r = 0; r < rows; ++r) for (const data of all) out.push(...data.subarray(4 * r, 4 * r + 4));
     return out;
-  }, { source: `#version 300 es\nprecision highp float;\nprecision highp int;\n${shaders.split(',').map((s) => readFileSync(s, 'utf8')).join('')}${MAIN}`,
+  }, { source: ['#version 300 es\nprecision highp float;\nprecision highp int;\n',
+                ...shaders.split(',').map((file) => readFileSync(file, 'utf8')), MAIN].join(''),
        records: floats(input), width, draws, response: response && floats(response) });
   writeFileSync(output, Buffer.from(new Float32Array(result).buffer));
 } finally {

@@ -3,7 +3,8 @@
 import * as THREE from 'three';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 import { readExrPlanes } from './exr_planes.js';
-import { basisOf, chartNumbers, exposedMaterial, litMaterial } from './kiln_material.js';
+import { basisOf } from './kiln_basis.js';
+import { chartNumbers, exposedMaterial, litMaterial } from './kiln_material.js';
 import { fetchOrThrow, loadEncoding } from './kiln_maps.js';
 
 const EXTENSION = 'KILN_lightmap';
@@ -51,7 +52,8 @@ async function loadMaps(description, folder, renderer, name) {
 
 // The table that reflections of Ambient Dice are scaled by, as kiln_bases.glsl reads it.
 async function loadDiceResponse() {
-  const { width, height, planes } = await readExrPlanes(await (await fetchOrThrow(shader('kiln_dice_response.exr'))).arrayBuffer());
+  const response = await fetchOrThrow(shader('kiln_dice_response.exr'));
+  const { width, height, planes } = await readExrPlanes(await response.arrayBuffer());
   const data = new Uint16Array(2 * width * height);
   for (let i = 0; i < width * height; ++i)
     ['R', 'G'].forEach((name, c) => { data[2 * i + c] = THREE.DataUtils.toHalfFloat(planes[name][i]); });
@@ -78,7 +80,8 @@ async function loadLightmap(description, folder, renderer, name) {
   const loaded = await loadMaps(description, folder, renderer, name);
   const maps = loaded.encoding === masters ? master : loaded.maps;
   const lightmap = { description, glsl, bases, masters: master, responses, diagnostics, maps, encoding: encodingName(loaded.encoding),
-                     basis, uniforms: { ...uniformsOf(description), ...(diceResponse && { kilnResponse: { value: diceResponse } }) } };
+                     basis, uniforms: uniformsOf(description) };
+  if (diceResponse) lightmap.uniforms.kilnResponse = { value: diceResponse };
   for (const slot of diagnostics) slot.channels.forEach(({ plane }, c) => {
     if (plane !== 'samples') return;
     const { data } = slot.byPage(0).texture.image;

@@ -109,11 +109,12 @@ function mergeSlots(slots, pages) {
   }
   for (const group of groups.values()) {
     if (group.length < 2) continue;
-    const [{ texture, data, width, height, layers }] = group, all = data.map((_, k) => joined(group.map((g) => g.data[k])));
-    const depth = layers * group.length;
+    const [{ texture, data, width, height, layers }] = group, { format, type, mipmaps } = texture;
+    const all = data.map((_, level) => joined(group.map((g) => g.data[level]))), depth = layers * group.length;
+    const levels = () => all.map((bytes, level) => ({ ...mipmaps[level], data: bytes }));
     const array = texture.isCompressedTexture
-      ? new THREE.CompressedArrayTexture(all.map((d, k) => ({ ...texture.mipmaps[k], data: d })), width, height, depth, texture.format, texture.type)
-      : Object.assign(new THREE.DataArrayTexture(all[0], width, height, depth), { format: texture.format, type: texture.type });
+      ? new THREE.CompressedArrayTexture(levels(), width, height, depth, format, type)
+      : Object.assign(new THREE.DataArrayTexture(all[0], width, height, depth), { format, type });
     setUp(array);
     group.forEach(({ slot }, k) => { slot.byPage = () => ({ texture: array, first: -k * layers }); });
   }
@@ -136,8 +137,8 @@ export function planesGlsl(slots, prefix, page) {
   const products = [];
   slots.forEach((slot, i) => {
     const { texture, first } = slot.byPage(page);
-    const shared = Object.keys(uniforms).find((name) => uniforms[name].value === texture), map = shared ?? `${prefix}Map${i}`;
-    const texel = `${prefix}Map${i}t`;
+    const shared = Object.keys(uniforms).find((name) => uniforms[name].value === texture);
+    const map = shared ?? `${prefix}Map${i}`, texel = `${prefix}Map${i}t`;
     if (!shared) {
       uniforms[map] = { value: texture };
       declarations.push(`uniform highp ${isArray(texture) ? 'sampler2DArray' : 'sampler2D'} ${map};`);

@@ -13,7 +13,8 @@ const VIEWS = [['lit', ''], ['irradiance', 'on a grey of 0.5'],
   ['bent', 'bent normal times sky visibility, as a colour']];
 const LIGHTS = [['normal', 'E at the surface normal'], ['linear', 'L1, linear'], ['nonlinear', 'L1, non-linear']];
 // What there is to choose from; any other basis has one evaluation.
-const lightsOf = ({ basis }) => (basis === 'sh_l1' ? LIGHTS : basis ? [LIGHTS[0], ['linear', `the basis ${basis}`]] : [LIGHTS[0]]);
+const lightsOf = ({ basis }) => (basis === 'sh_l1' ? LIGHTS
+                                 : [LIGHTS[0], ...(basis ? [['linear', `the basis ${basis}`]] : [])]);
 
 const query = new URLSearchParams(location.search);
 const byId = (id) => document.getElementById(id);
