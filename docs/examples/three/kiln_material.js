@@ -38,12 +38,14 @@ vec3 kilnChartColour(float n) {
 function fragmentGlsl(maps, masters, responses, diagnostics, { basis, description }) {
   const known = (planes, name) => (planes.known.has(name) ? name.replace('.', '_') : '0.0');
   const light = [maps, masters].find((planes) => planes.known.has('E.R'));
+  const functions = basis ? description.basis.functions : [];
+  const shown = maps.known.has(`${functions[0]}.R`) ? maps : masters;  // there are maps of E alone
   return `
 ${maps.declarations}
 ${masters === maps ? '' : masters.declarations}
 ${responses.declarations}
 ${diagnostics.declarations}
-${basisGlsl(basis, basis ? description.basis.functions : [], maps, masters)}
+${basisGlsl(basis, functions, shown, masters)}
 vec3 kilnFetchE(vec3 place) {  // maps without light: as under a white sky
 ${light ? `${light.code}\nreturn vec3(E_R, E_G, E_B);` : 'return vec3(KILN_PI);'}
 }
