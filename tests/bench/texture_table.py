@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """The quality table of docs/encoding.md: bakes scenes once, then encodes them in every way.
 
-    tests/bench/texture_table.py [--out DIR] [--samples N] [SCENE ...]
+    tests/bench/texture_table.py [--out DIR] [--samples N] [--denoise off|on] [SCENE ...]
 
 Without scenes: the demo, and of the shared scenes those that are there. Bakes that DIR holds already are used again. One
 core does the encoding, so Mtexel/s are of a core. Prints Markdown; DIR/table.json has all numbers.
@@ -40,11 +40,12 @@ def light_options(scene):
     return options
 
 
-def bake(scene, folder, samples):
+def bake(scene, folder, samples, denoise):
     if (folder / 'report.json').exists():
         return
     command = [KILN, 'bake', scene, '-o', folder, '--encode', 'none', '--min-samples', str(samples), '--max-samples',
-               str(samples), '--max-texels', '300000', '--resolution', '512', '--quiet', *light_options(scene)]
+               str(samples), '--max-texels', '300000', '--resolution', '512', '--quiet', '--denoise', denoise,
+               *light_options(scene)]
     done = subprocess.run(command, capture_output=True, text=True)
     if done.returncode:
         sys.exit(f'{scene.name}: {done.stderr}')
@@ -53,7 +54,7 @@ def bake(scene, folder, samples):
 def encode(scene, folder, name, effort, core):
     with tempfile.TemporaryDirectory() as out:
         command = [KILN, 'encode', scene, '--from', folder, '-o', out, '--encode', name, '--container', 'ktx2',
-                   '--encode-effort', effort, '--encode-quantity', 'both', '--json', '--quiet']
+                   '--encode-effort', effort, '--encode-quantity', 'both', '--max-encode-error', '0', '--json', '--quiet']
         done = subprocess.run(command, capture_output=True, text=True, preexec_fn=lambda: os.sched_setaffinity(0, {core}))
     if done.returncode:
         sys.exit(f'{scene.name} {name}: {done.stderr}')
@@ -63,8 +64,9 @@ def encode(scene, folder, name, effort, core):
 def row(t):
     seams = t.get('seams')
     steps = f"{100 * seams['rms_step_before']:.2f} to {100 * seams['rms_step_after']:.2f} %" if seams else '-'
+    off = t['at_normals'][0]['rms']
     return (f"| {t['encoding']} | {'E' if t['quantity'] == 'irradiance' else 'L1'} | {t['effort'] if t['effort'] != 'none' else '-'} "
-            f"| {t['bits_per_texel']:.1f} | {t['psnr_log_db']:.1f} | {t['rel_mse']:.1e} | {t['rel_mse_of_filtering_alone']:.1e} "
+            f"| {t['bits_per_texel']:.1f} | {100 * off:.2g} % | {t['psnr_log_db']:.1f} | {t['rel_mse']:.1e} | {t['rel_mse_of_filtering_alone']:.1e} "
             f"| {100 * t['worst_block']['relative_rms_error']:.2g} % | {100 * t['worst_texel']['relative_rms_error']:.2g} % "
             f"| {steps} | {t['megatexels_per_second']:.2f} |")
 
@@ -74,21 +76,22 @@ def main():
     parser.add_argument('scenes', nargs='*', type=pathlib.Path)
     parser.add_argument('--out', type=pathlib.Path, default=pathlib.Path(tempfile.gettempdir()) / 'kiln-texture-table')
     parser.add_argument('--samples', type=int, default=512)
+    parser.add_argument('--denoise', choices=('off', 'on'), default='off')
     a = parser.parse_args()
     scenes = a.scenes or [DEMO] + [SHARED / name for name in REAL if (SHARED / name).exists()]
     if not a.scenes and len(scenes) < 1 + len(REAL):
         print('(shared scenes are not here: the demo alone)', file=sys.stderr)
     core, everything = min(os.sched_getaffinity(0)), {}
     for scene in scenes:
-        folder = a.out / scene.stem
+        folder = a.out / (scene.stem + ('-denoised' if a.denoise == 'on' else ''))
         folder.mkdir(parents=True, exist_ok=True)
-        bake(scene, folder, a.samples)
+        bake(scene, folder, a.samples, a.denoise)
         rows = [t for name, efforts in EFFORTS.items() for effort in efforts for t in encode(scene, folder, name, effort, core)]
-        everything[scene.stem] = rows
-        print(f'\n**{scene.stem}**, {rows[0]["texels"]} texels of charts\n')
-        print('| encoding | holds | effort | bits | PSNR log, dB | relMSE | of filtering | worst block | worst texel '
+        everything[folder.name] = rows
+        print(f'\n**{folder.name}**, {rows[0]["texels"]} texels of charts\n')
+        print('| encoding | holds | effort | bits | off E | PSNR log, dB | relMSE | of filtering | worst block | worst texel '
               '| step at seams | Mtexel/s |')
-        print('|---|---|---|---|---|---|---|---|---|---|---|')
+        print('|---|---|---|---|---|---|---|---|---|---|---|---|')
         seen = set()
         for t in rows:
             key = (t['encoding'], t['quantity'], t['effort'])
