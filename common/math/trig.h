@@ -30,16 +30,6 @@ inline SinCos sincos_turns(float t) {
   return {std::bit_cast<float>((sine ^ swap) ^ sign_sin), std::bit_cast<float>((cosine ^ swap) ^ sign_cos)};
 }
 
-// e^x for |x| <= 700; relative error below 1e-8.
-inline double exponential(double x) {
-  const double turns = x * 1.44269504088896340736;
-  const auto k = static_cast<int64_t>(turns + (turns < 0 ? -0.5 : 0.5));
-  const double r = x - static_cast<double>(k) * 0.69314718055994530942;  // |r| <= 0.347
-  double e = 1.0;
-  for (int n = 7; n > 0; --n) e = 1.0 + e * r / n;
-  return e * std::bit_cast<double>(static_cast<uint64_t>(k + 1023) << 52);
-}
-
 // atan2(y, x) / (2 pi) in [-1/2, 1/2]; absolute error below 1e-7 turns. (0, 0) gives 0.
 inline float atan2_turns(float y, float x) {
   const double ax = std::abs(x), ay = std::abs(y);

@@ -16,7 +16,7 @@ float irradiance(const float* f, const Vec3& n, const Vec3& m) {
   return kPi * (f[0] + 3.0f * first + 3.75f * second);
 }
 
-void store(const IrradianceFit& fit, const Vec3& d, const Vec3& n, float* f) {
+void store(const FitTable& fit, const Vec3& d, const Vec3& n, float* f) {
   const Vec3 v = ReceiverFrame(n).to_local(d);
   const QuadraticFit q = fit(v.z);
   const auto across = static_cast<float>(q.across) * (kInvPi / 3), half = static_cast<float>(0.5 * q.along);
@@ -55,7 +55,7 @@ BasisInfo HBasis::info() {
 }
 
 void HBasis::evaluate(const Vec3& d, const Vec3& n, float* f) {
-  static const IrradianceFit kFit(kHemisphere);
+  static const FitTable kFit(kHemisphere);
   store(kFit, d, n, f);
 }
 
@@ -69,7 +69,7 @@ BasisInfo HBasisCap::info() {
 }
 
 void HBasisCap::evaluate(const Vec3& d, const Vec3& n, float* f) {
-  static const IrradianceFit kFit(kCap);
+  static const FitTable kFit(kCap);
   store(kFit, d, n, f);
 }
 

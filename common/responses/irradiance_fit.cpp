@@ -127,27 +127,27 @@ double cosine_at(double place) {
 
 }  // namespace
 
-IrradianceFit::IrradianceFit(const FitDomain& domain) : domain_(domain) {
-  KILN_CHECK(domain.lowest >= -1 && domain.lowest < 1 && domain.outside >= 0 && domain.outside <= 1);
-  for (int i = 0; i <= kIntervals; ++i) table_[i] = exact(cosine_at(2.0 * i / kIntervals));
+FitTable::FitTable(const FitDomain& domain) : domain_(domain) {
+  for (int i = 0; i <= kIntervals; ++i) table_[i] = irradiance_fit(domain, cosine_at(2.0 * i / kIntervals));
 }
 
-QuadraticFit IrradianceFit::exact(double c) const {
+QuadraticFit irradiance_fit(const FitDomain& domain, double c) {
+  KILN_CHECK(domain.lowest >= -1 && domain.lowest < 1 && domain.outside >= 0 && domain.outside <= 1);
   constexpr double kLimit = 1 - 1e-6;  // beyond, quotients by the sine are those here
   c = std::clamp(c, -kLimit, kLimit);
   const double s = std::sqrt(1 - c * c);
-  const Moments m = moments(domain_);
-  const Projections p = projections(domain_, c, s);
+  const Moments m = moments(domain);
+  const Projections p = projections(domain, c, s);
   QuadraticFit fit;
-  domain_.is_exact ? solve_exact(domain_, m, p, std::max(0.0, c), fit) : solve_free(domain_, m, p, fit);
-  const Two t = solve(m.ring(0), m.ring(1), m.ring(2), p.x, p.xz, domain_.across_z);
+  domain.is_exact ? solve_exact(domain, m, p, std::max(0.0, c), fit) : solve_free(domain, m, p, fit);
+  const Two t = solve(m.ring(0), m.ring(1), m.ring(2), p.x, p.xz, domain.across_z);
   fit.across = t.first, fit.across_z = t.second;
   // The square of r^2 cos(2 azimuth) is r^4 / 2 in the mean.
   fit.across2 = p.xx / (0.5 * (m.z[0] - 2 * m.z[2] + m.z[4]));
   return fit;
 }
 
-QuadraticFit IrradianceFit::operator()(float c) const {
+QuadraticFit FitTable::operator()(float c) const {
   const double x = place_of(std::clamp(double{c}, -1.0, 1.0)) * (0.5 * kIntervals);
   const int i = std::min(static_cast<int>(x), kIntervals - 1);
   const double u = x - i;

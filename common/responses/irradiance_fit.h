@@ -22,13 +22,15 @@ struct FitDomain {
   bool along2, across_z;
 };
 
-// Absolute error of `along` ... below 1e-4, from a table; `level` keeps E(n) to rounding if asked for.
-class IrradianceFit {
+// By quadrature; coefficients are right to 1e-4.
+QuadraticFit irradiance_fit(const FitDomain& domain, double c);
+
+// The same from a table, for samples: each term within 1e-4 of irradiance_fit(); an exact fit keeps E(n) to
+// rounding.
+class FitTable {
  public:
-  explicit IrradianceFit(const FitDomain& domain);
+  explicit FitTable(const FitDomain& domain);
   QuadraticFit operator()(float c) const;
-  // Without the table: for tests.
-  QuadraticFit exact(double c) const;
 
  private:
   static constexpr int kIntervals = 1024;

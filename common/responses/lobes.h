@@ -29,8 +29,8 @@ constexpr float kGaussianSharpness = 6.0f;
 // B of a lobe at cosine c to its axis: .35 c^2 + .25 c^4 above 0, or exp(6 (c - 1)).
 float lobe_radiance(const LobeSet& set, float c);
 // Irradiance of a lobe / pi at a normal of cosine c to its axis, as engines evaluate it, > 0: Roughton's fit
-// .05981 + .12918 c + .07056 c^2 (Eq. 8.14; the integral to 0.0012) for dice, Hill's for Gaussians (2016, to
-// 0.004 of a lobe's value straight on).
+// .05981 + .12918 c + .07056 c^2 (Eq. 8.14) for dice, within 0.0012 of the integral; Hill's for Gaussians
+// (2016), within 0.0055.
 float lobe_irradiance(const LobeSet& set, float c);
 
 const LobeSet& ad9_lobes();
@@ -41,7 +41,7 @@ const LobeSet& sg12_lobes();
 enum class LobeFit : uint8_t {
   kProject,   // the solution itself: of both signs
   kExact,     // the nearest that shows E at the shading normal, of both signs
-  kPositive,  // the nearest of those that is not negative
+  kPositive,  // the nearest that shows E and is not negative
 };
 
 // Entries of the roster.

@@ -110,7 +110,7 @@ Vec3 gaussian_specular(const LobeSet& set, const LobeTexel& texel, const Vec3& m
   Vec3 sum(0.0f);
   for (size_t i = 0; i < set.count; ++i) {
     const float p = dot(set.axis[i], across), q = dot(set.axis[i], along);
-    const float falloff = static_cast<float>(exponential(double{-wide_x * p * p - wide_y * q * q}));
+    const float falloff = exponential(-wide_x * p * p - wide_y * q * q);
     sum += texel.lobe[i] * (std::max(0.0f, dot(set.axis[i], mirror)) * falloff);
   }
   // pi / sqrt((nu + x) (nu + y)) of the convolution, 1 / (pi a2) of the distribution; then G / (4 nl nv) nl,

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "common/math/trig_double.h"
 #include "common/responses/evaluate.h"
+#include "common/responses/irradiance_fit.h"
 
 namespace kiln {
 namespace {
@@ -20,49 +20,17 @@ constexpr double kK = kA - 2 * kG1 + kG0;  // integral of (m.n - 1)^2
 // Beyond this cosine the whole cap sees the light or none of it does.
 constexpr double kWhole = 0.86602540378443864676;
 
-// Integrals over the cap of max(0, m.d), times 1, m.n and m.x for the unit x of d - c n.
-struct CapIntegrals {
-  double one = 0, along = 0, across = 0;
-};
-
-// Closed over the azimuth, by the midpoint rule over the cosine of m.
-CapIntegrals integrate(double c) {
-  constexpr int kSteps = 256;
-  const double s = std::sqrt(std::max(0.0, 1 - c * c));
-  CapIntegrals sum;
-  for (int i = 0; i < kSteps; ++i) {
-    const double mu = kMu0 + (1 - kMu0) * (i + 0.5) / kSteps, radius = std::sqrt(1 - mu * mu);
-    const double wave = s * radius, level = c * mu;  // m.d = level + wave cos(azimuth)
-    double mean = 0, first = 0;                      // integrals over the azimuth of max(0, m.d) x 1, cos
-    if (level >= wave) {
-      mean = 2 * kPiDouble * level;
-      first = kPiDouble * wave;
-    } else if (level > -wave) {
-      const double cosine = -level / wave, sine = std::sqrt(1 - cosine * cosine);
-      const double edge = kPiDouble / 2 - arctangent(cosine, sine);
-      mean = 2 * (wave * sine + level * edge);
-      first = wave * (edge + sine * cosine) + 2 * level * sine;
-    }
-    const double width = (1 - kMu0) / kSteps;
-    sum.one += width * mean;
-    sum.along += width * mu * mean;
-    sum.across += width * radius * first;
-  }
-  return sum;
-}
-
-CapFit exact_fit(double c) {
-  const CapIntegrals r = integrate(c);
-  const double along = ((r.along - r.one) - std::max(0.0, c) * (kG1 - kG0)) / kK;
-  return {static_cast<float>(along), static_cast<float>(r.across / (kB * std::sqrt(1 - c * c)))};
-}
-
 constexpr int kIntervals = 512;
 
+// Two numbers, as a table of all terms of a fit costs more time, and this is the basis of most bakes.
 const std::array<CapFit, kIntervals + 1>& cap_table() {
   static const auto kTable = [] {
+    constexpr FitDomain kCap{kMu0, 0, true, false, false};
     std::array<CapFit, kIntervals + 1> table;
-    for (int i = 0; i <= kIntervals; ++i) table[i] = exact_fit(kWhole * (2.0 * i / kIntervals - 1));
+    for (int i = 0; i <= kIntervals; ++i) {
+      const QuadraticFit fit = irradiance_fit(kCap, kWhole * (2.0 * i / kIntervals - 1));
+      table[i] = {static_cast<float>(fit.along), static_cast<float>(fit.across)};
+    }
     return table;
   }();
   return kTable;

@@ -69,7 +69,7 @@ BasisInfo ShL2Cap::info() {
 }
 
 void ShL2Cap::evaluate(const Vec3& d, const Vec3& n, float* f) {
-  static const IrradianceFit kFit(kCap);
+  static const FitTable kFit(kCap);
   const float c = dot(d, n);
   const QuadraticFit q = kFit(c);
   const Vec3 t = d - n * c;

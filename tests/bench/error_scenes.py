@@ -201,17 +201,22 @@ def furnace(scene):
 ROSTER = {f.__name__: f for f in (cornell, ajar, keyhole, lights1000, courtyard, caustic, furnace)}
 
 
+def save(folder, name, scene, settings):
+    """NAME.glb and NAME.kiln.json; the path of the first."""
+    os.makedirs(folder, exist_ok=True)
+    with open(os.path.join(folder, name + ".kiln.json"), "w") as file:
+        json.dump({"layout": "pack", **settings}, file, indent=1)
+        file.write("\n")
+    return scene.save(os.path.join(folder, name + ".glb"))
+
+
 def write(folder, names=None):
     """Paths of the scenes by name."""
-    os.makedirs(folder, exist_ok=True)
     paths = {}
     for name in names or ROSTER:
         scene = Scene()
-        settings = {"layout": "pack", **ROSTER[name](scene)}
-        paths[name] = scene.save(os.path.join(folder, name + ".glb"))
-        with open(os.path.join(folder, name + ".kiln.json"), "w") as file:
-            json.dump(settings, file, indent=1)
-            file.write("\n")
+        settings = ROSTER[name](scene)
+        paths[name] = save(folder, name, scene, settings)
     return paths
 
 

@@ -11,7 +11,6 @@ boxes that face outwards, without the faces on which they stand. `default`: glTF
 it that say nothing; `lambert`: without its specular layer. Python 3, no packages; the same bytes on every machine.
 """
 import argparse
-import json
 import math
 import os
 import random
@@ -241,16 +240,12 @@ ROSTER = {"flat": flat, "corridor": corridor}
 
 def write(folder, names=None, materials="default"):
     """Paths of the rooms by name."""
-    os.makedirs(folder, exist_ok=True)
     paths = {}
     for name in names or ROSTER:
         room = Room(materials)
-        settings = {"layout": "pack", "texels-per-metre": 8, **ROSTER[name](room)}
+        settings = ROSTER[name](room)
         room.finish()
-        paths[name] = room.save(os.path.join(folder, name + ".glb"))
-        with open(os.path.join(folder, name + ".kiln.json"), "w") as file:
-            json.dump(settings, file, indent=1)
-            file.write("\n")
+        paths[name] = error_scenes.save(folder, name, room, {"texels-per-metre": 8, **settings})
     return paths
 
 

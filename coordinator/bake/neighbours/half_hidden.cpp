@@ -14,10 +14,10 @@ namespace {
 constexpr int kPoints = 4;  // spread over the texel: the valid points are a low-discrepancy set
 // KnownIrradiance::kNearestTexels: from there paths read the mean. (Workers' code; not included here.)
 constexpr float kReach = 4;
-// Standard deviation of the points' openness, of its mean, above which a texel counts as half hidden. The
-// error of what is read is the product of this and that of the light, by their correlation. Along a wall that
-// meets a floor it is below, so rooms keep their corners. The arcade at 1.5 texels a metre: of a bias of 0.2
-// % a quarter is left for 4 % more rays; with 0.3 almost none, for 6 %.
+// A texel counts as half hidden where the relative standard deviation of its points' openness is above this:
+// what paths read is off by up to that times the relative deviation of the light. Where a wall meets a floor
+// it is lower, so rooms keep their corners. docs/error_vs_time.md has the bias that is left and the rays it
+// costs.
 constexpr float kUneven = 0.4f;
 constexpr float kOver = 0.1f;   // texels above the surface, where a wall is looked for
 constexpr float kLift = 1e-3f;  // texels off the surface

@@ -9,12 +9,11 @@
 
 namespace kiln {
 
-// By site: 1 where the texel's own points differ much in how open they are, that is in the share of the
-// directions from them that are free for the length from which paths read a texel's mean: under the edge of
-// a plate, behind a frame, under half a lamp. Paths from afar arrive at the open points, and the mean is of
-// all: it holds the dark under the plate, or the glare under the lamp, which those paths do not meet. For
-// points as open as each other the two agree, whatever the light is. Also 1 where something stands between
-// the points, so that they see two sides of it (straddling.h finds what atlas.contacts knows of, exactly).
+// By site: 1 where the texel's points differ much in openness, the share of directions that are free for the
+// length from which paths read a texel's mean: under the edge of a plate, behind a frame, under half a lamp.
+// Paths from afar arrive at the open points, but the mean is over all: it includes the dark under the plate,
+// or the glare under the lamp, which those paths do not meet. Also 1 where something stands between the
+// points, so that they see two sides of it (straddling.h finds exactly what atlas.contacts knows of).
 //
 // At most 35 short rays a site. Returns nullopt if that would take more than `most_seconds`. Independent of
 // the number of threads.
