@@ -69,13 +69,14 @@ void expect_complete(const Expected<PassEnd>& end) {
 }
 
 TEST(FarmCaches, EveryUnitIsBakedWithItsOwnWhoeverDies) {
-  const StubOptions stub("slow=10");
+  const TempDir dir;
+  const StubOptions stub("slow=10;dir=" + dir.path().string());
   const TestJob job;
   auto farm = start_farm(stub_settings(3), job);
   ASSERT_TRUE(farm) << farm.error().message;
   Passes passes(*farm->job);
-  expect_complete(passes.run(4, [](size_t done) {
-    if (done % 17 == 5) ::kill(children_of(::getpid()).front(), SIGKILL);
+  expect_complete(passes.run(4, [&](size_t done) {
+    if (done % 17 == 5) ::kill(busy_workers(dir.path()).front(), SIGKILL);
   }));
   EXPECT_EQ(passes.moments.size(), 4 * kUnits);
   EXPECT_GE(farm->job->statistics().workers_lost, 3u);

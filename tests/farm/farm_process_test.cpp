@@ -3,9 +3,11 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <set>
 #include <thread>
+#include <utility>
 
 #include "common/base/clock.h"
 #include "common/responses/quantities.h"
@@ -64,38 +66,57 @@ TEST(Farm, SeveralPassesOnOneFarm) {
 }
 
 TEST(Farm, AKilledWorkerCostsNothing) {
-  const StubOptions stub("slow=10");
-  const PassOutcome outcome = bake(stub_settings(2), make_units(100, 40), [](size_t done) {
-    if (done == 8) ::kill(children_of(::getpid()).front(), SIGKILL);
+  const TempDir dir;
+  const StubOptions stub("slow=10;dir=" + dir.path().string());
+  const PassOutcome outcome = bake(stub_settings(2), make_units(100, 40), [&](size_t done) {
+    if (done == 8) ::kill(busy_workers(dir.path()).front(), SIGKILL);
   });
   expect_truth(outcome);
   EXPECT_EQ(outcome.statistics.workers_lost, 1u) << outcome.events();
 }
 
 TEST(Farm, AStoppedWorkersUnitsGoToAnother) {
-  const StubOptions stub("slow=10");
+  const TempDir dir;
+  const StubOptions stub("slow=10;dir=" + dir.path().string());
   FarmSettings settings = stub_settings(2);
   settings.rules.lease_ms = 400;
   pid_t stopped = 0;
   const PassOutcome outcome = bake(settings, make_units(100, 40), [&](size_t done) {
-    if (done == 8) ::kill(stopped = children_of(::getpid()).front(), SIGSTOP);
+    if (done == 8) ::kill(stopped = busy_workers(dir.path()).front(), SIGSTOP);
   });
   expect_truth(outcome);
   EXPECT_FALSE(alive(stopped));  // a stopped worker is not left behind
 }
 
+// The only worker, so that nobody else answers its units before its lease has run out.
 TEST(Farm, AWorkerThatComesBackIsHeardAgain) {
-  const StubOptions stub("slow=30");
-  FarmSettings settings = stub_settings(2);
+  const StubOptions stub("slow=10");
+  FarmSettings settings = stub_settings(1);
   settings.rules.lease_ms = 300;
+  const TestJob job;
+  auto farm = start_farm(settings, job);
+  ASSERT_TRUE(farm) << farm.error().message;
+  const auto said = [&](const std::string& words) {
+    const std::vector<std::string> events = farm->job->statistics().events;
+    return std::any_of(events.begin(), events.end(),
+                       [&](const std::string& e) { return e.find(words) != std::string::npos; });
+  };
+  std::map<uint64_t, std::vector<double>> moments;
   pid_t stopped = 0;
-  const PassOutcome outcome = bake(settings, make_units(100, 40), [&](size_t done) {
-    if (done == 4) ::kill(stopped = children_of(::getpid()).front(), SIGSTOP);
-    if (done == 28) ::kill(stopped, SIGCONT);
-  });
-  expect_truth(outcome);
-  EXPECT_GE(outcome.statistics.reassigned, 1u);
-  EXPECT_NE(outcome.events().find("is back"), std::string::npos) << outcome.events();
+  PassHandlers handlers;
+  handlers.on_result = [&](const WorkUnit& unit, const UnitResult& result) -> Status {
+    moments[unit.id] = result.moments;
+    if (moments.size() == 4) ::kill(stopped = children_of(::getpid()).front(), SIGSTOP);
+    return {};
+  };
+  handlers.on_progress = [&](const FarmProgress&) {
+    if (stopped != 0 && said("silent")) ::kill(std::exchange(stopped, 0), SIGCONT);
+  };
+  const auto end = farm->job->run_pass(make_units(100, 40), 0, handlers);
+  ASSERT_TRUE(end && *end == PassEnd::kComplete);
+  EXPECT_EQ(moments, truth());
+  EXPECT_GE(farm->job->statistics().reassigned, 1u);
+  EXPECT_TRUE(said("is back"));
 }
 
 TEST(Farm, UnitsAnsweredTwiceAreCommittedOnce) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <set>
 #include <sstream>
 
 #include "common/atlas/atlas.h"
@@ -124,6 +125,16 @@ std::vector<pid_t> children_of(pid_t process) {
   }
   std::sort(children.begin(), children.end());
   return children;
+}
+
+std::vector<pid_t> busy_workers(const std::filesystem::path& dir) {
+  std::set<pid_t> found;
+  for (const auto& mark : std::filesystem::directory_iterator(dir)) {
+    const std::string name = mark.path().filename().string();  // unit-ID-PROCESS
+    if (name.rfind("unit-", 0) == 0) found.insert(std::stoi(name.substr(name.rfind('-') + 1)));
+  }
+  std::erase_if(found, [](pid_t process) { return !alive(process); });
+  return {found.begin(), found.end()};
 }
 
 bool alive(pid_t process) {

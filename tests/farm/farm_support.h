@@ -3,6 +3,7 @@
 
 #include <sys/types.h>
 
+#include <filesystem>
 #include <functional>
 #include <map>
 
@@ -51,6 +52,8 @@ PassOutcome bake(const FarmSettings& settings, std::vector<WorkUnit> units,
 JobTraits quorum_of_two();
 
 std::vector<pid_t> children_of(pid_t process);
+// The living workers that began a unit, by the marks of stubs told "dir=DIR". Others may not have joined yet.
+std::vector<pid_t> busy_workers(const std::filesystem::path& dir);
 bool alive(pid_t process);  // and not a zombie
 
 }  // namespace kiln::test
