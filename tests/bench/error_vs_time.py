@@ -3,6 +3,7 @@
 
     python3 tests/bench/error_vs_time.py                                    # everything; one to two hours on two processors
     python3 tests/bench/error_vs_time.py --only calibration --scenes ajar   # parts: bias calibration foretold curves texel others
+    python3 tests/bench/error_vs_time.py --only rooms --scenes flat corridor   # furnished rooms at the density of production
     python3 tests/bench/error_vs_time.py --quick --page /tmp/page.md        # minutes, to see that all of it works
     python3 tests/bench/error_vs_time.py --only none                        # the page again, from what was measured
 
@@ -15,6 +16,7 @@ import argparse
 import json
 import math
 import os
+import pathlib
 import shutil
 import statistics
 import subprocess
@@ -24,10 +26,12 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.dirname(os.path.dirname(HERE))
 COMPARE = os.path.join(ROOT, "tests/compare")
 sys.path.insert(0, HERE)
+import cache_bias  # noqa: E402
 import error_scenes  # noqa: E402
+import real_rooms  # noqa: E402
 
 SKIPPED = 77
-PARTS = ("bias", "calibration", "foretold", "curves", "texel", "others")
+PARTS = ("bias", "calibration", "foretold", "curves", "texel", "others", "rooms")
 TARGETS = (1e-3, 1e-4)
 FLUX_CORE_MS = 86  # 200 core hours for 8 Mtexel, as published
 
@@ -46,6 +50,14 @@ CALIBRATED = {"plain": {"cache": "off", "denoise": "off"}, "cache": {"cache": "o
 FORETOLD_AT = 0.1  # of the time that was taken
 OF_THE_TEXEL_TABLE = ("arcade", *REAL)
 OF_OTHERS = ("cornell", "courtyard", "ajar")
+# Part `rooms`: of real_rooms.py, and files; brute force and Kiln as it is without settings, for the same norm.
+MADE_ROOMS = ("flat", "corridor")
+ROOMS = (*MADE_ROOMS, "living-room", "dining-room", "staircase")
+ROOM_DENSITIES = (8, 16)  # texels per metre
+ROOM_MATERIALS = ("default", "lambert")
+ROOM_REFERENCE = 2048
+ROOM_SETS = ("brute:ladder=samples,sampler=halton,cache=off,denoise=off,error-norm=mean-square",
+             "default:error-norm=mean-square")
 
 
 def real_options(path):
@@ -259,6 +271,55 @@ def others(bench, name, path, own):
     keep(bench.options, "others", name, result)
 
 
+def rooms_of(options):
+    """(name, materials, density, path, settings)."""
+    folder = os.path.join(options.work, "scenes")
+    shared = os.environ.get("KILN_SCENES") or os.path.join(ROOT, "../shared/scenes")
+    for name in ROOMS:
+        if options.scenes is not None and name not in options.scenes:
+            continue
+        for materials in options.materials:
+            if name in MADE_ROOMS:
+                path, own = real_rooms.write(os.path.join(folder, materials), [name], materials)[name], {}
+            else:
+                path = os.path.join(shared, name + ".glb")
+                if not os.path.exists(path):
+                    print("%s: left out, %s is absent" % (name, path))
+                    break
+                own = {"layout": "pack", **real_options(path)}
+                path = cache_bias.of_materials(pathlib.Path(path), pathlib.Path(folder) / materials, materials)
+            for density in options.densities:
+                yield name, materials, density, str(path), {**own, "texels-per-metre": 1 if options.quick else density}
+
+
+def rooms(bench):
+    for name, materials, density, path, own in rooms_of(bench.options):
+        entry = "%s %s %g" % (name, materials, density)
+        quick = ["--errors", "0.4", "--samples", 16, "--repeats", 1, "--reference-samples", 64]
+        full = ["--repeats", bench.options.repeats, "--reference-samples", ROOM_REFERENCE]
+        sets = [word for one in ROOM_SETS for word in ("--set", one)]
+        result = json.loads(run([bench.options.kiln, "bench", path, "-o", os.path.join(bench.options.work, "rooms_bench", entry),
+                                 "--json", "--most-seconds", bench.limit, "--reference-cache", *sets,
+                                 *(quick if bench.options.quick else full), *arguments_of(own)]))
+        keep(bench.options, "rooms", entry, {"name": name, "materials": materials, "density": density, **result})
+
+
+def rooms_table(options):
+    """Brute force's time to 1e-3 and, which is not continued for Kiln, to the error at the end of Kiln's ladder."""
+    rows = ["| room | materials | texels per metre | texels | brute, s to 1e-3 | Kiln, s to 1e-3 | ratio | Kiln's last point | "
+            "brute / Kiln there |",
+            "|---|---|---|---|---|---|---|---|---|"]
+    for r in kept(options, "rooms").values():
+        brute, kiln = (points_of(c) for c in r["curves"])
+        found = [crossing(points, TARGETS[0]) for points in (brute, kiln)]
+        seconds, error = kiln[-1]
+        rows.append("| %s | %s | %g | %d | %s | %s | %s%.1f | relMSE %.2g in %.3g s | %.1f |" % (
+            r["name"], r["materials"], r["density"], r["texels"], time_text(found[0]), time_text(found[1]),
+            "≈ " if "≈ " in (found[0][0], found[1][0]) else "", found[0][1] / found[1][1], error, seconds,
+            crossing(brute, error)[1] / seconds))
+    return rows
+
+
 def percent(x):
     return "%.1f %%" % (100 * x)
 
@@ -401,7 +462,7 @@ def write_page(options):
     sections = {"machine": machine_line(options), "bias": bias_table(options),
                 "calibration": calibration_table(options), "foretold": foretold_table(options),
                 "curves": curves_section(options, folder), "times": times_table(options), "texel": texel_table(options),
-                "others": others_table(options)}
+                "others": others_table(options), "rooms": rooms_table(options)}
     measured = {"machine": "curves", "times": "curves"}
     for name, rows in sections.items():
         if not os.path.isdir(os.path.join(options.work, measured.get(name, name))):
@@ -425,6 +486,8 @@ def main():
     parser.add_argument("--quick", action="store_true", help="few texels and samples: figures that mean nothing")
     parser.add_argument("--repeats", type=int, default=3)
     parser.add_argument("--most-seconds", type=float, default=10, help="a run beyond this is the last of its ladder")
+    parser.add_argument("--densities", type=float, nargs="*", default=ROOM_DENSITIES, help="of part rooms")
+    parser.add_argument("--materials", nargs="*", choices=ROOM_MATERIALS, default=ROOM_MATERIALS, help="of part rooms")
     parser.add_argument("--label", default="now", help="of the calibration: before, now")
     parser.add_argument("--kiln", default=os.path.join(ROOT, "build/bin/kiln"))
     parser.add_argument("--bakes-with", help="calibration: another program for the bakes, of an earlier build")
@@ -437,9 +500,11 @@ def main():
         sys.exit("--quick is not for docs/error_vs_time.md: give another --page")
     os.makedirs(options.work, exist_ok=True)
     bench = Bench(options)
-    scenes = scenes_of(options) if options.only != ["none"] else {}
+    scenes = scenes_of(options) if set(options.only) - {"none", "rooms"} else {}
     for part in PARTS:
-        if part in options.only:
+        if part == "rooms" and part in options.only:
+            rooms(bench)
+        elif part in options.only:
             for name, (path, own) in scenes.items():
                 globals()[part](bench, name, path, own)
     write_page(options)
