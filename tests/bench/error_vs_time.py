@@ -55,7 +55,7 @@ MADE_ROOMS = ("flat", "corridor")
 ROOMS = (*MADE_ROOMS, "living-room", "dining-room", "staircase")
 ROOM_DENSITIES = (8, 16)  # texels per metre
 ROOM_MATERIALS = ("default", "lambert")
-ROOM_REFERENCE = 2048
+ROOM_REFERENCE = 1024
 ROOM_SETS = ("brute:ladder=samples,sampler=halton,cache=off,denoise=off,error-norm=mean-square",
              "default:error-norm=mean-square")
 

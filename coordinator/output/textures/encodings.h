@@ -35,8 +35,8 @@ struct Encoding {
     TextureFormat scalar, vector;
   };
   std::optional<ResponseFormats> responses;  // for ao, sky, bent; empty: masters only
-  std::string_view
-      finer{};  // to be tried next, for the same engines, where this has too much error; empty: none
+  // The encoding for the same engines to try next where this one has too much error; empty: none.
+  std::string_view finer{};
 };
 
 std::span<const Encoding> encoding_roster();
