@@ -150,6 +150,7 @@ TEST_P(SameBytes, TheOnlyWorkerKilled) {
   EXPECT_EQ(bake(request(), &report, once(SIGKILL, victim)), reference());
   EXPECT_NE(victim, 0);
   EXPECT_GE(report.farm.workers_lost, 1u);
+  EXPECT_GE(report.farm.reassigned, 1u);
 }
 
 TEST_P(SameBytes, OneWorkerStopped) {

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Measures what docs/error_vs_time.md says and writes it there.
 
-    python3 tests/bench/error_vs_time.py                                    # everything; one to two hours on two processors
-    python3 tests/bench/error_vs_time.py --only calibration --scenes ajar   # parts: bias calibration foretold curves texel others
+    python3 tests/bench/error_vs_time.py                                    # everything: hours, most of them for `rooms`
+    python3 tests/bench/error_vs_time.py --only calibration --scenes ajar   # parts: bias calibration foretold curves texel others rooms
     python3 tests/bench/error_vs_time.py --only rooms --scenes flat corridor   # furnished rooms at the density of production
     python3 tests/bench/error_vs_time.py --quick --page /tmp/page.md        # minutes, to see that all of it works
     python3 tests/bench/error_vs_time.py --only none                        # the page again, from what was measured
