@@ -25,6 +25,7 @@ constexpr uint32_t kFirstSamples = 32;
 constexpr size_t kRoughLooks = 2;     // number of looks followed by caches of partial data
 constexpr uint32_t kMaxRounds = 4;    // of passes that only improve the cache
 constexpr double kRoughCache = 0.1;   // rms relative error above which it is made again
+constexpr double kSettled = 0.9;      // a better cache that leaves more of the error than this is no help
 constexpr double kRoundShare = 0.25;  // share of all predicted samples that one round may take
 constexpr double kGrowth = 4;         // a texel's samples grow by at most this factor per pass
 constexpr uint32_t kMaxPasses = 64;
@@ -97,6 +98,7 @@ class Baking {
     most_ = std::max(1u, settings_.max_samples / kReplicates);
     least_ = std::max(1u, (settings_.min_samples + 1) / 2);
     convergence_ = {};
+    unmet_ = {};
     grew_ = false;
     whole_ = true;
     later_ = -1;
@@ -171,15 +173,22 @@ class Baking {
   }
 
   // Starting from `count` samples of every site, repeats as often as needed: makes a cache, then
-  // runs a pass whose paths end at it. None of these samples last. `round`: 0 if the present
-  // samples are of whole paths. `work`: the work that follows.
+  // runs a pass whose paths end at it. None of these samples last, but those of a pass that a better cache did
+  // not help. `round`: 0 if the present samples are of whole paths. `work`: the work that follows.
   Expected<PassEnd> make_caches(uint32_t count, std::vector<SiteSamples>& work, uint32_t round) {
+    double before = std::numeric_limits<double>::infinity();  // error of one sample, as if independent
     for (;; ++round) {
       if (!has_time_for_caches(count, work)) {
         work = next_work();
         return PassEnd::kComplete;
       }
       renew_caches();
+      const double rms = reached_error(state(), ErrorNorm::kMeanSquare, 1), now = rms * std::sqrt(count);
+      if (round > 1 && now > kSettled * before) {
+        work = next_work();
+        return PassEnd::kComplete;
+      }
+      before = now;
       sums_.clear();
       grew_ = false;
       report_.passes.back().kept = false;
@@ -188,7 +197,7 @@ class Baking {
         const std::vector<double> needed = all_needed(asked_error());
         const uint32_t more = std::min(2 * count, least_);
         const bool enough =
-            report_.passes.back().rms_relative <= kRoughCache || round == kMaxRounds ||
+            rms <= kRoughCache || round == kMaxRounds ||
             kReplicates * more * static_cast<double>(sums_.sites()) > kRoundShare * all_of(needed);
         predict_remaining(needed, enough ? work : all_sites({0, more}), 0);
         if (enough) return PassEnd::kComplete;
@@ -202,7 +211,7 @@ class Baking {
 
   // Samples per replicate that every site needs for that error.
   std::vector<double> all_needed(double error) const {
-    std::vector<double> needed = needed_samples(state(), norm_, error, z_, fall());
+    std::vector<double> needed = needed_samples(state(), norm_, error, z_, fall(), unmet_.get());
     for (const TexelErrors& e : response_errors_) {
       const std::vector<double> of_it =
           needed_samples({e.mean, e.standard_error, samples_}, norm_, settings_.visibility_error, z_);
@@ -284,8 +293,8 @@ class Baking {
     double error = asked_error();
     if (is_limited()) {
       error = affordable_error(state(), norm_, error, z_, most_samples(),
-                               pace_.limit_left() * pace_.samples_per_second(), fall());
-      report_.complete = reached_error(state(), norm_, z_) <= target_;
+                               pace_.limit_left() * pace_.samples_per_second(), fall(), unmet_.get());
+      report_.complete = reached_error(state(), norm_, z_, unmet_.get()) <= target_;
       for (const TexelErrors& e : response_errors_)
         report_.complete &=
             reached_error({e.mean, e.standard_error, samples_}, norm_, z_) <= settings_.visibility_error;
@@ -295,6 +304,11 @@ class Baking {
       }
     }
     const std::vector<double> needed = all_needed(error);
+    // The norm may be reached before every texel has the share that was foretold for it.
+    if (has_reached()) {
+      predict_remaining({samples_.begin(), samples_.end()}, {}, 1);
+      return {};
+    }
     std::vector<SiteSamples> work = work_towards(needed, 1);
     // A few stragglers are cheap, but a pass for each of their steps is not.
     for (const double growth : {2.0, kGrowth})
@@ -305,6 +319,14 @@ class Baking {
     }
     predict_remaining(needed, work, 1);
     return work;
+  }
+
+  // Whether the map as a whole has the error asked for.
+  bool has_reached() const {
+    if (norm_ != ErrorNorm::kMeanSquare || !response_errors_.empty()) return false;
+    for (size_t site = 0; site < samples_.size(); ++site)
+      if (samples_[site] > 0 && samples_[site] < least_) return false;
+    return reached_error(state(), norm_, z_, unmet_.get()) <= asked_error();
   }
 
   // Up to what is needed, but at least `least` times what a site has.
@@ -453,8 +475,9 @@ class Baking {
       errors = estimate_errors(statistics, charts_);
       if (is_limited()) errors.mean = neighbourhood_means(statistics, charts_);
     }
-    if (grew_ && filters == filtered_)
-      convergence_.observe(state(), {errors.mean, errors.standard_error, statistics.samples});
+    const SampleState now{errors.mean, errors.standard_error, statistics.samples};
+    if (grew_ && filters == filtered_) convergence_.observe(state(), now);
+    if (grew_) unmet_.observe(state(), now);
     grew_ = true;
     filtered_ = filters;
     errors_ = std::move(errors);
@@ -465,8 +488,8 @@ class Baking {
   // Adds a point to the curve: the state of the map as a whole.
   void add_point() {
     PassPoint point;
-    double squares = 0, samples = 0;
-    uint64_t lit = 0, met = 0, measured = 0, converged = 0;
+    double samples = 0;
+    uint64_t met = 0, measured = 0, converged = 0;
     const double black = least_mean(state(), ErrorNorm::kMeanSquare);
     for (uint32_t site = 0; site < samples_.size(); ++site) {
       if (samples_[site] == 0 || !std::isfinite(errors_.standard_error[site])) continue;
@@ -480,11 +503,9 @@ class Baking {
         is_converged &= z_ * e.standard_error[site] <= settings_.visibility_error;
       converged += is_converged;
       const double relative = error / std::max(mean, black);
-      squares += relative * relative;
       point.worst_relative = std::max(point.worst_relative, relative);
-      ++lit;
     }
-    point.rms_relative = lit ? std::sqrt(squares / static_cast<double>(lit)) : 0;
+    point.rms_relative = reached_error(state(), ErrorNorm::kMeanSquare, 1, unmet_.get());
     // A texel whose samples are all black has unknown error; do not count it as converged.
     point.converged_share = measured > 0 && met == 0 ? 1 : 0;
     if (met > 0) point.converged_share = static_cast<double>(converged) / static_cast<double>(met);
@@ -522,6 +543,7 @@ class Baking {
   std::vector<float> first_cache_error_;
   std::vector<uint32_t> samples_;  // by site, per replicate
   ConvergenceRate convergence_;
+  UnmetLight unmet_;
   bool filtered_ = false;    // the present errors are those of filtered texels
   bool grew_ = false;        // the next record continues the present samples
   bool whole_ = true;        // every chart has been sampled in the first look

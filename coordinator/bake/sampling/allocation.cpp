@@ -14,6 +14,18 @@ bool is_lit(const SampleState& s, size_t i) {
   return s.samples[i] > 0 && s.mean[i] > 0 && std::isfinite(s.standard_error[i]);
 }
 
+// Below this share of the least mean that counts, a texel is as good as black, however little its error is.
+constexpr double kUnmetShare = 0.1;
+bool has_met_no_light(const SampleState& s, size_t i, double floor) {
+  return s.samples[i] > 0 && s.mean[i] <= kUnmetShare * floor && std::isfinite(s.standard_error[i]);
+}
+
+// Of a site that has met no light: its expected squared relative error (UnmetLight).
+double unmet_square(const SampleState& s, size_t i, double unmet) {
+  const double met = kReplicates * s.samples[i] * kBlack * kBlack;
+  return unmet * std::max(0.0, -std::log(met));
+}
+
 }  // namespace
 
 double least_mean(const SampleState& s, ErrorNorm norm) {
@@ -38,7 +50,7 @@ Expected<ErrorNorm> find_error_norm(std::string_view name) {
 }
 
 std::vector<double> needed_samples(const SampleState& s, ErrorNorm norm, double error, double z,
-                                   double fall) {
+                                   double fall, double unmet) {
   std::vector<double> needed(s.samples.begin(), s.samples.end());
   const double floor = least_mean(s, norm);
   // Relative deviation of one sample, as if samples were independent.
@@ -47,14 +59,18 @@ std::vector<double> needed_samples(const SampleState& s, ErrorNorm norm, double 
   };
   double factor = z / error;  // needed = (factor x deviation)^2
   if (norm == ErrorNorm::kMeanSquare) {
-    double sum = 0;
+    double sum = 0, unmet_squares = 0;
     size_t count = 0;
     for (size_t i = 0; i < needed.size(); ++i) {
+      if (has_met_no_light(s, i, floor)) unmet_squares += unmet_square(s, i, unmet);
       if (!is_lit(s, i)) continue;
       sum += deviation(i);
       ++count;
     }
-    factor *= factor * (count ? sum / static_cast<double>(count) : 0);  // needed = factor x deviation
+    // Lit sites get what the others leave of the target, half of it at least.
+    const double squares = static_cast<double>(count) / (factor * factor);
+    const double left = std::max(squares - unmet_squares, 0.5 * squares);
+    factor = count ? sum / left : 0;  // needed = factor x deviation
   }
   for (size_t i = 0; i < needed.size(); ++i)
     if (is_lit(s, i)) {
@@ -63,7 +79,29 @@ std::vector<double> needed_samples(const SampleState& s, ErrorNorm norm, double 
       if (fall < 1 && needed[i] > s.samples[i])
         needed[i] = s.samples[i] * std::pow(needed[i] / s.samples[i], 1 / fall);
     }
+  if (norm != ErrorNorm::kMeanSquare || !(unmet > 0)) return needed;
+  // The expected square falls by unmet / n for one more sample, as (deviation / n)^2 does elsewhere.
+  const double wanted = std::min(unmet * factor * factor, 1 / (kReplicates * kBlack * kBlack));
+  for (size_t i = 0; i < needed.size(); ++i)
+    if (has_met_no_light(s, i, floor)) needed[i] = std::max(needed[i], wanted);
   return needed;
+}
+
+void UnmetLight::observe(const SampleState& before, const SampleState& after) {
+  const double floor_before = least_mean(before, ErrorNorm::kMeanSquare),
+               floor = least_mean(after, ErrorNorm::kMeanSquare);
+  for (size_t i = 0; i < after.samples.size(); ++i) {
+    if (!has_met_no_light(before, i, floor_before) || after.samples[i] <= before.samples[i]) continue;
+    factors_ += std::log(static_cast<double>(after.samples[i]) / before.samples[i]);
+    if (has_met_no_light(after, i, floor) || !is_lit(after, i)) continue;
+    const double square = double{after.mean[i]} * after.mean[i];
+    found_ += square / (square + floor * floor);
+  }
+}
+
+double UnmetLight::get() const {
+  constexpr double kExpected = 0.01, kFactors = 100;
+  return (found_ + kExpected * kFactors) / (factors_ + kFactors);
 }
 
 void ConvergenceRate::observe(const SampleState& before, const SampleState& after) {
@@ -92,7 +130,7 @@ double missing_samples(std::span<const double> needed, const SampleState& s, uin
 }
 
 double affordable_error(const SampleState& s, ErrorNorm norm, double error, double z, uint32_t most,
-                        double samples, double fall) {
+                        double samples, double fall, double unmet) {
   // On large maps, a regular subset of texels estimates the total cost.
   constexpr size_t kAsked = 100'000;
   const size_t step_sites = std::max<size_t>(1, s.samples.size() / kAsked);
@@ -106,9 +144,9 @@ double affordable_error(const SampleState& s, ErrorNorm norm, double error, doub
   const SampleState some{mean, deviation, taken};
   const auto costs = [&](double e) {
     return static_cast<double>(step_sites) *
-           missing_samples(needed_samples(some, norm, e, z, fall), some, most);
+           missing_samples(needed_samples(some, norm, e, z, fall, unmet), some, most);
   };
-  double low = std::max(error, 1e-6), high = std::max(low, reached_error(s, norm, z));
+  double low = std::max(error, 1e-6), high = std::max(low, reached_error(s, norm, z, unmet));
   if (costs(low) <= samples) return low;
   for (int step = 0; step < 40; ++step) {
     const double middle = std::sqrt(low * high);
@@ -117,18 +155,20 @@ double affordable_error(const SampleState& s, ErrorNorm norm, double error, doub
   return high;
 }
 
-double reached_error(const SampleState& s, ErrorNorm norm, double z) {
+double reached_error(const SampleState& s, ErrorNorm norm, double z, double unmet) {
   const double floor = least_mean(s, norm);
   double worst = 0, squares = 0;
   size_t count = 0;
   for (size_t i = 0; i < s.mean.size(); ++i) {
+    if (has_met_no_light(s, i, floor)) squares += unmet_square(s, i, unmet);
     if (!is_lit(s, i)) continue;
     const double relative = s.standard_error[i] / std::max<double>(s.mean[i], floor);
     worst = std::max(worst, relative);
     squares += relative * relative;
     ++count;
   }
-  return z * (norm == ErrorNorm::kMeanSquare ? std::sqrt(squares / std::max<double>(1.0, count)) : worst);
+  if (count == 0) return 0;
+  return z * (norm == ErrorNorm::kMeanSquare ? std::sqrt(squares / static_cast<double>(count)) : worst);
 }
 
 }  // namespace kiln

@@ -30,9 +30,29 @@ double least_mean(const SampleState& state, ErrorNorm norm);
 
 // Samples (per replicate) that every site needs for z x error <= `error` in that norm, extrapolated from the
 // present standard errors with squared errors falling as n^-fall. Sites without an error or light keep their
-// count. kMeanSquare: Neyman 1934, n_i proportional to the relative deviation of one sample.
+// count. kMeanSquare: Neyman 1934, n_i proportional to the relative deviation of one sample; `unmet` (see
+// UnmetLight) x the square of that factor at least for sites that have met no light, whose own error says
+// nothing.
 std::vector<double> needed_samples(const SampleState& state, ErrorNorm norm, double error, double z,
-                                   double fall = 1);
+                                   double fall = 1, double unmet = 0);
+
+// A texel may have met no light because there is none, or because few of its samples would: all of them are
+// black, so is their variance, and such texels would stay black for ever. How often they turn out lit is
+// learnt from those that got more samples. The chance p that a sample meets light is taken as log-uniform: as
+// many texels between 1/256 and 1/64 as between 1/64 and 1/16. (The problem of unseen species: Good 1953.)
+//
+// get() is the squared relative error, 1 for a lit texel taken for black, expected of such a texel for every
+// factor e between its count of samples and the count from which what it has not met is below kBlack of the
+// mean: 1 / kBlack^2 if no sample is brighter than 1 / kBlack means.
+class UnmetLight {
+ public:
+  // Uses the sites that gained samples between the two states.
+  void observe(const SampleState& before, const SampleState& after);
+  double get() const;
+
+ private:
+  double found_ = 0, factors_ = 0;  // squared relative error removed, and natural logarithms of growth
+};
 
 // Squared errors fall as samples^-rate: 1 for means; less behind a denoiser, whose filters narrow as samples
 // come (2/3 for planes fitted to a smooth field on a surface, at the best width). Learnt from passes.
@@ -52,9 +72,9 @@ double missing_samples(std::span<const double> needed, const SampleState& state,
 // The smallest error, at least `error`, that `samples` more samples (over all sites and replicates)
 // reach.
 double affordable_error(const SampleState& state, ErrorNorm norm, double error, double z, uint32_t most,
-                        double samples, double fall = 1);
+                        double samples, double fall = 1, double unmet = 0);
 
 // The present value of the norm, z included, to compare with the target error.
-double reached_error(const SampleState& state, ErrorNorm norm, double z);
+double reached_error(const SampleState& state, ErrorNorm norm, double z, double unmet = 0);
 
 }  // namespace kiln
