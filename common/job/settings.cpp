@@ -287,6 +287,14 @@ const Setting kTable[] = {
      [](const B& b) {
        return std::string(b.direct ? b.indirect ? "direct,indirect" : "direct" : "indirect");
      }},
+    {"split", "LIST", "",
+     "direct,indirect: also write both parts of E, irradiance.direct.exr and irradiance.indirect.exr, which add "
+     "up to it; none",
+     [](B& b, S s) {
+       b.split = s == "direct,indirect" || s == "indirect,direct";
+       return b.split || s == "none" ? Status{} : refuse(text("'{}' is not direct,indirect or none", s));
+     },
+     [](const B& b) { return std::string(b.split ? "direct,indirect" : "none"); }},
     {"max-bounces", "N", "", "maximum number of reflections between emitter and texel",
      [](B& b, S s) { return store_number(b.max_bounces, s, 0, 1e6); },
      [](const B& b) { return text("{}", b.max_bounces); }},

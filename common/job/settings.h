@@ -33,6 +33,7 @@ struct BakeSettings {
   double camera_distance = 10;  // metres
   double unseen_density = 1;
   std::string unseen = "keep";  // keep, auto
+  bool split = false;           // direct and indirect light in files of their own too
   bool two_pass = false;        // layout pack
   double small_objects = 0;     // metres; 0: size does not matter
   uint32_t page_size = 8192;    // texels

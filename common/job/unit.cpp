@@ -8,15 +8,23 @@
 namespace kiln {
 namespace {
 
+// Bits of the byte that says which sums of light a job asks for.
+constexpr uint8_t kLight = 1, kDirectApart = 2, kAllLight = 4;
+
 void put_responses(const TransportSettings& t, ByteWriter& w) {
-  w.put<uint8_t>(t.quantities.light);
+  const Quantities& q = t.quantities;
+  w.put(static_cast<uint8_t>((q.light ? kLight : 0) | (q.direct_apart ? kDirectApart : 0) |
+                             (q.all_light ? kAllLight : 0)));
   w.put_array(t.quantities.responses);
   w.put(t.response.ao_distance);
   w.put(static_cast<uint32_t>(t.response.ao_falloff));
 }
 
 Status get_responses(ByteReader& r, TransportSettings& t) {
-  t.quantities.light = r.get<uint8_t>() != 0;
+  const auto light = r.get<uint8_t>();
+  t.quantities.light = light & kLight;
+  t.quantities.direct_apart = light & kDirectApart;
+  t.quantities.all_light = light & kAllLight;
   t.quantities.responses = r.get_array<uint32_t>();
   t.response.ao_distance = r.get<float>();
   const auto falloff = r.get<uint32_t>();
@@ -25,6 +33,8 @@ Status get_responses(ByteReader& r, TransportSettings& t) {
   const bool ascending = std::adjacent_find(list.begin(), list.end(), std::greater_equal<>()) == list.end();
   if (!ascending || (!list.empty() && list.back() >= response_roster().size()))
     return fail(ErrorKind::kProtocol, "the job asks for a quantity that does not exist in this release");
+  if (light > (kLight | kDirectApart | kAllLight) || (light && !t.quantities.light))
+    return fail(ErrorKind::kProtocol, "the job asks for sums of light that do not exist in this release");
   if (list.empty() && !t.quantities.light)
     return fail(ErrorKind::kProtocol, "the job asks for no quantity at all");
   if (!(t.response.ao_distance > 0.0f) || falloff >= kFalloffs)

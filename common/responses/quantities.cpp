@@ -74,6 +74,8 @@ MomentLayout::MomentLayout(uint32_t basis, const Quantities& quantities)
   if (quantities.light) {
     functions_ = basis_roster()[basis].functions.size();
     planes_ = kMomentBasis + 3 * functions_;
+    if (quantities.direct_apart) direct_ = planes_, planes_ += 3;
+    if (quantities.all_light) all_light_ = planes_, planes_ += 3;
   }
   for (const uint32_t r : quantities.responses) {
     first_.push_back(planes_);
@@ -87,6 +89,10 @@ std::vector<std::string> MomentLayout::names() const {
     for (const char* name : {"E.R", "E.G", "E.B", "lum", "lum2"}) names.push_back(name);
     for (const std::string_view function : basis_roster()[basis_].functions)
       for (const char* channel : {".R", ".G", ".B"}) names.push_back(std::string(function) + channel);
+    if (quantities_.direct_apart)
+      for (const char* name : {"direct.R", "direct.G", "direct.B"}) names.push_back(name);
+    if (quantities_.all_light)
+      for (const char* name : {"all.R", "all.G", "all.B"}) names.push_back(name);
   }
   for (const uint32_t index : quantities_.responses) {
     const ResponseInfo& r = response_roster()[index];

@@ -6,10 +6,14 @@
 
 namespace kiln {
 
-// --quantities: light, and entries of the response roster.
+// --quantities: light, and entries of the response roster; and what of light has sums of its own.
 struct Quantities {
   bool light = true;
   std::vector<uint32_t> responses{};  // indices into response_roster(), ascending
+  bool direct_apart = false;          // --split: E straight from emitters
+  // E of all lights, those included that a texel is lit by in reflections alone (`bake: indirect`): what an
+  // irradiance cache has to hold.
+  bool all_light = false;
   bool operator==(const Quantities&) const = default;
 };
 
@@ -18,8 +22,8 @@ Expected<Quantities> parse_quantities(std::string_view list);
 std::string print_quantities(const Quantities& quantities);
 
 // The planes of a texel's moment record: "inside" and "pushed"; if light is asked for, E, its
-// luminance, the square of that, and the basis (function major, R G B); then the sum and the sum of
-// squares of each response's components.
+// luminance, the square of that, the basis (function major, R G B), and the E that are apart; then the sum and
+// the sum of squares of each response's components.
 class MomentLayout {
  public:
   explicit MomentLayout(uint32_t basis = 0, const Quantities& quantities = {});
@@ -28,6 +32,9 @@ class MomentLayout {
   uint32_t basis() const { return basis_; }
   size_t functions() const { return functions_; }  // in the basis; 0 without light
   const Quantities& quantities() const { return quantities_; }
+  // First planes of E from emitters alone and of E of all lights; only if quantities() ask for them.
+  size_t direct() const { return direct_; }
+  size_t all_light() const { return all_light_; }
   // First plane of entry k of quantities().responses.
   size_t response(size_t k) const { return first_[k]; }
   std::vector<std::string> names() const;
@@ -35,7 +42,7 @@ class MomentLayout {
  private:
   uint32_t basis_;
   Quantities quantities_;
-  size_t functions_ = 0, planes_ = 0;
+  size_t functions_ = 0, planes_ = 0, direct_ = 0, all_light_ = 0;
   std::vector<size_t> first_;
 };
 

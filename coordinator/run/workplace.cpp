@@ -5,6 +5,7 @@
 #include "common/math/samplers.h"
 #include "common/responses/basis.h"
 #include "common/scene/prepared.h"
+#include "coordinator/bake/plan/plan.h"
 
 namespace kiln {
 namespace {
@@ -27,7 +28,7 @@ Expected<JobSpec> make_job(const Preflight& pre, const BakeSettings& settings, C
   job.scene = write_scene(pre.imported.scene, chunks);
   job.atlas = chunks.add(write_atlas(pre.atlas));
   job.transport.basis = basis_index(settings);
-  job.transport.quantities = settings.quantities;
+  job.transport.quantities = job_quantities(pre.imported.scene, settings);
   job.transport.response = {static_cast<float>(settings.ao_distance), settings.ao_falloff};
   job.transport.direct = settings.direct;
   job.transport.indirect = settings.indirect;

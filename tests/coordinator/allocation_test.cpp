@@ -144,10 +144,63 @@ TEST(Allocation, BlackAndUnknownTexelsNeedNothing) {
   }
 }
 
+// Texels that met no light get what lowers the sum of squares as much for a sample as elsewhere: with an expected
+// square of `unmet` for every factor e, unmet / n = (deviation / n)^2.
+TEST(Allocation, TexelsThatMetNoLightGetSamplesToo) {
+  Texels t = three();
+  t.add(0, 0, 50).add(1e-9f, 1e-9, 50).add(0, 0, 50);
+  t.error.back() = kInfinite;  // inside geometry
+  constexpr double kUnmet = 1e-3, kError = 0.09, kZ = 1.96;
+  const auto without = needed_samples(t.state(), ErrorNorm::kMeanSquare, kError, kZ),
+             needed = needed_samples(t.state(), ErrorNorm::kMeanSquare, kError, kZ, 1, kUnmet);
+  const double deviation = 1.0 / 2, slope = deviation / needed[0];  // of the first: (deviation / n)^2
+  EXPECT_NEAR(needed[3], kUnmet / (slope * slope), 1e-4 * needed[3]);
+  EXPECT_DOUBLE_EQ(needed[4], needed[3]);  // as good as none
+  EXPECT_EQ(needed[5], 50);
+  EXPECT_EQ(without[3], 50);
+  // The others get more, for the error that is left in those.
+  for (size_t i = 0; i < 3; ++i) EXPECT_GT(needed[i], without[i]);
+  EXPECT_GT(reached_error(t.state(), ErrorNorm::kMeanSquare, kZ, kUnmet), reached_error(t.state(), ErrorNorm::kMeanSquare, kZ));
+  // Where all that may be left is below what counts, no more are asked for.
+  const auto most = needed_samples(t.state(), ErrorNorm::kMeanSquare, 1e-4, kZ, 1, kUnmet);
+  EXPECT_DOUBLE_EQ(most[3], 1 / (kReplicates * kBlack * kBlack));
+  // Other norms ask nothing of what has no light.
+  for (const ErrorNorm norm : {ErrorNorm::kMax, ErrorNorm::kPerceptual})
+    EXPECT_EQ(needed_samples(t.state(), norm, kError, kZ, 1, kUnmet)[3], 50);
+}
+
+TEST(Allocation, HowOftenBlackTexelsAreLitIsLearnt) {
+  // 10000 black texels; of those with chances around 1 / n, `density` turn out lit for a factor e of samples.
+  constexpr size_t kSites = 10'000;
+  for (const double density : {0.002, 0.02}) {
+    std::vector<float> mean(kSites, 0.0f), error(kSites, 1e-9f);
+    std::vector<uint32_t> samples(kSites, 32);
+    mean[0] = 1;  // what light there is
+    UnmetLight learnt;
+    for (const uint32_t n : {64u, 256u, 1024u}) {
+      const std::vector<float> before = mean;
+      const std::vector<uint32_t> had = samples;
+      const auto lit = static_cast<size_t>(density * kSites * std::log(static_cast<double>(n) / had[1]));
+      size_t found = 0;
+      for (size_t i = 1; i < kSites; ++i) {
+        samples[i] = n;
+        if (mean[i] == 0 && found < lit) mean[i] = 1, ++found;
+      }
+      learnt.observe({before, error, had}, {mean, error, samples});
+    }
+    EXPECT_NEAR(learnt.get(), density, 0.1 * density);
+    const double before = learnt.get();
+    learnt.observe({mean, error, samples}, {mean, error, samples});
+    EXPECT_EQ(learnt.get(), before);
+  }
+}
+
 TEST(Allocation, AMapWithoutLightIsDone) {
   const Texels dark = Texels().add(0, 0, 16).add(0, 0, 16);
   for (const ErrorNorm norm : {ErrorNorm::kMax, ErrorNorm::kMeanSquare, ErrorNorm::kPerceptual}) {
     EXPECT_EQ(reached_error(dark.state(), norm, 1.96), 0);
+    EXPECT_EQ(reached_error(dark.state(), norm, 1.96, 0.01), 0);
+    EXPECT_EQ(missing_samples(needed_samples(dark.state(), norm, 0.01, 1.96, 1, 0.01), dark.state(), kAny), 0);
     EXPECT_EQ(missing_samples(needed_samples(dark.state(), norm, 0.01, 1.96), dark.state(), kAny), 0);
     EXPECT_DOUBLE_EQ(affordable_error(dark.state(), norm, 0.01, 1.96, kAny, 100), 0.01);
   }

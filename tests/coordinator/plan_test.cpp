@@ -30,6 +30,29 @@ bool says(const std::vector<std::string>& left_out, const std::string& words) {
                      [&](const std::string& s) { return s.find(words) != s.npos; });
 }
 
+// Lights that texels are lit by in reflections alone leave a bake its cache, which asks for a sum of all light.
+TEST(Plan, LightsBakedByReflectionsKeepTheCache) {
+  Scene scene;
+  scene.lights.push_back({"point", "lamp", Mat4x3(1.0f), {}});
+  BakeSettings s;
+  EXPECT_EQ(why_no_cache(s), "");
+  EXPECT_EQ(job_quantities(scene, s), Quantities{});
+  scene.lights.back().properties.push_back({"bake", {}, "indirect", {}});
+  EXPECT_TRUE(job_quantities(scene, s).all_light);
+  s.cache = false;  // nobody would read it
+  EXPECT_EQ(job_quantities(scene, s), Quantities{});
+  s.cache = true;
+  s.max_bounces = 2;  // paths of two reflections end at no cache
+  EXPECT_NE(why_no_cache(s), "");
+  EXPECT_EQ(job_quantities(scene, s), Quantities{});
+  s = {};
+  s.direct = false;  // caches hold reflected light alone, whatever the lights
+  EXPECT_EQ(job_quantities(scene, s), Quantities{});
+  s = {};
+  s.split = true;
+  EXPECT_TRUE(job_quantities(scene, s).direct_apart && job_quantities(scene, s).all_light);
+}
+
 const Record kSun{"directional", "sun", Mat4x3(1.0f), {}};
 const Record kLamp{"ies", "lamp", Mat4x3(1.0f), {}};
 

@@ -42,6 +42,7 @@ TEST(Settings, ErrorsNameTheOptionAndTheValue) {
                                                                                     {"sun", "0,0,0:1,1,1"},
                                                                                     {"components", "both"},
                                                                                     {"materials", "lambert"},
+                                                                                    {"split", "direct"},
                                                                                     {"basis", "sg"},
                                                                                     {"isa", "neon"},
                                                                                     {"sampler", "sobol"},
@@ -157,6 +158,41 @@ TEST(Settings, WhoSetItIsKept) {
   ASSERT_TRUE(set_option(s, "error", "0.2", "command line"));
   EXPECT_EQ(s.source.at("error"), "command line");
   EXPECT_EQ(s.source.count("seed"), 0u);
+}
+
+TEST(Settings, ASplitNeedsBothParts) {
+  BakeSettings s;
+  ASSERT_TRUE(set_option(s, "split", "direct,indirect", "test"));
+  EXPECT_TRUE(check_settings(s));
+  for (const auto& [name, value] : {std::pair("components", "direct"), {"components", "indirect"}, {"quantities", "ao"}}) {
+    BakeSettings without = s;
+    ASSERT_TRUE(set_option(without, name, value, "test"));
+    const Status status = check_settings(without);
+    ASSERT_FALSE(status) << value;
+    EXPECT_NE(status.error().message.find(std::string("--") + name + " " + value), std::string::npos);
+  }
+}
+
+TEST(Job, SaysWhichSumsOfLightItNeeds) {
+  JobSpec job;
+  const Bytes plain = write_job(job);
+  for (const auto& [direct, all] : {std::pair(true, false), {false, true}, {true, true}}) {
+    job.transport.quantities.direct_apart = direct;
+    job.transport.quantities.all_light = all;
+    const Bytes bytes = write_job(job);
+    EXPECT_NE(bytes, plain);
+    const auto back = read_job(bytes);
+    ASSERT_TRUE(back);
+    EXPECT_EQ(back->transport.quantities, job.transport.quantities);
+    const MomentLayout layout(0, back->transport.quantities);
+    EXPECT_EQ(layout.planes(), MomentLayout(0).planes() + 3 * (direct + all));
+    EXPECT_EQ(layout.names().size(), layout.planes());
+    for (const uint8_t wrong : {uint8_t{2}, uint8_t{6}, uint8_t{9}}) {  // parts of no light, and a bit too many
+      Bytes damaged = bytes;
+      damaged[plain.size()] = std::byte{wrong};
+      EXPECT_FALSE(read_job(damaged));
+    }
+  }
 }
 
 TEST(Job, RoundTripsAndRefusesASamplerThatDoesNotExist) {

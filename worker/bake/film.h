@@ -34,16 +34,20 @@ class Film {
  private:
   bool add_light(const RadianceSamples& radiance, const Vec3& normal) {
     bool finite = true;
-    Vec3 e(0.0f);
+    Vec3 e(0.0f), direct(0.0f), hidden(0.0f);
     for (int i = 0; i < radiance.count; ++i) {
       const Vec3& d = radiance.items[i].direction;
       const Vec3& c = radiance.items[i].contribution;
-      const Vec3 with = e + c * std::max(0.0f, dot(d, normal));
+      const Arriving how = radiance.items[i].how;
+      Vec3& sum = how == Arriving::kHidden ? hidden : how == Arriving::kDirectShare ? direct : e;
+      const Vec3 added = c * std::max(0.0f, dot(d, normal)), with = sum + added;
       if (!is_finite(with)) {  // implied if c is not finite
         finite = false;
         continue;
       }
-      e = with;
+      sum = with;
+      if (how == Arriving::kHidden || how == Arriving::kDirectShare) continue;
+      if (how == Arriving::kDirect) direct += added;
       float f[kMaxBasisFunctions];
       evaluate_basis(basis_, d, normal, f);
       for (size_t k = 0; k < functions_; ++k)
@@ -56,7 +60,13 @@ class Film {
     sums_[kMomentEB] += e.z;
     sums_[kMomentLum] += lum;
     sums_[kMomentLum2] += lum * lum;
+    if (layout_->quantities().direct_apart) add_to(layout_->direct(), direct);
+    if (layout_->quantities().all_light) add_to(layout_->all_light(), e + hidden);
     return finite;
+  }
+
+  void add_to(size_t plane, const Vec3& e) {
+    for (int channel = 0; channel < 3; ++channel) sums_[plane + static_cast<size_t>(channel)] += double{e[channel]};
   }
 
   const MomentLayout* layout_;

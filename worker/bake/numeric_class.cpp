@@ -60,7 +60,10 @@ Expected<std::string> numeric_class(const std::string& isa) {
     Integrator::Task task{surfaces->at(0, 4 * i, 0.25f, 0.5f), SampleStream(1, i, i), {}};
     integrator->sample(std::span(&task, 1), *workspace);
     const RadianceSamples& radiance = task.radiance;
-    for (int k = 0; k < radiance.count; ++k) hash.add(std::as_bytes(std::span(&radiance.items[k], 1)));
+    for (int k = 0; k < radiance.count; ++k) {
+      hash.add(std::as_bytes(std::span(&radiance.items[k].direction, 1)));
+      hash.add(std::as_bytes(std::span(&radiance.items[k].contribution, 1)));
+    }
   }
   return isa + "-" + hash.finish().hex().substr(0, 16);
 }

@@ -18,18 +18,29 @@
 
 namespace kiln {
 
+// How light came to a texel.
+enum class Arriving : uint32_t {
+  kAlongPath,    // straight or reflected
+  kDirect,       // straight from an emitter
+  kDirectShare,  // the same, and in kAlongPath already; only if Quantities::direct_apart
+  kHidden,       // straight from one that the texel is lit by in reflections alone; only if Quantities::all_light
+};
+
 struct RadianceSamples {
   struct RadianceSample {
     Vec3 direction, contribution;
+    Arriving how;
   };
-  static constexpr int kMax = 4;  // one per light strategy and one for the path
+  static constexpr int kMax = 6;  // one per light strategy, and three for the path
   RadianceSample items[kMax];
   int count = 0;
   bool inside = false;  // the primary ray met a back face
   uint32_t rays = 0;
   PrimaryRay primary;  // complete if the job has responses; otherwise only the distance is set
 
-  void add(const Vec3& direction, const Vec3& contribution) { items[count++] = {direction, contribution}; }
+  void add(const Vec3& direction, const Vec3& contribution, Arriving how) {
+    items[count++] = {direction, contribution, how};
+  }
 };
 
 // What paths of a scene can meet, known before any ray is traced. Each integrator is compiled for

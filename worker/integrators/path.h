@@ -52,6 +52,7 @@ class PathIntegrator final : public Integrator {
     Vec3 origin, direction;      // ray origin (offset, and behind any glass passed) and direction
     float pdf;                   // density of the direction
     Vec3 throughput, sum;        // path throughput, and radiance gathered so far
+    Vec3 direct, hidden;         // radiance straight from emitters: in `sum`, and of those that texels do not see
     Vec3 first_direction;
     float first_pdf;
     // At a vertex whose irradiance is known:
@@ -65,6 +66,7 @@ class PathIntegrator final : public Integrator {
   struct Shadow {
     Vec3 direction, contribution;
     uint32_t path;
+    Arriving how;
   };
 
   // The batch. `live` lists the paths still in flight.
@@ -132,6 +134,13 @@ class PathIntegrator final : public Integrator {
     if constexpr (has(kLayers)) return max_component(glm::abs(v));
     return max_component(v);
   }
+  // Adds light that was reflected so often since it left an emitter; `hidden`: texels do not see that one.
+  void gather_along(Path& p, uint32_t bounces, bool hidden, const Vec3& light) const {
+    (bounces == 0 && hidden ? p.hidden : p.sum) += light;
+    if (bounces == 0 && settings_.quantities.direct_apart && !hidden) p.direct += light;
+  }
+  // Whether a texel takes light straight from an emitter.
+  bool takes(bool hidden) const { return !hidden || settings_.quantities.all_light; }
   // Whether light that was reflected this often is part of the result.
   bool counts(uint32_t bounces) const { return bounces == 0 ? settings_.direct : settings_.indirect; }
 
@@ -154,7 +163,7 @@ void PathIntegrator<kFeatures>::start(Wave& w) const {
     p.frame = Frame(at.ns);
     p.origin = offset_origin(at.position, at.ng, at.error);
     p.throughput = Vec3(1.0f);
-    p.sum = Vec3(0.0f);
+    p.sum = p.direct = p.hidden = Vec3(0.0f);
     p.reflected_known = false;
     if constexpr (has(kGlass)) p.glass = {0.0f, Vec3(0.0f), 0};
     w.samples.add(w.tasks[i].stream);
@@ -168,7 +177,7 @@ template <uint32_t kFeatures>
 template <bool kTexel>
 void PathIntegrator<kFeatures>::queue_shadow_ray(Wave& w, uint32_t i, uint32_t bounces,
                                                  const LightSample& s) const {
-  if (!(max_component(s.weight) > 0.0f) || (kTexel && s.indirect_only)) return;
+  if (!(max_component(s.weight) > 0.0f) || (kTexel && !takes(s.indirect_only))) return;
   const Path& p = w.paths[i];
   const SurfacePoint& vertex = p.vertices[slot(bounces)];
   const Vec3 local = p.frame.to_local(s.direction);
@@ -192,6 +201,7 @@ void PathIntegrator<kFeatures>::queue_shadow_ray(Wave& w, uint32_t i, uint32_t b
   shadow.direction = s.direction;
   shadow.contribution = contribution;
   shadow.path = i;
+  shadow.how = s.indirect_only ? Arriving::kHidden : Arriving::kDirect;  // read at texels alone
 }
 
 // Adds direct light at the vertices.
@@ -243,7 +253,7 @@ void PathIntegrator<kFeatures>::trace_shadows(Wave& w) const {
     ++radiance.rays;
     if (!(max_component(w.passed[k]) > 0.0f)) continue;
     if constexpr (kTexel) {
-      radiance.add(s.direction, s.contribution * w.passed[k]);
+      radiance.add(s.direction, s.contribution * w.passed[k], s.how);
     } else {
       Path& p = w.paths[s.path];
       p.sum += p.throughput * (s.contribution * w.passed[k]);
@@ -288,7 +298,7 @@ Vec3 PathIntegrator<kFeatures>::emitted(const Path& p, const SurfacePoint& at, u
 template <uint32_t kFeatures>
 Vec3 PathIntegrator<kFeatures>::missed(const Path& p, uint32_t bounces) const {
   const Environment& environment = lights_.environment;
-  if (!counts(bounces) || environment.is_black() || (bounces == 0 && environment.indirect_only()))
+  if (!counts(bounces) || environment.is_black() || (bounces == 0 && !takes(environment.indirect_only())))
     return Vec3(0.0f);
   if constexpr (has(kSkyImage)) {
     const uint32_t texel = p.hit.triangle;  // put there by trace()
@@ -307,13 +317,13 @@ void PathIntegrator<kFeatures>::add_crossed(Path& p, uint32_t bounces) const {
     if (p.glass.passes > 0) from = 0.0;
   const double to = p.hit.valid() ? p.hit.t : std::numeric_limits<double>::infinity();
   const auto take = [&](const LocalLights::Crossing& c) {
-    if (bounces == 0 && c.indirect_only) return;
+    if (bounces == 0 && !takes(c.indirect_only)) return;
     Vec3 light = c.radiance * mis_weight(MisMode::kPaths, p.pdf, c.pdf);
     if constexpr (has(kGlass)) {
       const auto inside = static_cast<float>(std::max(c.distance, 0.0));
       for (int k = 0; k < 3; ++k) light[k] *= exponential(-p.glass.absorption[k] * inside);
     }
-    p.sum += p.throughput * light;
+    gather_along(p, bounces, c.indirect_only, p.throughput * light);
   };
   lights_.local.for_each_crossing(vertex.position, vertex.ns, {p.origin, p.direction, from, to}, take);
 }
@@ -366,7 +376,7 @@ auto PathIntegrator<kFeatures>::arrive(Path& p, Task& task, const KnownIrradianc
   if constexpr (has(kGlass))
     if (bounces == 0) primary.transmittance = luminance(p.throughput);
   if (!hit.valid()) {
-    p.sum += p.throughput * missed(p, bounces);
+    gather_along(p, bounces, lights_.environment.indirect_only(), p.throughput * missed(p, bounces));
     return Arrival::kEnds;
   }
   const SurfaceKind& kind = surfaces_.kind(hit.instance);
@@ -397,7 +407,7 @@ auto PathIntegrator<kFeatures>::arrive(Path& p, Task& task, const KnownIrradianc
     at.ns = -at.ns;
   }
   if (kind.emissive && counts(bounces) && (!leaves || kind.double_sided))
-    p.sum += p.throughput * emitted(p, at, bounces);
+    gather_along(p, bounces, false, p.throughput * emitted(p, at, bounces));
   if (kind.textured) prefetch_textures(*kind.material, at.attributes);
   if constexpr (has(kGlass)) {
     if (kind.glass && passes_glass(p, at, bsdf_at(*kind.material, at.attributes), leaves, task, bounces)) {
@@ -538,8 +548,13 @@ void PathIntegrator<kFeatures>::reflect(Wave& w, uint32_t bounces) const {
 template <uint32_t kFeatures>
 void PathIntegrator<kFeatures>::finish(Wave& w, uint32_t i) const {
   const Path& p = w.paths[i];
-  if (p.sum != Vec3(0.0f))  // so that NaN passes: the film counts it
-    w.tasks[i].radiance.add(p.first_direction, p.sum / p.first_pdf);
+  const auto add = [&](const Vec3& sum, Arriving how) {
+    if (sum != Vec3(0.0f))  // so that NaN passes: the film counts it
+      w.tasks[i].radiance.add(p.first_direction, sum / p.first_pdf, how);
+  };
+  add(p.sum, Arriving::kAlongPath);
+  if (settings_.quantities.direct_apart) add(p.direct, Arriving::kDirectShare);
+  if (settings_.quantities.all_light) add(p.hidden, Arriving::kHidden);
 }
 
 template <uint32_t kFeatures>

@@ -43,7 +43,7 @@ inline std::vector<DirectionBound> direction_bounds(const BasisInfo& basis) {
 struct Lightmap {
   uint32_t page_height = 0;  // pages are stacked: planes.height = page_height * pages
   bool has_light = true;     // false: planes are samples alone
-  Planes planes;             // E.R E.G E.B, the basis' planes, error, samples
+  Planes planes;             // E.R E.G E.B, the basis' planes, direct.R .G .B if apart, error, samples
   std::vector<Validity> validity;
   std::vector<DirectionBound> bounds;  // by colour; empty without directions
   // E, the basis and the error before filtering, where `planes` is filtered. Empty: the same as `planes`.

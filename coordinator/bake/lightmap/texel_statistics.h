@@ -12,7 +12,8 @@
 namespace kiln {
 
 struct TexelStatistics {
-  size_t sites = 0, planes = 0;               // planes: E.R E.G E.B, then the basis' (function major, R G B)
+  size_t sites = 0, planes = 0;               // planes: E.R E.G E.B, then the basis' (function major, R G B),
+                                              // then direct light's if it is apart
   ZeroedVector<float> mean[kReplicates];      // [site][plane] of each replicate
   std::vector<float> luminance[kReplicates];  // [site] mean luminance of E of each replicate
   std::vector<float>

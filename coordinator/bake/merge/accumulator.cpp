@@ -83,8 +83,8 @@ TexelStatistics Accumulator::statistics(bool planes) const {
   KILN_CHECK(layout_.has_light());
   TexelStatistics out = statistics_of_planes(kMomentLum, kMomentLum2);
   if (!planes) return out;
-  const size_t functions = 3 * layout_.functions();
-  out.planes = 3 + functions;
+  const size_t functions = 3 * layout_.functions(), apart = layout_.quantities().direct_apart ? 3 : 0;
+  out.planes = 3 + functions + apart;
   for (uint32_t r = 0; r < kReplicates; ++r) out.mean[r] = ZeroedVector<float>(out.sites * out.planes);
   for_each_index(out.sites, 0, [&](size_t site) {
     if (!out.known[site]) return;
@@ -95,6 +95,8 @@ TexelStatistics Accumulator::statistics(bool planes) const {
       for (size_t c = 0; c < 3; ++c) means[c] = static_cast<float>(sums[kMomentER + c] * scale);
       for (size_t p = 0; p < functions; ++p)
         means[3 + p] = static_cast<float>(sums[kMomentBasis + p] * scale);
+      for (size_t c = 0; c < apart; ++c)
+        means[3 + functions + c] = static_cast<float>(sums[layout_.direct() + c] * scale);
     }
   });
   return out;
@@ -148,14 +150,15 @@ TexelStatistics Accumulator::statistics_of_planes(size_t first, size_t second) c
 
 IrradianceCache Accumulator::cache(uint32_t replicate) const {
   IrradianceCache cache;
+  const size_t first = layout_.quantities().all_light ? layout_.all_light() : size_t{kMomentER};
   cache.irradiance.assign(sites(), Vec3(-1.0f));
   for_each_index(sites(), 0, [&](size_t index) {
     const auto site = static_cast<uint32_t>(index);
-    const double* sums = &sums_[replicate][site * planes_];
+    const double* sums = &sums_[replicate][site * planes_ + first];
     // Rays that hit back faces carry no light, in this texel as in paths reflected here.
     const double n = samples_[replicate][site];
     if (!(n > 0) || estimate(site).inside) return;
-    const Vec3 e(DVec3(sums[kMomentER], sums[kMomentEG], sums[kMomentEB]) / n);
+    const Vec3 e(DVec3(sums[0], sums[1], sums[2]) / n);
     if (is_finite(e)) cache.irradiance[site] = e;
   });
   return cache;
@@ -174,6 +177,7 @@ Lightmap Accumulator::resolve(const Atlas& atlas) const {
     const std::vector<std::string> moments = layout_.names();
     for (size_t p : {kMomentER, kMomentEG, kMomentEB}) source.push_back(p);
     for (size_t p = 0; p < 3 * layout_.functions(); ++p) source.push_back(kMomentBasis + p);
+    for (size_t c = 0; layout_.quantities().direct_apart && c < 3; ++c) source.push_back(layout_.direct() + c);
     for (size_t p : source) map.planes.add(moments[p]);
     const BasisInfo& basis = basis_roster()[layout_.basis()];
     if (basis.is_bounded) map.bounds = direction_bounds(basis);

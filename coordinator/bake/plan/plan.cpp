@@ -97,26 +97,33 @@ std::vector<std::string> find_left_out(const Scene& scene, const BakeSettings& s
 
 }  // namespace
 
-std::string why_no_cache(const Scene& scene, const BakeSettings& settings) {
+std::string why_no_cache(const BakeSettings& settings) {
   constexpr uint32_t kEnoughBounces = 16;  // the remaining light is below the rounding of float paths
   if (!settings.cache || !settings.quantities.light) return "";
   if (!settings.indirect || settings.max_bounces == 0) return "no indirect light is asked for";
   if (settings.max_bounces < kEnoughBounces)
     return text("--max-bounces {} limits path lengths, but cached irradiance includes paths of any length",
                 settings.max_bounces);
-  if (settings.direct)
-    for (const Record& l : scene.lights)
-      if (const Property* bake = l.find("bake"); bake && bake->word == "indirect")
-        return text("the light '{}' is baked by its reflections alone, so that a texel's irradiance lacks it",
-                    l.name);
   return "";
 }
 
-TexelMemory texel_memory(const BakeSettings& settings) {
+Quantities job_quantities(const Scene& scene, const BakeSettings& settings) {
+  Quantities out = settings.quantities;
+  if (!out.light) return out;
+  out.direct_apart = settings.split;
+  // Without direct light in the map caches hold reflected light alone, and paths gather the rest.
+  const bool has_cache = settings.cache && why_no_cache(settings).empty();
+  for (const Record& l : scene.lights)
+    if (const Property* bake = l.find("bake"); bake && bake->word == "indirect")
+      out.all_light |= has_cache && settings.direct;
+  return out;
+}
+
+TexelMemory texel_memory(const BakeSettings& settings, const Quantities& quantities) {
   // Measured: 745 to 789 and 386 without the denoiser, 927 and 467 with it.
   TexelMemory memory = settings.denoise ? TexelMemory{950, 470} : TexelMemory{800, 400};
   // Sums of two replicates, what is stored of them, and their errors while a pass is judged.
-  const MomentLayout all(0, settings.quantities), light;
+  const MomentLayout all(0, quantities), light;
   if (all.planes() > light.planes()) memory.coordinator += (all.planes() - light.planes()) * (2 * 8 + 8) + 32;
   return memory;
 }
@@ -136,8 +143,9 @@ Plan make_plan(const Scene& scene, const Atlas& atlas, const BakeSettings& setti
     scene_bytes += m.positions.size() * 24 + m.triangles.size() * 16 + (m.uv[0].size() + m.uv[1].size()) * 8;
   }
   for (const Texture& t : scene.textures) scene_bytes += t.texels.size();
-  const uint64_t planes = MomentLayout(basis_index(settings), settings.quantities).planes();
-  const TexelMemory texel = texel_memory(settings);
+  const Quantities quantities = job_quantities(scene, settings);
+  const uint64_t planes = MomentLayout(basis_index(settings), quantities).planes();
+  const TexelMemory texel = texel_memory(settings, quantities);
   // Unsampled texels of a page still have planes.
   const uint64_t unsampled =
       (plan.texels - plan.valid_texels) * (planes + 8) * 4 * (settings.denoise ? 2 : 1);
@@ -157,7 +165,7 @@ Plan make_plan(const Scene& scene, const Atlas& atlas, const BakeSettings& setti
   plan.most_seconds =
       static_cast<double>(plan.valid_texels) * settings.max_samples * rays_per_sample / second;
   plan.left_out = find_left_out(scene, settings);
-  const std::string no_cache = why_no_cache(scene, settings);
+  const std::string no_cache = why_no_cache(settings);
   plan.cache = settings.cache && settings.quantities.light && no_cache.empty();
   if (!no_cache.empty()) plan.left_out.push_back("no irradiance cache: " + no_cache);
   return plan;

@@ -32,10 +32,13 @@ constexpr double kRaysPerSecond = 1.5e6;
 struct TexelMemory {
   uint64_t coordinator, worker;
 };
-TexelMemory texel_memory(const BakeSettings& settings);
+TexelMemory texel_memory(const BakeSettings& settings, const Quantities& quantities);
 
 // Why this bake cannot use the irradiance cache; empty: it can, or the cache is off.
-std::string why_no_cache(const Scene& scene, const BakeSettings& settings);
+std::string why_no_cache(const BakeSettings& settings);
+
+// What a job asks for: the settings' quantities, and the sums of light that --split and a cache take.
+Quantities job_quantities(const Scene& scene, const BakeSettings& settings);
 
 Plan make_plan(const Scene& scene, const Atlas& atlas, const BakeSettings& settings, unsigned threads);
 

@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include "common/base/format.h"
 #include "common/responses/basis.h"
 #include "coordinator/output/encode/output.h"
@@ -43,19 +45,56 @@ Expected<std::vector<std::string>> write_pages(const OutputContext& c, const std
   return names;
 }
 
+// Alpha of E's files.
+std::vector<float> measured_or_filled(const Lightmap& map) {
+  std::vector<float> alpha(map.validity.size());
+  for (size_t i = 0; i < alpha.size(); ++i) {
+    const Validity v = map.validity[i];
+    alpha[i] = v == Validity::kMeasured || v == Validity::kPushed || v == Validity::kFilled ? 1.0f : 0.0f;
+  }
+  return alpha;
+}
+
 }  // namespace
 
 Expected<std::vector<std::string>> write_irradiance(const OutputContext& c) {
   if (!c.lightmap.has_light) return std::vector<std::string>{};
-  std::vector<float> alpha(c.lightmap.validity.size());
-  for (size_t i = 0; i < alpha.size(); ++i) {
-    const Validity v = c.lightmap.validity[i];
-    alpha[i] = v == Validity::kMeasured || v == Validity::kPushed || v == Validity::kFilled ? 1.0f : 0.0f;
-  }
+  const std::vector<float> alpha = measured_or_filled(c.lightmap);
   const Planes& p = c.lightmap.planes;
   return write_pages(c, "irradiance",
                      {"irradiance E at the surface normal; A: 1 measured or filled", kIrradianceUnit},
                      {{"R", &p.plane("E.R")}, {"G", &p.plane("E.G")}, {"B", &p.plane("E.B")}, {"A", &alpha}});
+}
+
+// Filters and seams give both parts the same weights, some of them below 0: of noise they may make a part that is
+// negative or more than the whole. Direct light is held between, so that both parts are light and add up to E but
+// for the rounding of one float.
+Expected<std::vector<std::string>> write_split(const OutputContext& c) {
+  std::vector<std::string> files;
+  if (!c.lightmap.has_light || !c.settings.split) return files;
+  const std::vector<float> alpha = measured_or_filled(c.lightmap);
+  std::vector<float> direct[3], indirect[3];
+  for (size_t k = 0; k < 3; ++k) {
+    const char channel[] = {'.', "RGB"[k], 0};
+    const std::vector<float>& all = c.lightmap.planes.plane(std::string("E") + channel);
+    direct[k] = c.lightmap.planes.plane(std::string("direct") + channel);
+    indirect[k].resize(all.size());
+    for (size_t i = 0; i < all.size(); ++i) {
+      direct[k][i] = std::clamp(direct[k][i], 0.0f, std::max(0.0f, all[i]));
+      indirect[k][i] = all[i] - direct[k][i];
+    }
+  }
+  const auto write = [&](const char* name, const char* about, const std::vector<float>(&part)[3]) -> Status {
+    KILN_TRY(const std::vector<std::string> names,
+             write_pages(c, name, {about, kIrradianceUnit},
+                         {{"R", &part[0]}, {"G", &part[1]}, {"B", &part[2]}, {"A", &alpha}}));
+    files.insert(files.end(), names.begin(), names.end());
+    return {};
+  };
+  KILN_TRY_STATUS(write("irradiance.direct", "E straight from emitters; A: 1 measured or filled", direct));
+  KILN_TRY_STATUS(
+      write("irradiance.indirect", "E reflected at least once; A: 1 measured or filled", indirect));
+  return files;
 }
 
 Expected<std::vector<std::string>> write_basis(const OutputContext& c) {

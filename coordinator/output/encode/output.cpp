@@ -7,6 +7,7 @@ namespace kiln {
 std::span<const Output> output_roster() {
   static const Output kRoster[] = {
       {"irradiance", "E at the surface normal", true, write_irradiance},
+      {"split", "its parts: direct and indirect light", true, write_split},
       {"basis", "planes of the stored basis", true, write_basis},
       {"error", "stated standard error of E (luminance)", true, write_error},
       {"band_error", "stated standard error of the basis, by band (luminance)", true, write_band_error},

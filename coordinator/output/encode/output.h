@@ -33,6 +33,7 @@ std::span<const Output> output_roster();
 Expected<std::vector<OutputFile>> write_outputs(const OutputContext& context);
 
 Expected<std::vector<std::string>> write_irradiance(const OutputContext& context);
+Expected<std::vector<std::string>> write_split(const OutputContext& context);
 Expected<std::vector<std::string>> write_basis(const OutputContext& context);
 Expected<std::vector<std::string>> write_error(const OutputContext& context);
 Expected<std::vector<std::string>> write_band_error(const OutputContext& context);
