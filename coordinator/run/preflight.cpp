@@ -21,7 +21,9 @@ namespace {
 
 AtlasSettings atlas_settings(const BakeSettings& s) {
   AtlasSettings a;
-  const TexelMemory memory = texel_memory(s, s.quantities);
+  Quantities quantities = s.quantities;
+  quantities.direct_apart = s.split;
+  const TexelMemory memory = texel_memory(s, quantities);
   a.max_texels = std::min<uint64_t>(a.max_texels, memory_bytes() / (memory.coordinator + memory.worker));
   a.layout = s.layout == "atlas"  ? AtlasSettings::Layout::kAtlas
              : s.layout == "pack" ? AtlasSettings::Layout::kPack

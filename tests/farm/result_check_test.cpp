@@ -5,11 +5,11 @@ namespace kiln {
 namespace {
 
 struct Sums {
-  MomentLayout layout{0, {}};
+  MomentLayout layout;
   WorkUnit unit{1, 0, 8, {5}};
   Result result;
 
-  Sums() {
+  explicit Sums(const Quantities& quantities = {}) : layout(0, quantities) {
     result.result.unit = 1;
     result.result.site_count = 1;
     result.result.plane_count = static_cast<uint32_t>(layout.planes());
@@ -37,6 +37,20 @@ TEST(ResultCheck, LightMayBeNegativeOnlyWhereACacheWasRead) {
   s.unit.cache = sha256({});
   EXPECT_TRUE(s.check());
   s.result.result.moments[kMomentLum2] = -0.25;
+  EXPECT_FALSE(s.check());
+}
+
+// What came straight from an emitter is never negative; the sum for caches is as signed as E.
+TEST(ResultCheck, PartsOfLightAreHeldToTheSame) {
+  Quantities parts;
+  parts.direct_apart = parts.all_light = true;
+  Sums s(parts);
+  EXPECT_TRUE(s.check());
+  s.result.result.moments[s.layout.all_light() + 1] = -0.25;
+  EXPECT_FALSE(s.check());
+  s.unit.cache = sha256({});
+  EXPECT_TRUE(s.check());
+  s.result.result.moments[s.layout.direct() + 2] = -0.25;
   EXPECT_FALSE(s.check());
 }
 

@@ -100,7 +100,7 @@ void UnmetLight::observe(const SampleState& before, const SampleState& after) {
 }
 
 double UnmetLight::get() const {
-  constexpr double kExpected = 0.01, kFactors = 100;
+  constexpr double kExpected = 0.005, kFactors = 100;
   return (found_ + kExpected * kFactors) / (factors_ + kFactors);
 }
 

@@ -15,6 +15,10 @@ const char* impossible(const double* sums, double samples, bool cached, const Mo
   if (sums[kMomentPushed] < 0 || sums[kMomentPushed] > samples) return "samples of a moved place";
   if (layout.has_light() && !cached && sums[kMomentLum] < 0) return "luminance";
   if (layout.has_light() && sums[kMomentLum2] < 0) return "squared luminance";
+  for (size_t c = 0; c < 3; ++c) {
+    if (layout.quantities().direct_apart && sums[layout.direct() + c] < 0) return "direct light";
+    if (layout.quantities().all_light && !cached && sums[layout.all_light() + c] < 0) return "all light";
+  }
   const std::vector<uint32_t>& responses = layout.quantities().responses;
   for (size_t k = 0; k < responses.size(); ++k) {
     const ResponseInfo& r = response_roster()[responses[k]];
