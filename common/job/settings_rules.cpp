@@ -42,11 +42,11 @@ Status check_settings(const BakeSettings& b) {
              "or bake light by itself",
              response_roster()[b.quantities.responses.front()].name));
   if (b.split && !(b.quantities.light && b.direct && b.indirect))
-    return refuse(
-        text("--split direct,indirect writes two parts of the light, and {} leaves one of them at most: leave one "
-             "of the two out",
-             b.quantities.light ? text("--components {}", b.direct ? "direct" : "indirect")
-                                : "--quantities " + print_quantities(b.quantities)));
+    return refuse(text(
+        "--split direct,indirect writes two parts of the light, and {} leaves one of them at most: leave one "
+        "of the two out",
+        b.quantities.light ? text("--components {}", b.direct ? "direct" : "indirect")
+                           : "--quantities " + print_quantities(b.quantities)));
   if (b.min_samples > b.max_samples)
     return refuse(text("--min-samples {} is above --max-samples {}", b.min_samples, b.max_samples));
   const bool astc = std::any_of(b.encodings.begin(), b.encodings.end(),

@@ -22,8 +22,8 @@ Expected<Quantities> parse_quantities(std::string_view list);
 std::string print_quantities(const Quantities& quantities);
 
 // The planes of a texel's moment record: "inside" and "pushed"; if light is asked for, E, its
-// luminance, the square of that, the basis (function major, R G B), and the E that are apart; then the sum and
-// the sum of squares of each response's components.
+// luminance, the square of that, the basis (function major, R G B), and the E that are apart; then the sum
+// and the sum of squares of each response's components.
 class MomentLayout {
  public:
   explicit MomentLayout(uint32_t basis = 0, const Quantities& quantities = {});

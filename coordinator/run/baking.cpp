@@ -173,8 +173,8 @@ class Baking {
   }
 
   // Starting from `count` samples of every site, repeats as often as needed: makes a cache, then
-  // runs a pass whose paths end at it. None of these samples last, but those of a pass that a better cache did
-  // not help. `round`: 0 if the present samples are of whole paths. `work`: the work that follows.
+  // runs a pass whose paths end at it. None of these samples last, but those of a pass that a better cache
+  // did not help. `round`: 0 if the present samples are of whole paths. `work`: the work that follows.
   Expected<PassEnd> make_caches(uint32_t count, std::vector<SiteSamples>& work, uint32_t round) {
     double before = std::numeric_limits<double>::infinity();  // error of one sample, as if independent
     for (;; ++round) {

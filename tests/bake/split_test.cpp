@@ -40,7 +40,8 @@ TEST_F(Split, PartsAddUpToE) {
   bake("whole", [](BakeSettings&) {});
   bake("split", [](BakeSettings& s) { s.split = true; });
   const Planes whole = read("whole", "irradiance.exr"), e = read("split", "irradiance.exr"),
-               direct = read("split", "irradiance.direct.exr"), indirect = read("split", "irradiance.indirect.exr");
+               direct = read("split", "irradiance.direct.exr"),
+               indirect = read("split", "irradiance.indirect.exr");
   double sum_direct = 0, sum_indirect = 0;
   for (const char* channel : {"R", "G", "B"})
     for (size_t t = 0; t < e.plane(channel).size(); ++t) {
@@ -59,7 +60,8 @@ TEST_F(Split, PartsAddUpToE) {
   EXPECT_FALSE(std::filesystem::exists(dir_.path() / "whole/irradiance.direct.exr"));
 }
 
-// Without filters and seams the direct part is what a bake of direct light alone measures, of the same samples.
+// Without filters and seams the direct part is what a bake of direct light alone measures, of the same
+// samples.
 TEST_F(Split, DirectLightIsThatOfABakeOfDirectLight) {
   const auto plain = [](BakeSettings& s) { s.denoise = s.seams = false; };
   bake("split", [&](BakeSettings& s) { plain(s), s.split = true; });

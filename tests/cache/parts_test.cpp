@@ -1,5 +1,5 @@
-// Sums of light of their own: direct light (--split), and all light for the caches of scenes with lights that texels
-// are lit by in reflections alone (`bake: indirect`).
+// Sums of light of their own: direct light (--split), and all light for the caches of scenes with lights that
+// texels are lit by in reflections alone (`bake: indirect`).
 #include <cmath>
 
 #include "tests/analytic/scene_maker.h"
@@ -23,7 +23,8 @@ double difference(const UnitResult& a, size_t plane_a, const UnitResult& b, size
   double largest = 0, worst = 0;
   for (size_t s = 0; s < a.site_count; ++s)
     for (size_t c = 0; c < 3; ++c) {
-      const double x = a.moments[s * a.plane_count + plane_a + c], y = b.moments[s * b.plane_count + plane_b + c];
+      const double x = a.moments[s * a.plane_count + plane_a + c],
+                   y = b.moments[s * b.plane_count + plane_b + c];
       largest = std::max(largest, std::abs(x));
       worst = std::max(worst, std::abs(x - y));
     }
@@ -105,15 +106,19 @@ TEST(Parts, CachesOfAllLightFindTheLightOfWholePaths) {
   for (size_t s = 0; s < b.sites(); ++s)
     if (cache.irradiance[s].x >= 0)
       for (int c = 0; c < 3; ++c)
-        cache.irradiance[s][c] =
-            static_cast<float>(first.moments[s * first.plane_count + all + static_cast<size_t>(c)] / kForCache);
+        cache.irradiance[s][c] = static_cast<float>(
+            first.moments[s * first.plane_count + all + static_cast<size_t>(c)] / kForCache);
   const MeanE of_whole = test::mean_e(whole, kRead), read = test::mean_e(*b.run(0, kRead, &cache, 1), kRead),
-              short_of = test::mean_e(*b.run(0, kRead, &stored, 1), kRead), own = test::mean_e(first, kForCache);
-  const double error = std::sqrt(of_whole.error * of_whole.error + read.error * read.error + own.error * own.error);
-  std::printf("hidden lamps: %+.3f +- %.3f %%\n", 100 * (read.value / of_whole.value - 1), 100 * error / of_whole.value);
+              short_of = test::mean_e(*b.run(0, kRead, &stored, 1), kRead),
+              own = test::mean_e(first, kForCache);
+  const double error =
+      std::sqrt(of_whole.error * of_whole.error + read.error * read.error + own.error * own.error);
+  std::printf("hidden lamps: %+.3f +- %.3f %%\n", 100 * (read.value / of_whole.value - 1),
+              100 * error / of_whole.value);
   EXPECT_LT(error, 0.0025 * of_whole.value);
   EXPECT_NEAR(read.value, of_whole.value, 0.002 * of_whole.value + 4 * error);
-  // What the test would see: a cache of what is stored lacks the lamps' light on the surfaces that reflect it.
+  // What the test would see: a cache of what is stored lacks the lamps' light on the surfaces that reflect
+  // it.
   EXPECT_LT(short_of.value, 0.8 * of_whole.value);
 }
 

@@ -144,8 +144,8 @@ TEST(Allocation, BlackAndUnknownTexelsNeedNothing) {
   }
 }
 
-// Texels that met no light get what lowers the sum of squares as much for a sample as elsewhere: with an expected
-// square of `unmet` for every factor e, unmet / n = (deviation / n)^2.
+// Texels that met no light get what lowers the sum of squares as much for a sample as elsewhere: with an
+// expected square of `unmet` for every factor e, unmet / n = (deviation / n)^2.
 TEST(Allocation, TexelsThatMetNoLightGetSamplesToo) {
   Texels t = three();
   t.add(0, 0, 50).add(1e-9f, 1e-9, 50).add(0, 0, 50);
@@ -160,7 +160,8 @@ TEST(Allocation, TexelsThatMetNoLightGetSamplesToo) {
   EXPECT_EQ(without[3], 50);
   // The others get more, for the error that is left in those.
   for (size_t i = 0; i < 3; ++i) EXPECT_GT(needed[i], without[i]);
-  EXPECT_GT(reached_error(t.state(), ErrorNorm::kMeanSquare, kZ, kUnmet), reached_error(t.state(), ErrorNorm::kMeanSquare, kZ));
+  EXPECT_GT(reached_error(t.state(), ErrorNorm::kMeanSquare, kZ, kUnmet),
+            reached_error(t.state(), ErrorNorm::kMeanSquare, kZ));
   // Where all that may be left is below what counts, no more are asked for.
   const auto most = needed_samples(t.state(), ErrorNorm::kMeanSquare, 1e-4, kZ, 1, kUnmet);
   EXPECT_DOUBLE_EQ(most[3], 1 / (kReplicates * kBlack * kBlack));
@@ -200,7 +201,8 @@ TEST(Allocation, AMapWithoutLightIsDone) {
   for (const ErrorNorm norm : {ErrorNorm::kMax, ErrorNorm::kMeanSquare, ErrorNorm::kPerceptual}) {
     EXPECT_EQ(reached_error(dark.state(), norm, 1.96), 0);
     EXPECT_EQ(reached_error(dark.state(), norm, 1.96, 0.01), 0);
-    EXPECT_EQ(missing_samples(needed_samples(dark.state(), norm, 0.01, 1.96, 1, 0.01), dark.state(), kAny), 0);
+    EXPECT_EQ(missing_samples(needed_samples(dark.state(), norm, 0.01, 1.96, 1, 0.01), dark.state(), kAny),
+              0);
     EXPECT_EQ(missing_samples(needed_samples(dark.state(), norm, 0.01, 1.96), dark.state(), kAny), 0);
     EXPECT_DOUBLE_EQ(affordable_error(dark.state(), norm, 0.01, 1.96, kAny, 100), 0.01);
   }

@@ -30,7 +30,8 @@ bool says(const std::vector<std::string>& left_out, const std::string& words) {
                      [&](const std::string& s) { return s.find(words) != s.npos; });
 }
 
-// Lights that texels are lit by in reflections alone leave a bake its cache, which asks for a sum of all light.
+// Lights that texels are lit by in reflections alone leave a bake its cache, which asks for a sum of all
+// light.
 TEST(Plan, LightsBakedByReflectionsKeepTheCache) {
   Scene scene;
   scene.lights.push_back({"point", "lamp", Mat4x3(1.0f), {}});

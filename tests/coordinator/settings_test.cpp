@@ -164,7 +164,8 @@ TEST(Settings, ASplitNeedsBothParts) {
   BakeSettings s;
   ASSERT_TRUE(set_option(s, "split", "direct,indirect", "test"));
   EXPECT_TRUE(check_settings(s));
-  for (const auto& [name, value] : {std::pair("components", "direct"), {"components", "indirect"}, {"quantities", "ao"}}) {
+  for (const auto& [name, value] :
+       {std::pair("components", "direct"), {"components", "indirect"}, {"quantities", "ao"}}) {
     BakeSettings without = s;
     ASSERT_TRUE(set_option(without, name, value, "test"));
     const Status status = check_settings(without);
@@ -187,7 +188,8 @@ TEST(Job, SaysWhichSumsOfLightItNeeds) {
     const MomentLayout layout(0, back->transport.quantities);
     EXPECT_EQ(layout.planes(), MomentLayout(0).planes() + 3 * (direct + all));
     EXPECT_EQ(layout.names().size(), layout.planes());
-    for (const uint8_t wrong : {uint8_t{2}, uint8_t{6}, uint8_t{9}}) {  // parts of no light, and a bit too many
+    for (const uint8_t wrong :
+         {uint8_t{2}, uint8_t{6}, uint8_t{9}}) {  // parts of no light, and a bit too many
       Bytes damaged = bytes;
       damaged[plain.size()] = std::byte{wrong};
       EXPECT_FALSE(read_job(damaged));

@@ -66,7 +66,8 @@ class Film {
   }
 
   void add_to(size_t plane, const Vec3& e) {
-    for (int channel = 0; channel < 3; ++channel) sums_[plane + static_cast<size_t>(channel)] += double{e[channel]};
+    for (int channel = 0; channel < 3; ++channel)
+      sums_[plane + static_cast<size_t>(channel)] += double{e[channel]};
   }
 
   const MomentLayout* layout_;

@@ -23,7 +23,7 @@ enum class Arriving : uint32_t {
   kAlongPath,    // straight or reflected
   kDirect,       // straight from an emitter
   kDirectShare,  // the same, and in kAlongPath already; only if Quantities::direct_apart
-  kHidden,       // straight from one that the texel is lit by in reflections alone; only if Quantities::all_light
+  kHidden,  // straight from one that the texel is lit by in reflections alone; only if Quantities::all_light
 };
 
 struct RadianceSamples {

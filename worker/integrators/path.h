@@ -52,7 +52,7 @@ class PathIntegrator final : public Integrator {
     Vec3 origin, direction;      // ray origin (offset, and behind any glass passed) and direction
     float pdf;                   // density of the direction
     Vec3 throughput, sum;        // path throughput, and radiance gathered so far
-    Vec3 direct, hidden;         // radiance straight from emitters: in `sum`, and of those that texels do not see
+    Vec3 direct, hidden;  // radiance straight from emitters: in `sum`, and of those that texels do not see
     Vec3 first_direction;
     float first_pdf;
     // At a vertex whose irradiance is known:

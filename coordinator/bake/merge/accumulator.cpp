@@ -177,7 +177,8 @@ Lightmap Accumulator::resolve(const Atlas& atlas) const {
     const std::vector<std::string> moments = layout_.names();
     for (size_t p : {kMomentER, kMomentEG, kMomentEB}) source.push_back(p);
     for (size_t p = 0; p < 3 * layout_.functions(); ++p) source.push_back(kMomentBasis + p);
-    for (size_t c = 0; layout_.quantities().direct_apart && c < 3; ++c) source.push_back(layout_.direct() + c);
+    for (size_t c = 0; layout_.quantities().direct_apart && c < 3; ++c)
+      source.push_back(layout_.direct() + c);
     for (size_t p : source) map.planes.add(moments[p]);
     const BasisInfo& basis = basis_roster()[layout_.basis()];
     if (basis.is_bounded) map.bounds = direction_bounds(basis);

@@ -49,8 +49,8 @@ Expected<ErrorNorm> find_error_norm(std::string_view name) {
               text("there is no error norm '{}': choose one of max, mean-square, perceptual", name));
 }
 
-std::vector<double> needed_samples(const SampleState& s, ErrorNorm norm, double error, double z,
-                                   double fall, double unmet) {
+std::vector<double> needed_samples(const SampleState& s, ErrorNorm norm, double error, double z, double fall,
+                                   double unmet) {
   std::vector<double> needed(s.samples.begin(), s.samples.end());
   const double floor = least_mean(s, norm);
   // Relative deviation of one sample, as if samples were independent.

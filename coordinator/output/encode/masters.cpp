@@ -66,9 +66,9 @@ Expected<std::vector<std::string>> write_irradiance(const OutputContext& c) {
                      {{"R", &p.plane("E.R")}, {"G", &p.plane("E.G")}, {"B", &p.plane("E.B")}, {"A", &alpha}});
 }
 
-// Filters and seams give both parts the same weights, some of them below 0: of noise they may make a part that is
-// negative or more than the whole. Direct light is held between, so that both parts are light and add up to E but
-// for the rounding of one float.
+// Filters and seams give both parts the same weights, some of them below 0: of noise they may make a part
+// that is negative or more than the whole. Direct light is held between, so that both parts are light and add
+// up to E but for the rounding of one float.
 Expected<std::vector<std::string>> write_split(const OutputContext& c) {
   std::vector<std::string> files;
   if (!c.lightmap.has_light || !c.settings.split) return files;
