@@ -43,8 +43,8 @@ Status check_settings(const BakeSettings& b) {
              response_roster()[b.quantities.responses.front()].name));
   if (b.split && !(b.quantities.light && b.direct && b.indirect))
     return refuse(text(
-        "--split direct,indirect writes two parts of the light, and {} leaves one of them at most: leave one "
-        "of the two out",
+        "--split direct,indirect writes both parts of the light, and with {} they are not both baked: leave "
+        "out one of the two settings",
         b.quantities.light ? text("--components {}", b.direct ? "direct" : "indirect")
                            : "--quantities " + print_quantities(b.quantities)));
   if (b.min_samples > b.max_samples)

@@ -266,6 +266,11 @@ std::vector<Case> cases() {
         return spoiled(
             dir, [](SmallScene&) {}, "--quantities ao --embed-basecolor on");
       });
+  add("parts of a light of which only one is baked", 2, {"--split", "--components indirect", "leave out one"},
+      [](const fs::path& dir) {
+        return spoiled(
+            dir, [](SmallScene&) {}, "--components indirect --split direct,indirect");
+      });
   add("value out of range", 2, {"--error", "-1"}, [](const fs::path& dir) {
     return spoiled(
         dir, [](SmallScene&) {}, "--error=-1");
