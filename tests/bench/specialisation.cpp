@@ -71,7 +71,8 @@ class BareIntegrator final : public Integrator {
   };
   void gather(Wave& w, std::span<Task> tasks, uint32_t first_dimension, bool texel) const;
   void finish(const Path& p, Task& task) const {
-    if (!(max_component(p.sum) <= 0.0f)) task.radiance.add(p.first_direction, p.sum / p.first_pdf);
+    if (!(max_component(p.sum) <= 0.0f))
+      task.radiance.add(p.first_direction, p.sum / p.first_pdf, Arriving::kAlongPath);
   }
   const Workload& w_;
   Vec3 albedo_;
@@ -97,7 +98,7 @@ void BareIntegrator::gather(Wave& w, std::span<Task> tasks, uint32_t first_dimen
     if (!(max_component(w.passed[k]) > 0.0f)) continue;
     Path& p = w.paths[w.shadow_path[k]];
     if (texel)
-      task.radiance.add(w.rays[k].direction, w.light[k] * w.passed[k]);
+      task.radiance.add(w.rays[k].direction, w.light[k] * w.passed[k], Arriving::kDirect);
     else
       p.sum += p.throughput * (w.light[k] * w.passed[k]);
   }
