@@ -16,7 +16,7 @@ double summed(const F& contribution) {
   double sum = 0;
   for (uint32_t i = 0; i < kSamples; ++i) {
     RadianceSamples s;
-    s.add({0, 1, 0}, Vec3(contribution(i)));
+    s.add({0, 1, 0}, Vec3(contribution(i)), Arriving::kDirect);
     EXPECT_TRUE(film.add(s, {0, 1, 0}));
     if ((i + 1) % kRange == 0 || i + 1 == kSamples) {
       sum += film.sums()[kMomentEG];
@@ -131,8 +131,8 @@ Measured spread() {
 // Each of the two is a float; together they are not. One of them is dropped, and counted.
 Measured overflowing_together() {
   RadianceSamples s;
-  s.add({0, 1, 0}, Vec3(3e38f));
-  s.add({0, 1, 0}, Vec3(2e38f));
+  s.add({0, 1, 0}, Vec3(3e38f), Arriving::kDirect);
+  s.add({0, 1, 0}, Vec3(2e38f), Arriving::kDirect);
   const MomentLayout layout(1);
   const ResponseSettings response;
   Film film(layout, response);
