@@ -54,6 +54,40 @@ TEST(Accumulator, OrderOfArrivalAndCutChangeNoBit) {
     }
 }
 
+// Caches hold the light of all lights where it has a sum of its own; the map and its error keep to E, and
+// direct light is stored beside it.
+TEST(Accumulator, SumsApartGoWhereTheyBelong) {
+  Quantities apart;
+  apart.direct_apart = apart.all_light = true;
+  for (const Quantities& quantities : {Quantities{}, apart}) {
+    const MomentLayout layout(0, quantities);
+    Accumulator sums(1, layout);
+    for (uint32_t replicate = 0; replicate < kReplicates; ++replicate) {
+      WorkUnit unit{1 + replicate, 0, 4, {0}};
+      unit.replicate = replicate;
+      UnitResult r;
+      r.unit = unit.id;
+      r.site_count = 1;
+      r.plane_count = static_cast<uint32_t>(layout.planes());
+      r.moments.assign(layout.planes(), 0.0);
+      for (size_t c = 0; c < 3; ++c) {
+        r.moments[kMomentER + c] = 8;
+        if (quantities.direct_apart) r.moments[layout.direct() + c] = 2;
+        if (quantities.all_light) r.moments[layout.all_light() + c] = 20;
+      }
+      r.moments[kMomentLum] = 8;
+      r.moments[kMomentLum2] = 16;
+      ASSERT_TRUE(sums.add(unit, r));
+    }
+    EXPECT_EQ(sums.cache(1).irradiance.front(), Vec3(quantities.all_light ? 5.0f : 2.0f));
+    EXPECT_EQ(sums.estimate(0).mean, 2);
+    const TexelStatistics statistics = sums.statistics();
+    ASSERT_EQ(statistics.planes, quantities.direct_apart ? 6u : 3u);
+    EXPECT_EQ(statistics.mean[0][2], 2.0f);
+    if (quantities.direct_apart) EXPECT_EQ(statistics.mean[0][5], 0.5f);
+  }
+}
+
 UnitResult of_samples(const WorkUnit& unit, const std::vector<double>& values, double inside = 0) {
   UnitResult r;
   r.unit = unit.id;
