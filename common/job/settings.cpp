@@ -288,9 +288,8 @@ const Setting kTable[] = {
        return std::string(b.direct ? b.indirect ? "direct,indirect" : "direct" : "indirect");
      }},
     {"split", "LIST", "",
-     "direct,indirect: also write both parts of E, irradiance.direct.exr and irradiance.indirect.exr, which "
-     "add "
-     "up to it; none",
+     "direct,indirect: also write the two parts of E, irradiance.direct.exr and irradiance.indirect.exr; "
+     "none",
      [](B& b, S s) {
        b.split = s == "direct,indirect" || s == "indirect,direct";
        return b.split || s == "none" ? Status{} : refuse(text("'{}' is not direct,indirect or none", s));

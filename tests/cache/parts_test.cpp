@@ -5,7 +5,7 @@
 #include "tests/analytic/scene_maker.h"
 #include "tests/cache/cached_bake.h"
 #include "tests/equivalence/random_scenes.h"
-#include "worker/integrators/integrator.h"
+#include "worker/bake/film.h"
 
 namespace kiln {
 namespace {
@@ -87,6 +87,18 @@ TEST(Parts, AllLightIsThatOfLightsThatAreNotHidden) {
     EXPECT_LT(difference(stored, kMomentER, three, kMomentER), kRounding) << features;
     EXPECT_LT(difference(lit, kMomentER, three, of_two.all_light()), kRounding) << features;
   }
+}
+
+// E and the hidden lights' are floats; together they are not. A worker sends no infinity.
+TEST(Parts, SumsThatOverflowTogetherAreDroppedAndCounted) {
+  const TransportSettings settings = with(false, true);
+  const MomentLayout layout(settings.basis, settings.quantities);
+  Film film(layout, settings.response);
+  RadianceSamples s;
+  s.add({0, 1, 0}, Vec3(2e38f), Arriving::kDirect);
+  s.add({0, 1, 0}, Vec3(3e38f), Arriving::kHidden);
+  EXPECT_FALSE(film.add(s, {0, 1, 0}));
+  for (const double sum : film.sums()) EXPECT_TRUE(std::isfinite(sum));
 }
 
 // A closed room under a lamp that texels do not see: what they get has been reflected once at least.

@@ -61,7 +61,11 @@ class Film {
     sums_[kMomentLum] += lum;
     sums_[kMomentLum2] += lum * lum;
     if (layout_->quantities().direct_apart) add_to(layout_->direct(), direct);
-    if (layout_->quantities().all_light) add_to(layout_->all_light(), e + hidden);
+    if (layout_->quantities().all_light) {
+      const Vec3 all = e + hidden;
+      finite &= is_finite(all);
+      if (is_finite(all)) add_to(layout_->all_light(), all);
+    }
     return finite;
   }
 

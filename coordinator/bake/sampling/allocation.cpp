@@ -20,10 +20,11 @@ bool has_met_no_light(const SampleState& s, size_t i, double floor) {
   return s.samples[i] > 0 && s.mean[i] <= kUnmetShare * floor && std::isfinite(s.standard_error[i]);
 }
 
-// Of a site that has met no light: its expected squared relative error (UnmetLight).
-double unmet_square(const SampleState& s, size_t i, double unmet) {
-  const double met = kReplicates * s.samples[i] * kBlack * kBlack;
-  return unmet * std::max(0.0, -std::log(met));
+// From this count per replicate on, what a site has not met is below what counts (UnmetLight).
+constexpr double kMostUnmet = 1 / (kReplicates * kBlack * kBlack);
+// The expected squared relative error of a site that has met no light in so many samples per replicate.
+double unmet_square(double samples, double unmet) {
+  return unmet * std::max(0.0, std::log(kMostUnmet / samples));
 }
 
 }  // namespace
@@ -59,17 +60,21 @@ std::vector<double> needed_samples(const SampleState& s, ErrorNorm norm, double 
   };
   double factor = z / error;  // needed = (factor x deviation)^2
   if (norm == ErrorNorm::kMeanSquare) {
-    double sum = 0, unmet_squares = 0;
+    double sum = 0;
     size_t count = 0;
     for (size_t i = 0; i < needed.size(); ++i) {
-      if (has_met_no_light(s, i, floor)) unmet_squares += unmet_square(s, i, unmet);
       if (!is_lit(s, i)) continue;
       sum += deviation(i);
       ++count;
     }
-    // Lit sites get what the others leave of the target, half of it at least.
     const double squares = static_cast<double>(count) / (factor * factor);
-    const double left = std::max(squares - unmet_squares, 0.5 * squares);
+    // Lit sites get what the others will leave of the target, half of it at least.
+    double left = squares;
+    for (size_t i = 0; unmet > 0 && i < needed.size(); ++i)
+      if (has_met_no_light(s, i, floor))
+        left -=
+            unmet_square(std::max<double>(s.samples[i], unmet * (sum / squares) * (sum / squares)), unmet);
+    left = std::max(left, 0.5 * squares);
     factor = count ? sum / left : 0;  // needed = factor x deviation
   }
   for (size_t i = 0; i < needed.size(); ++i)
@@ -81,7 +86,7 @@ std::vector<double> needed_samples(const SampleState& s, ErrorNorm norm, double 
     }
   if (norm != ErrorNorm::kMeanSquare || !(unmet > 0)) return needed;
   // The expected square falls by unmet / n for one more sample, as (deviation / n)^2 does elsewhere.
-  const double wanted = std::min(unmet * factor * factor, 1 / (kReplicates * kBlack * kBlack));
+  const double wanted = std::min(unmet * factor * factor, kMostUnmet);
   for (size_t i = 0; i < needed.size(); ++i)
     if (has_met_no_light(s, i, floor)) needed[i] = std::max(needed[i], wanted);
   return needed;
@@ -160,7 +165,7 @@ double reached_error(const SampleState& s, ErrorNorm norm, double z, double unme
   double worst = 0, squares = 0;
   size_t count = 0;
   for (size_t i = 0; i < s.mean.size(); ++i) {
-    if (has_met_no_light(s, i, floor)) squares += unmet_square(s, i, unmet);
+    if (has_met_no_light(s, i, floor)) squares += unmet_square(s.samples[i], unmet);
     if (!is_lit(s, i)) continue;
     const double relative = s.standard_error[i] / std::max<double>(s.mean[i], floor);
     worst = std::max(worst, relative);
