@@ -7,7 +7,11 @@
 
 namespace kiln {
 
-Connection::Impl::Impl(asio::ip::tcp::socket s) : socket(std::move(s)), linger(socket.get_executor()) {
+Connection::Impl::Impl(asio::ip::tcp::socket s)
+    : socket(std::move(s)),
+      linger(socket.get_executor()),
+      arriving(socket.get_executor()),
+      leaving(socket.get_executor()) {
   asio::error_code code;
   const auto remote = socket.remote_endpoint(code);
   if (!code) {
@@ -16,66 +20,16 @@ Connection::Impl::Impl(asio::ip::tcp::socket s) : socket(std::move(s)), linger(s
   }
 }
 
-bool begins_like_tls(std::span<const std::byte> bytes) {
-  // Content types 20 (change cipher spec) to 23 (application data), then a version whose major is 3.
-  return bytes.size() >= 2 && bytes[0] >= std::byte{20} && bytes[0] <= std::byte{23} &&
-         bytes[1] == std::byte{3};
-}
-
-void Connection::Impl::read_header() {
-  read(asio::buffer(head), [self = shared_from_this()](asio::error_code code, size_t size) {
-    if (self->shut_down) return;
-    if (code) {
-      // An alert of TLS is shorter than a frame's header.
-      if (!self->tls && begins_like_tls(std::span(self->head).first(size)))
-        return self->shut("the peer speaks TLS: give this side a certificate too");
-      return self->on_read_error(code);
-    }
-    if (auto header = read_frame_header(self->head)) {
-      self->header = *header;
-      self->read_payload();
-    } else {
-      self->on_bad_header(header.error());
-    }
-  });
-}
-
-void Connection::Impl::on_bad_header(const Error& error) {
-  if (tls || !begins_like_tls(head)) return shut(error.message);
-  // A TLS client rejects any unencrypted answer; the frame is for whoever logs it.
-  part("the peer speaks TLS and this side plain: give this side a certificate, or leave the peer's out",
-       encode(Refused{"this side speaks plain: leave the certificate out, or give this side one"}));
-}
-
-void Connection::Impl::read_payload() {
-  if (header.length > payload_limit) return shut("data came before the hand-shake");
-  payload.resize(header.length);  // capped by read_frame_header
-  read(asio::buffer(payload), [self = shared_from_this()](asio::error_code code, size_t) {
-    if (self->shut_down) return;
-    if (code) return self->on_read_error(code);
-    if (auto good = check_frame_payload(self->header, self->payload); !good)
-      return self->shut(good.error().message);
-    // A closing connection still reads, so that the peer's last bytes do not turn our close into a reset
-    // that would destroy the reason we sent.
-    if (!self->closing) self->handlers.on_frame(self->header, self->payload);
-    if (!self->shut_down) self->read_header();
-  });
-}
-
-void Connection::Impl::on_read_error(const asio::error_code& code) {
-  // After we close our side of TLS its stream reads nothing more, while the peer may still send: see
-  // read_payload.
-  if (closing && tls && code == asio::error::eof)
-    return drain([self = shared_from_this()] { self->shut(self->close_reason); });
-  shut(wire_words(code, tls ? &check : nullptr));
-}
-
 void Connection::Impl::write_next() {
   if (writing || queue.empty() || shut_down) return;
   writing = true;
+  if (limits)
+    leaving.set(*limits, queue.front().size(), shared_from_this(),
+                [impl = this] { impl->shut("the peer stopped reading"); });
   write(asio::buffer(queue.front()), [self = shared_from_this()](asio::error_code code, size_t) {
     if (self->shut_down) return;
     self->writing = false;
+    self->leaving.stop();
     if (code) return self->shut(wire_words(code, self->tls ? &self->check : nullptr));
     const bool was_full = self->queued >= self->budget;
     self->queued -= self->queue.front().size();
@@ -114,6 +68,9 @@ void Connection::Impl::shut(std::string reason) {
   asio::error_code ignored;
   socket.close(ignored);
   linger.cancel();
+  arriving.stop();
+  leaving.stop();
+  share.reset();
   report(closing ? close_reason : reason);
 }
 
@@ -141,6 +98,9 @@ void Connection::Impl::drain(std::function<void()> ended) {
 void Connection::Impl::part(std::string reason, Bytes last_words, std::function<void()> ended) {
   if (shut_down) return;
   closing = shut_down = true;  // a destroyed Connection leaves the rest to this object
+  arriving.stop();
+  leaving.stop();
+  share.reset();
   linger.expires_after(std::chrono::seconds(2));
   linger.async_wait([self = shared_from_this()](asio::error_code code) {
     asio::error_code ignored;
@@ -182,8 +142,12 @@ void Connection::send(const Message& message) {
   impl_->write_next();
 }
 
-void Connection::accept_data() {
-  impl_->payload_limit = kMaxDataBytes;
+void Connection::accept_data(uint32_t max_bytes) {
+  impl_->payload_limit = max_bytes;
+}
+
+void Connection::set_limits(PeerLimits limits) {
+  impl_->limits = std::move(limits);
 }
 
 size_t Connection::queued_bytes() const {
@@ -203,6 +167,10 @@ void Connection::close_after_writes(std::string reason) {
 
 std::string Connection::peer() const {
   return impl_->peer;
+}
+std::string Connection::caller() const {
+  if (!impl_->identity.name.empty()) return impl_->identity.name;
+  return impl_->peer.substr(0, impl_->peer.rfind(':'));
 }
 bool Connection::loopback() const {
   return impl_->loopback;

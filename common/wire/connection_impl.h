@@ -2,6 +2,7 @@
 #pragma once
 
 #include <deque>
+#include <optional>
 
 #include "common/wire/connection.h"
 #include "common/wire/event_loop_impl.h"
@@ -10,11 +11,36 @@
 
 namespace kiln {
 
+// A timer that is set and stopped for each message: a call that was already on its way is ignored.
+struct MessageDeadline {
+  explicit MessageDeadline(const asio::any_io_executor& executor) : timer(executor) {}
+  template <class Owner, class Handler>
+  void set(const PeerLimits& limits, size_t bytes, std::shared_ptr<Owner> owner, Handler handler) {
+    timer.expires_after(limits.patience + std::chrono::milliseconds(bytes * 1000 / kSlowestBytes));
+    timer.async_wait([this, owner = std::move(owner), handler = std::move(handler),
+                      mine = ++number](asio::error_code code) {
+      if (!code && mine == number) handler();
+    });
+  }
+  void stop() {
+    ++number;
+    timer.cancel();
+  }
+  asio::steady_timer timer;
+  uint64_t number = 0;
+};
+
 struct Connection::Impl : std::enable_shared_from_this<Connection::Impl> {
   explicit Impl(asio::ip::tcp::socket s);
   void read_header();
+  void on_first_bytes(size_t size);
+  void on_header();
   void on_bad_header(const Error& error);
+  void expect_message();
+  void expect_payload();
   void read_payload();
+  void wait_for_memory();
+  void on_message();
   void on_read_error(const asio::error_code& code);
   void write_next();
   void shut(std::string reason);  // closes the socket and reports once
@@ -27,11 +53,11 @@ struct Connection::Impl : std::enable_shared_from_this<Connection::Impl> {
 
   // The only place where plain TCP and TLS differ: one branch per message, none per byte.
   template <class Handler>
-  void read(asio::mutable_buffer buffer, Handler handler) {
+  void read(asio::mutable_buffer buffer, size_t at_least, Handler handler) {
     if (tls)
-      asio::async_read(*tls, buffer, std::move(handler));
+      asio::async_read(*tls, buffer, asio::transfer_at_least(at_least), std::move(handler));
     else
-      asio::async_read(socket, buffer, std::move(handler));
+      asio::async_read(socket, buffer, asio::transfer_at_least(at_least), std::move(handler));
   }
   template <class Handler>
   void write(asio::const_buffer buffer, Handler handler) {
@@ -43,6 +69,8 @@ struct Connection::Impl : std::enable_shared_from_this<Connection::Impl> {
 
   asio::ip::tcp::socket socket;
   asio::steady_timer linger;
+  MessageDeadline arriving, leaving;
+  std::optional<PeerLimits> limits;
   std::shared_ptr<const TlsContext> context;
   PeerCheck check;
   std::unique_ptr<TlsStream> tls;  // over `socket`; null: plain
@@ -53,8 +81,10 @@ struct Connection::Impl : std::enable_shared_from_this<Connection::Impl> {
   size_t budget = 0;
   std::array<std::byte, kFrameHeaderBytes> head{};
   FrameHeader header;
-  Bytes payload;
-  std::deque<Bytes> queue;  // the front is being written
+  Bytes payload;                                // grows as bytes arrive
+  size_t arrived = 0;                           // of the payload
+  std::unique_ptr<ReceiveBudget::Share> share;  // of the limits' memory, for the message that is arriving
+  std::deque<Bytes> queue;                      // the front is being written
   size_t queued = 0;
   uint32_t payload_limit = kMaxControlBytes;
   bool writing = false, closing = false, shut_down = false;

@@ -84,6 +84,10 @@ std::string ClientSession::role() const {
   return access_name(shared_->caller.access);
 }
 
+uint32_t ClientSession::max_message_bytes() const {
+  return shared_->caller.access < Access::kSubmit ? kMaxReaderBytes : kMaxDataBytes;
+}
+
 void ClientSession::give(std::variant<Request, ChunkPiece> work, size_t bytes) {
   const std::lock_guard lock(shared_->mutex);
   shared_->requests += std::holds_alternative<Request>(work);
@@ -105,6 +109,9 @@ void ClientSession::on_request(Request request) {
         Reply{request.id, false, ErrorKind::kUnavailable,
               text("more than {} requests, or {} MiB, wait already: wait for their replies", kMaxRequests,
                    kMaxWaitingBytes >> 20)});
+  if (shared_->link->queued_bytes() > kChunkWriteBudget)
+    return shared_->link->send(Reply{request.id, false, ErrorKind::kUnavailable,
+                                     "earlier replies have not been read: read them first"});
   give(std::move(request), bytes);
 }
 

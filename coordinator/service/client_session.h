@@ -20,6 +20,7 @@ class ClientSession final : public ClientTalk {
   ClientSession(ServiceImpl& service, const Caller& caller, ClientLink& link);
   ~ClientSession() override;
   std::string role() const override;
+  uint32_t max_message_bytes() const override;
   void on_request(Request request) override;
   void on_piece(ChunkPiece piece) override;
   Status on_chunk_request(ChunkRequest request) override;

@@ -39,6 +39,7 @@ class Talk final : public ClientTalk {
  public:
   Talk(ClientLink& link, int64_t off_ms) : link_(link), off_ms_(off_ms) {}
   std::string role() const override { return "submit"; }
+  uint32_t max_message_bytes() const override { return kMaxDataBytes; }
   void on_request(Request request) override {
     using namespace std::chrono;
     const int64_t now = duration_cast<milliseconds>(system_clock::now().time_since_epoch()).count();

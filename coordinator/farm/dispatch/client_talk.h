@@ -22,8 +22,9 @@ class ClientLink {
 // Handles one client's messages. Called on the farm's thread, so slow work must run elsewhere.
 class ClientTalk {
  public:
-  virtual ~ClientTalk() = default;       // the connection has ended and the link is invalid
-  virtual std::string role() const = 0;  // for ClientWelcome
+  virtual ~ClientTalk() = default;                 // the connection has ended and the link is invalid
+  virtual std::string role() const = 0;            // for ClientWelcome
+  virtual uint32_t max_message_bytes() const = 0;  // that its role has a use for
   virtual void on_request(Request request) = 0;
   virtual void on_piece(ChunkPiece piece) = 0;                // of an upload
   virtual Status on_chunk_request(ChunkRequest request) = 0;  // of a download; an error refuses the client

@@ -35,7 +35,7 @@ Status Server::listen() {
   options.tls = settings_.tls;
   options.admit_strangers = settings_.admit_strangers;
   const auto accept = [this](std::unique_ptr<Connection> connection) {
-    auto session = std::make_unique<Session>(loop_, *this, std::move(connection));
+    auto session = std::make_unique<Session>(loop_, *this, std::move(connection), memory_);
     Session& started = *session;
     sessions_.emplace(&started, std::move(session));
     started.start();
@@ -141,6 +141,13 @@ void Server::on_admitted(Session& session) {
 Expected<std::unique_ptr<ClientTalk>> Server::admit_client(const ClientHello& hello, Session& session) {
   if (!settings_.clients.admit)
     return fail(ErrorKind::kUsage, "this coordinator bakes one scene and has no queue");
+  const std::string caller = session.caller();
+  const auto its = std::count_if(sessions_.begin(), sessions_.end(), [&](const auto& entry) {
+    return entry.first->is_client() && entry.first->caller() == caller;
+  });
+  if (static_cast<size_t>(its) >= kMaxClientsOfCaller)
+    return fail(ErrorKind::kUnavailable, text("{} has {} connections already: end some, or try again later",
+                                              caller, kMaxClientsOfCaller));
   auto talk = settings_.clients.admit(hello, session.identity(), session);
   if (!talk) {
     ++refused_;

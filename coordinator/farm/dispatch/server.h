@@ -108,6 +108,7 @@ class Server final : public SessionHost {
   SteadyClock clock_;
   FarmLedger ledger_;
   std::unique_ptr<Listener> listener_;
+  const std::shared_ptr<ReceiveBudget> memory_ = ReceiveBudget::make(kReceiveBytes, kReceiveBytesOfCaller);
   std::map<Session*, std::unique_ptr<Session>> sessions_;
   std::map<WorkerId, Member> members_;
   std::map<uint64_t, std::string> expelled_;  // processes and reasons

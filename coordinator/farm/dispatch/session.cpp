@@ -19,15 +19,18 @@ bool of_minor_1(const Message& message) {
 
 }  // namespace
 
-Session::Session(EventLoop& loop, SessionHost& host, std::unique_ptr<Connection> connection)
+Session::Session(EventLoop& loop, SessionHost& host, std::unique_ptr<Connection> connection,
+                 std::shared_ptr<ReceiveBudget> memory)
     : host_(host),
       connection_(std::move(connection)),
-      hand_shake_(loop),
+      patience_(loop),
       peer_(connection_->peer()),
-      name_(peer_) {}
+      name_(peer_) {
+  connection_->set_limits({std::move(memory), connection_->caller()});
+}
 
 void Session::start() {
-  hand_shake_.after(kHandShakePatience, [this] { refuse("no Hello came within 10 s"); });
+  patience_.after(kHandShakePatience, [this] { refuse("no Hello came within 10 s"); });
   Connection::Handlers handlers;
   handlers.on_frame = [this](const FrameHeader& h, std::span<const std::byte> p) { on_frame(h, p); };
   handlers.on_room = [this] { talk_ ? talk_->on_room() : serve_chunks(); };
@@ -62,9 +65,21 @@ void Session::on_frame(const FrameHeader& header, std::span<const std::byte> pay
   auto message = decode(header, payload);
   if (!message) return refuse(message.error().message);
   peer_minor_ = header.minor;
-  if (talk_) return handle_client(*message);
+  if (talk_) {
+    expect_client();
+    return handle_client(*message);
+  }
   if (worker_) host_.on_heard(*this);
   handle(*message);
+}
+
+// A client that neither speaks nor is being sent anything gives its place to others. Workers are watched by
+// the ledger.
+void Session::expect_client() {
+  patience_.after(kClientPatience, [this] {
+    if (connection_->queued_bytes() > 0) return expect_client();  // a slow reader has a deadline of its own
+    refuse(text("nothing was asked for {} minutes: connect again", kClientPatience.count() / 60'000));
+  });
 }
 
 void Session::handle_client(Message& message) {
@@ -128,7 +143,7 @@ void Session::greet(Hello& hello) {
   if (worker_) return refuse("a second Hello");
   const auto admitted = host_.admit(hello, *this);
   if (!admitted) return refuse(admitted.error().message);
-  hand_shake_.cancel();
+  patience_.cancel();
   connection_->accept_data();
   hello_ = std::move(hello);
   hello_.token.clear();
@@ -142,9 +157,9 @@ void Session::greet_client(ClientHello& hello) {
   if (worker_) return refuse("a second Hello");
   auto talk = host_.admit_client(hello, *this);
   if (!talk) return refuse(talk.error().message);
-  hand_shake_.cancel();
-  connection_->accept_data();
   talk_ = std::move(*talk);
+  expect_client();
+  connection_->accept_data(talk_->max_message_bytes());
   name_ = text("{} at {}", hello.user, peer_);
   connection_->send(ClientWelcome{KILN_VERSION, talk_->role()});
 }

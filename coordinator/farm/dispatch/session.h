@@ -39,7 +39,8 @@ class SessionHost {
 
 class Session final : public ClientLink {
  public:
-  Session(EventLoop& loop, SessionHost& host, std::unique_ptr<Connection> connection);
+  Session(EventLoop& loop, SessionHost& host, std::unique_ptr<Connection> connection,
+          std::shared_ptr<ReceiveBudget> memory);
   void start();
   // Does not send messages that the peer's minor lacks.
   void send(const Message& message) override;
@@ -54,11 +55,13 @@ class Session final : public ClientLink {
   uint8_t peer_minor() const { return peer_minor_; }
   const Hello& hello() const { return hello_; }  // without its token
   const PeerIdentity& identity() const { return connection_->peer_identity(); }
+  std::string caller() const { return connection_->caller(); }
 
  private:
   void on_frame(const FrameHeader& header, std::span<const std::byte> payload);
   void handle(Message& message);
   void handle_client(Message& message);
+  void expect_client();
   void greet(Hello& hello);
   void greet_client(ClientHello& hello);
   void request(const ChunkRequest& request);
@@ -66,7 +69,7 @@ class Session final : public ClientLink {
 
   SessionHost& host_;
   std::unique_ptr<Connection> connection_;
-  Timer hand_shake_;
+  Timer patience_;  // for the Hello, then for a client's next message
   Hello hello_;
   WorkerId worker_ = 0;
   uint8_t peer_minor_ = 0;
