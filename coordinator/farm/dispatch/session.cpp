@@ -124,6 +124,12 @@ void Session::handle(Message& message) {
       message);
 }
 
+// A certificate's name is proven; what the program calls its machine stands beside it.
+std::string Session::known_as(const std::string& host) const {
+  const std::string& proven = identity().name;
+  return proven.empty() || proven == host ? host : text("{}, host {}", proven, host);
+}
+
 void Session::greet(Hello& hello) {
   if (worker_) return refuse("a second Hello");
   const auto admitted = host_.admit(hello, *this);
@@ -133,7 +139,7 @@ void Session::greet(Hello& hello) {
   hello_ = std::move(hello);
   hello_.token.clear();
   worker_ = *admitted;
-  name_ = text("worker {} ({}, process {})", worker_, hello_.host, hello_.pid);
+  name_ = text("worker {} ({}, process {})", worker_, known_as(hello_.host), hello_.pid);
   connection_->send(host_.welcome(worker_));
   host_.on_admitted(*this);
 }
@@ -145,7 +151,7 @@ void Session::greet_client(ClientHello& hello) {
   hand_shake_.cancel();
   connection_->accept_data();
   talk_ = std::move(*talk);
-  name_ = text("{} at {}", hello.user, peer_);
+  name_ = text("{} at {}", identity().name.empty() ? hello.user : identity().name, peer_);
   connection_->send(ClientWelcome{KILN_VERSION, talk_->role()});
 }
 

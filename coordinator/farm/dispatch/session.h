@@ -59,6 +59,7 @@ class Session final : public ClientLink {
   void on_frame(const FrameHeader& header, std::span<const std::byte> payload);
   void handle(Message& message);
   void handle_client(Message& message);
+  std::string known_as(const std::string& host) const;
   void greet(Hello& hello);
   void greet_client(ClientHello& hello);
   void request(const ChunkRequest& request);
