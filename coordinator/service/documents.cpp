@@ -112,6 +112,7 @@ std::string workers_document(ServiceImpl& service) {
   w.begin_object().key("workers").begin_array();
   for (const WorkerStatus& k : status.workers) {
     w.begin_object().pair("id", k.id).pair("name", k.name).pair("identity", k.identity).pair("peer", k.peer);
+    w.pair("owner", k.owner);
     w.pair("release", k.release).pair("threads", k.threads).pair("job", k.job).pair("state", k.state);
     w.pair("units_held", k.units_held).pair("units_done", k.units_done).pair("units_failed", k.units_failed);
     w.pair("rays", k.rays).pair("rays_per_second", k.rays_per_second).pair("agreed", k.agreed);

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -24,12 +25,13 @@ struct FarmSettings {
   std::string listen_host = "127.0.0.1";
   uint16_t listen_port = 0;  // 0: any free port
   std::string token;         // workers must present it; empty: generated (loopback), or certificates decide
-  std::shared_ptr<const TlsContext> tls;  // null: plain TCP
-  bool admit_strangers = false;           // with TLS: callers without a certificate may ask to be enrolled
-  bool plain_is_fine = false;             // off loopback without TLS: explicitly allowed by the user
-  uint32_t local_workers = 1;             // worker processes to spawn and keep alive
-  uint32_t local_threads = 1;             // threads of each
-  std::string worker_program;             // path of kiln-worker
+  std::map<std::string, std::string> owner_tokens;  // tokens of single owners of workers, by their names
+  std::shared_ptr<const TlsContext> tls;            // null: plain TCP
+  bool admit_strangers = false;  // with TLS: callers without a certificate may ask to be enrolled
+  bool plain_is_fine = false;    // off loopback without TLS: explicitly allowed by the user
+  uint32_t local_workers = 1;    // worker processes to spawn and keep alive
+  uint32_t local_threads = 1;    // threads of each
+  std::string worker_program;    // path of kiln-worker
   FarmRules rules;
   bool comes_back = false;       // at the end workers are not dismissed: they wait for the next coordinator
   bool others_may_come = false;  // a job refused by all present workers waits for others instead of failing

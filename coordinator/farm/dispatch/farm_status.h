@@ -19,6 +19,7 @@ struct WorkerStatus {
   double rays_per_second = 0;  // over the results of the last minute
   uint64_t agreed = 0;
   uint64_t queued_bytes = 0;  // waiting to be sent to it
+  std::string owner{};        // WorkerTraits::owner
 };
 
 struct FarmJobStatus {

@@ -9,8 +9,7 @@
 namespace kiln {
 namespace {
 
-constexpr uint32_t kMaxThreads = 4096;
-constexpr uint32_t kMaxCredits = 4 * kMaxThreads;
+constexpr uint32_t kMaxCredits = 4 * kMaxWorkerThreads;
 constexpr uint64_t kMaxParkedBytes = uint64_t{256} << 20;  // of results whose units do not exist yet
 constexpr int64_t kRateWindowMs = 60000;
 
@@ -77,83 +76,6 @@ void Server::dismiss_all(const std::string& reason) {
 Session* Server::session_of(WorkerId worker) const {
   const auto it = members_.find(worker);
   return it == members_.end() ? nullptr : it->second.session;
-}
-
-Expected<WorkerId> Server::admit(const Hello& hello, Session& session) {
-  const auto refuse = [&](const std::string& why) {
-    ++refused_;
-    note(0, text("{} is refused: {}", session.name(), why));
-    return fail(ErrorKind::kUsage, why);
-  };
-  if (settings_.tls && !session.identity().has(Role::kWorker))
-    return refuse(
-        text("the certificate of {} has the roles {}, not worker: issue one with `kiln cert issue --role "
-             "worker`",
-             session.identity().name.empty() ? "nobody" : session.identity().name,
-             role_list(session.identity().roles)));
-  if (!settings_.token.empty() && !equal_secret(hello.token, settings_.token))
-    return refuse(
-        "the token is not this coordinator's: give the worker the coordinator's token with --token-file or "
-        "KILN_TOKEN");
-  if (hello.threads == 0 || hello.threads > kMaxThreads)
-    return refuse(text("{} threads is not a possible number", hello.threads));
-  if (const auto it = expelled_.find(hello.instance); it != expelled_.end()) return refuse(it->second);
-  Member member;
-  member.session = &session;
-  member.instance = hello.instance;
-  member.identity = settings_.tls ? session.identity().name
-                                  : text("{}, process {} ({:x})", hello.host, hello.pid, hello.instance);
-  if (const std::string* why = ledger_.quarantined_for(member.identity)) {
-    const std::string reason = text("{} is quarantined: {}. `kiln workers --forgive {}` lets it come back",
-                                    member.identity, *why, member.identity);
-    return refuse(reason);
-  }
-  for (const auto& [id, other] : members_) {
-    if (other.instance != hello.instance) continue;
-    // The process closed a connection that we still consider open.
-    Session* older = other.session;
-    const WorkerId worker = id;
-    Actions actions;
-    ledger_.leave(worker, false, "it connected anew", clock_.now_ms(), actions);
-    members_.erase(worker);
-    older->goodbye("you connected anew");
-    perform(std::move(actions));
-    break;
-  }
-  const WorkerId worker = ++last_worker_;
-  members_.emplace(worker, std::move(member));
-  return worker;
-}
-
-Welcome Server::welcome(WorkerId worker) const {
-  const auto lease = static_cast<uint32_t>(settings_.rules.lease_ms);
-  return {worker, std::max(10u, lease / 4), lease};
-}
-
-void Server::on_admitted(Session& session) {
-  const Member& member = members_.at(session.worker());
-  Actions actions;
-  ledger_.join(session.worker(), {member.identity, session.name(), session.hello().threads, member.instance},
-               clock_.now_ms(), actions);
-  perform(std::move(actions));
-}
-
-Expected<std::unique_ptr<ClientTalk>> Server::admit_client(const ClientHello& hello, Session& session) {
-  if (!settings_.clients.admit)
-    return fail(ErrorKind::kUsage, "this coordinator bakes one scene and has no queue");
-  const std::string caller = session.caller();
-  const auto its = std::count_if(sessions_.begin(), sessions_.end(), [&](const auto& entry) {
-    return entry.first->is_client() && entry.first->caller() == caller;
-  });
-  if (static_cast<size_t>(its) >= kMaxClientsOfCaller)
-    return fail(ErrorKind::kUnavailable, text("{} has {} connections already: end some, or try again later",
-                                              caller, kMaxClientsOfCaller));
-  auto talk = settings_.clients.admit(hello, session.identity(), session);
-  if (!talk) {
-    ++refused_;
-    note(0, text("{} is refused: {}", session.name(), talk.error().message));
-  }
-  return talk;
 }
 
 const Bytes* Server::chunk(const Digest& id) const {

@@ -63,7 +63,7 @@ class Server final : public SessionHost {
   };
   struct Member {  // a connected worker
     Session* session = nullptr;
-    std::string identity;
+    std::string identity, owner;  // WorkerTraits'
     uint64_t instance = 0;
     uint64_t units = 0, failed = 0, rays = 0;
     std::deque<std::pair<int64_t, uint64_t>> recent;  // (when, rays) of the last minute
@@ -75,10 +75,13 @@ class Server final : public SessionHost {
     EventLoop* loop;
   };
 
+  // server_admission.cpp
+  Expected<std::string> owner_of(const Hello& hello, const Session& session) const;
   Expected<WorkerId> admit(const Hello& hello, Session& session) override;
   Welcome welcome(WorkerId worker) const override;
   void on_admitted(Session& session) override;
   Expected<std::unique_ptr<ClientTalk>> admit_client(const ClientHello& hello, Session& session) override;
+
   const Bytes* chunk(const Digest& id) const override;
   void on_heard(Session& session) override;
   void on_class(Session& session, const JobClass& message) override;

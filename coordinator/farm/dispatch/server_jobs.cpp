@@ -155,6 +155,7 @@ FarmStatus Server::status() const {
     w.id = id;
     w.name = member.session->name();
     w.identity = member.identity;
+    w.owner = member.owner;
     w.peer = member.session->peer();
     w.release = member.session->hello().version;
     w.threads = member.session->hello().threads;
@@ -213,7 +214,7 @@ std::vector<std::string> Server::why_worker(const std::string& number_or_name) c
   std::vector<std::string> lines;
   for (const auto& [id, member] : members_) {
     const bool meant = number_or_name == std::to_string(id) || member.identity == number_or_name ||
-                       member.session->hello().host == number_or_name;
+                       (!settings_.tls && member.session->hello().host == number_or_name);
     if (!meant) continue;
     for (std::string& line : ledger_.why_worker(id, clock_.now_ms())) lines.push_back(std::move(line));
   }

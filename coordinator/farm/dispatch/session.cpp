@@ -139,6 +139,12 @@ void Session::handle(Message& message) {
       message);
 }
 
+// A certificate's name is proven; what the program calls its machine stands beside it.
+std::string Session::known_as(const std::string& host) const {
+  const std::string& proven = identity().name;
+  return proven.empty() || proven == host ? host : text("{}, host {}", proven, host);
+}
+
 void Session::greet(Hello& hello) {
   if (worker_) return refuse("a second Hello");
   const auto admitted = host_.admit(hello, *this);
@@ -148,7 +154,7 @@ void Session::greet(Hello& hello) {
   hello_ = std::move(hello);
   hello_.token.clear();
   worker_ = *admitted;
-  name_ = text("worker {} ({}, process {})", worker_, hello_.host, hello_.pid);
+  name_ = text("worker {} ({}, process {})", worker_, known_as(hello_.host), hello_.pid);
   connection_->send(host_.welcome(worker_));
   host_.on_admitted(*this);
 }
@@ -160,7 +166,7 @@ void Session::greet_client(ClientHello& hello) {
   talk_ = std::move(*talk);
   expect_client();
   connection_->accept_data(talk_->max_message_bytes());
-  name_ = text("{} at {}", hello.user, peer_);
+  name_ = text("{} at {}", identity().name.empty() ? hello.user : identity().name, peer_);
   connection_->send(ClientWelcome{KILN_VERSION, talk_->role()});
 }
 

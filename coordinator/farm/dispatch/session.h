@@ -62,6 +62,7 @@ class Session final : public ClientLink {
   void handle(Message& message);
   void handle_client(Message& message);
   void expect_client();
+  std::string known_as(const std::string& host) const;
   void greet(Hello& hello);
   void greet_client(ClientHello& hello);
   void request(const ChunkRequest& request);

@@ -11,6 +11,8 @@ namespace kiln {
 using JobId = uint64_t;     // from 1, never reused
 using WorkerId = uint32_t;  // one process of a worker; drawn by the coordinator, new after its restart
 
+constexpr uint32_t kMaxWorkerThreads = 4096;
+
 struct FarmRules {
   int64_t lease_ms = 15000;   // silence after which a worker's units go to others
   int64_t hang_ms = 600000;   // a heartbeating worker that holds a unit this long has hung
@@ -46,6 +48,9 @@ struct WorkerTraits {
   uint32_t threads = 1;
   uint64_t process =
       0;  // random number drawn at start: a worker that returns with the same number did not crash
+  // Who answers for it: the name in its certificate, or the holder of a worker token of their own. Empty:
+  // nobody in particular, as with the token that all workers share.
+  std::string owner{};
 };
 
 // One unit of a pass, in order of value.
