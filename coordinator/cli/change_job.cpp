@@ -27,6 +27,46 @@ int ask(const Arguments& a, const std::string& verb, const std::string& said) {
   return s ? 0 : report_error(s.error());
 }
 
+int retry_suspects(const Arguments& a) {
+  const Status s = [&]() -> Status {
+    KILN_TRY(const std::unique_ptr<ServiceClient> client, connect_service(a));
+    const std::string name = a.get("worker");
+    KILN_TRY(const std::string reply,
+             client->call("retry", JsonWriter().begin_object().pair("suspect", name).end_object().take()));
+    if (a.has("json")) {
+      std::fputs(reply.c_str(), stdout);
+      return {};
+    }
+    KILN_TRY(const JsonValue answer, parse_json(reply));
+    const JsonValue* ids = answer.find("ids");
+    if (!ids || ids->items.empty()) std::printf("no job of yours was published with suspect results\n");
+    if (ids)
+      for (const JsonValue& id : ids->items) std::printf("job %.0f is queued again\n", id.number);
+    if (const uint64_t others = whole_of(answer, "of_others"))
+      std::printf("%llu jobs of others are left to them, or to an admin\n",
+                  static_cast<unsigned long long>(others));
+    return {};
+  }();
+  return s ? 0 : report_error(s.error());
+}
+
+Command retry_command() {
+  return {"retry",
+          "Queue a failed, cancelled or tainted job again; stored unit results are reused",
+          "kiln retry 12\n  kiln retry --suspect\n  kiln retry --suspect --worker render7",
+          with_service_options(
+              {{"id", "ID", "the job's number"},
+               {"--suspect", "",
+                "instead of ID: all jobs published with results that only a quarantined worker gave"},
+               {"--worker", "NAME", "with --suspect: of this worker"}}),
+          false,
+          [](const Arguments& a, const BakeSettings&) {
+            if (a.has("suspect") != a.has("id"))
+              return a.has("suspect") ? retry_suspects(a) : ask(a, "retry", "is queued again");
+            return report_error(Error{ErrorKind::kUsage, "give a job's number or --suspect"});
+          }};
+}
+
 Command change(const std::string& verb, const std::string& about, const std::string& said) {
   std::vector<Option> options{{"id", "ID", "the job's number", true}};
   if (verb == "priority")
@@ -45,8 +85,7 @@ std::vector<Command> change_commands() {
   return {change("cancel", "Cancel a job that has not ended, and drop its results", "is being cancelled"),
           change("pause", "Stop handing out a job's units, or hold it in the queue", "is paused"),
           change("resume", "Resume a paused job", "is resumed"),
-          change("retry", "Queue a failed or cancelled job again; stored unit results are reused",
-                 "is queued again"),
+          retry_command(),
           change("priority", "Change a job's priority", "has its new priority"),
           change("forget", "Remove an ended job and its results", "is forgotten")};
 }

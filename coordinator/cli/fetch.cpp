@@ -43,6 +43,8 @@ Status fetch_results(ServiceClient& client, uint64_t job, const std::string& fol
   }
   if (flag_of(answer, "tainted"))
     std::fprintf(stderr, "kiln: warning: the result is tainted: %s\n", text_of(answer, "taint").c_str());
+  if (const std::string checked = text_of(answer, "verification"); !quiet && !checked.empty())
+    std::printf("checked: %s\n", checked.c_str());
   return {};
 }
 

@@ -42,15 +42,15 @@ void print_table(const JsonValue& document) {
 void print_job(const JsonValue& job) {
   std::printf("job %llu '%s' of %s: %s\n", static_cast<unsigned long long>(whole_of(job, "id")),
               text_of(job, "name").c_str(), text_of(job, "user").c_str(), state_text(job).c_str());
-  for (const char* name : {"reason", "taint", "numeric_class"})
-    if (!text_of(job, name).empty()) std::printf("%-11s %s\n", name, text_of(job, name).c_str());
-  std::printf("submitted   %s\nstarted     %s\nended       %s\n",
+  for (const char* name : {"reason", "taint", "verification", "numeric_class"})
+    if (!text_of(job, name).empty()) std::printf("%-12s %s\n", name, text_of(job, name).c_str());
+  std::printf("submitted    %s\nstarted      %s\nended        %s\n",
               time_text(whole_of(job, "submitted_ms")).c_str(),
               time_text(whole_of(job, "started_ms")).c_str(), time_text(whole_of(job, "ended_ms")).c_str());
-  if (!progress_text(job).empty()) std::printf("now         %s\n", progress_text(job).c_str());
+  if (!progress_text(job).empty()) std::printf("now          %s\n", progress_text(job).c_str());
   if (const JsonValue* results = job.find("results"))
     for (const JsonValue& file : results->items)
-      std::printf("result      %-24s %12llu bytes\n", text_of(file, "path").c_str(),
+      std::printf("result       %-24s %12llu bytes\n", text_of(file, "path").c_str(),
                   static_cast<unsigned long long>(whole_of(file, "size")));
   if (const JsonValue* events = job.find("events"))
     for (const JsonValue& event : events->items)

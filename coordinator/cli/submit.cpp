@@ -60,7 +60,11 @@ Expected<uint64_t> submit(ServiceClient& client, const std::string& document, co
   for (int round = 0; round < 4; ++round) {
     KILN_TRY(const std::string reply, client.call("submit", document));
     KILN_TRY(const JsonValue answer, parse_json(reply));
-    if (const uint64_t id = whole_of(answer, "id")) return id;
+    if (const uint64_t id = whole_of(answer, "id")) {
+      if (const std::string note = text_of(answer, "note"); !note.empty())
+        std::fprintf(stderr, "kiln: warning: %s\n", note.c_str());
+      return id;
+    }
     const JsonValue* missing = answer.find("missing");
     if (!missing || missing->items.empty()) break;
     KILN_TRY_STATUS(send_missing(client, snapshot, *missing, quiet));
@@ -100,21 +104,22 @@ int run(const Arguments& a, const BakeSettings& settings) {
 }  // namespace
 
 Command submit_command() {
-  return {
-      "submit",
-      "Submit a scene to a coordinator's queue; files that it already has are not sent again",
-      "kiln submit scene.glb --texels-per-metre 8 --name hall --priority 10 --wait -o out",
-      with_service_options({{"scene", "SCENE", "glTF 2.0 file (.gltf or .glb)", true},
-                            {"--name", "NAME", "display name of the job [the scene's file]"},
-                            {"--priority", "P", "-100 to 100 [0]"},
-                            {"--after", "IDS", "jobs that must finish first, separated by commas"},
-                            {"--quorum", "Q", "workers that must agree on every unit [1]"},
-                            {"--on-poison", "WORD",
-                             "when a unit fails on every worker: fail the job, or skip the unit [fail]"},
-                            {"--wait", "", "wait until the job has ended; the exit status is its outcome"},
-                            {"-o,--output", "DIR", "with --wait: fetch the results"}}),
-      true,
-      run};
+  return {"submit",
+          "Submit a scene to a coordinator's queue; files that it already has are not sent again",
+          "kiln submit scene.glb --texels-per-metre 8 --name hall --priority 10 --wait -o out",
+          with_service_options(
+              {{"scene", "SCENE", "glTF 2.0 file (.gltf or .glb)", true},
+               {"--name", "NAME", "display name of the job [the scene's file]"},
+               {"--priority", "P", "-100 to 100 [0]"},
+               {"--after", "IDS", "jobs that must finish first, separated by commas"},
+               {"--quorum", "Q",
+                "owners, or machines where workers share one token, that must agree on every unit [1]"},
+               {"--on-poison", "WORD",
+                "when a unit fails on every worker: fail the job, or skip the unit [fail]"},
+               {"--wait", "", "wait until the job has ended; the exit status is its outcome"},
+               {"-o,--output", "DIR", "with --wait: fetch the results"}}),
+          true,
+          run};
 }
 
 }  // namespace kiln

@@ -6,6 +6,17 @@
 namespace kiln {
 namespace {
 
+void print_quarantined(const JsonValue& worker) {
+  const std::string name = text_of(worker, "identity");
+  std::printf("quarantined: %s: %s (kiln workers --forgive '%s')\n", name.c_str(),
+              text_of(worker, "reason").c_str(), name.c_str());
+  const JsonValue* jobs = worker.find("suspect_jobs");
+  if (!jobs || jobs->items.empty()) return;
+  std::printf("  published with results that it alone gave:");
+  for (const JsonValue& job : jobs->items) std::printf(" %.0f", job.number);
+  std::printf(" (bake them again: kiln retry --suspect --worker '%s')\n", name.c_str());
+}
+
 void print_workers(const JsonValue& answer) {
   if (const JsonValue* workers = answer.find("workers")) {
     if (workers->items.empty()) std::printf("no workers are connected\n");
@@ -18,9 +29,7 @@ void print_workers(const JsonValue& answer) {
                   static_cast<unsigned long long>(whole_of(w, "agreed")));
   }
   if (const JsonValue* out = answer.find("quarantined"))
-    for (const JsonValue& w : out->items)
-      std::printf("quarantined: %s: %s (kiln workers --forgive '%s')\n", text_of(w, "identity").c_str(),
-                  text_of(w, "reason").c_str(), text_of(w, "identity").c_str());
+    for (const JsonValue& w : out->items) print_quarantined(w);
 }
 
 int run(const Arguments& a, const BakeSettings&) {

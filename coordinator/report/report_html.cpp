@@ -174,6 +174,8 @@ std::string facts(const BakeReport& r) {
   }
   row("units answered twice / reassigned / copied when late",
       text("{} / {} / {}", r.farm.duplicates, r.farm.reassigned, r.farm.copies));
+  if (const std::string checked = verification_text(r.farm.verification); !checked.empty())
+    row("results checked", checked);
   row("samples beyond the range of a float", text("{}", r.farm.nonfinite));
   for (const NonfinitePlace& p : r.nonfinite)
     row("- first of a unit", text("texel ({}, {}) of page {}, '{}', site {}, sample {}", p.x, p.y, p.page,

@@ -78,6 +78,30 @@ void write_passes(JsonWriter& w, const BakeReport& r) {
   w.end_array();
 }
 
+void write_verification(JsonWriter& w, const Verification& v) {
+  w.key("verification").begin_object();
+  w.pair("verified", v.verified).pair("unverified", v.unverified).pair("waived", v.waived);
+  w.pair("quorum", v.quorum).pair("voters", v.owners_known ? "owners" : "machines");
+  w.pair("trusted", v.trusted);
+  w.key("unseen").begin_array();  // probabilities; see unseen_probability
+  for (const double liars : {0.0, 0.1, 0.3})
+    for (const uint64_t wrong : {1, 10, 100})
+      w.begin_object()
+          .pair("liars", liars)
+          .pair("wrong_results", wrong)
+          .pair("probability", unseen_probability(v, liars, wrong))
+          .end_object();
+  w.end_array().key("by").begin_array();
+  for (const Contribution& c : v.by)
+    w.begin_object()
+        .pair("identity", c.identity)
+        .pair("gave", c.gave)
+        .pair("alone", c.alone)
+        .pair("confirmed", c.confirmed)
+        .end_object();
+  w.end_array().end_object();
+}
+
 void write_farm(JsonWriter& w, const FarmStatistics& f) {
   w.key("farm").begin_object();
   w.pair("numeric_class", f.numeric_class).pair("rays", f.rays).pair("units", f.units);
@@ -86,6 +110,7 @@ void write_farm(JsonWriter& w, const FarmStatistics& f) {
   w.pair("nonfinite_contributions", f.nonfinite).pair("worker_seconds", f.worker_seconds);
   w.pair("rays_per_second_and_thread",
          f.worker_seconds > 0 ? static_cast<double>(f.rays) / f.worker_seconds : 0.0);
+  write_verification(w, f.verification);
   w.key("events").begin_array();
   for (const std::string& event : f.events) w.value(event);
   w.end_array().end_object();

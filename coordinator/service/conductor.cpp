@@ -73,6 +73,8 @@ Expected<std::vector<FileRecord>> ServiceImpl::bake(const JobRecord& job, Active
                   }).map([&](const BakeReport& r) {
     active.unmet = r.unmet;
     active.outcome = statement_text(r);
+    active.verification = verification_text(r.farm.verification);
+    active.units = r.farm.verification.verified + r.farm.verification.unverified;
   }));
   std::vector<fs::path> files;
   for (const auto& entry : fs::directory_iterator(request.output))
@@ -172,6 +174,8 @@ void ServiceImpl::finish(JobId id, Active& active, const Expected<std::vector<Fi
           job.tainted = true;
           job.taint = active.unmet;
         }
+        job.verification = active.verification;
+        job.units_done = job.units_total = active.units;
         job.results = *outputs;
         job.ended_ms = unix_ms();
         return {};

@@ -48,6 +48,7 @@ void write_job(JsonWriter& w, ServiceImpl& service, const FarmStatus& status, co
   w.pair("submitted_ms", job.submitted_ms).pair("started_ms", job.started_ms).pair("ended_ms", job.ended_ms);
   w.pair("passes_done", job.passes_done).pair("converged_share", job.converged_share);
   w.pair("numeric_class", job.numeric_class).pair("tainted", job.tainted).pair("taint", job.taint);
+  w.pair("verification", job.verification);
   const auto progress = service.progress_of(job.id);
   if (!progress) return;
   w.key("progress").begin_object().pair("stage", progress->stage).pair("pass", progress->pass);
@@ -62,6 +63,7 @@ void write_job(JsonWriter& w, ServiceImpl& service, const FarmStatus& status, co
   w.pair("rays_per_second", rays_per_second(status, job.id));
   w.pair("verified", now.verified)
       .pair("unverified", now.unverified)
+      .pair("waived", now.waived)
       .pair("disputes", now.disputes)
       .end_object();
 }
@@ -119,12 +121,15 @@ std::string workers_document(ServiceImpl& service) {
     w.pair("queued_bytes", k.queued_bytes).end_object();
   }
   w.end_array().key("quarantined").begin_array();
-  for (const WorkerRecord& record : service.store().workers())
-    if (record.quarantined)
-      w.begin_object()
-          .pair("identity", record.identity)
-          .pair("reason", record.quarantine_reason)
-          .end_object();
+  const std::vector<JobRecord> jobs = service.store().jobs();
+  for (const WorkerRecord& record : service.store().workers()) {
+    if (!record.quarantined) continue;
+    w.begin_object().pair("identity", record.identity).pair("reason", record.quarantine_reason);
+    w.key("suspect_jobs").begin_array();
+    for (const JobRecord& job : jobs)
+      if (job.result_is_suspect(record.identity)) w.value(job.id);
+    w.end_array().end_object();
+  }
   return w.end_array().end_object().take();
 }
 

@@ -211,17 +211,24 @@ Status ServiceImpl::set_priority(JobId id, int32_t priority) {
 }
 
 Status ServiceImpl::retry(JobId id) {
+  std::string why;
   KILN_TRY_STATUS(store_->change(id, [&](JobRecord& job) -> Status {
-    if (job.state != JobState::kFailed && job.state != JobState::kCancelled)
-      return fail(ErrorKind::kUsage, text("job {} is {}: only failed and cancelled jobs are tried again", id,
-                                          job_state_name(job.state)));
+    const bool doubtful = job.state == JobState::kDone && job.tainted;
+    if (job.state != JobState::kFailed && job.state != JobState::kCancelled && !doubtful)
+      return fail(ErrorKind::kUsage,
+                  text("job {} is {}: only failed, cancelled and tainted jobs are tried again", id,
+                       job_state_name(job.state)));
+    why = job.taint.empty() ? "" : text(": its result was tainted: {}", job.taint);
+    job.tainted = false;
+    job.taint.clear();
+    job.verification.clear();
     job.state = job.after.empty() ? JobState::kQueued : JobState::kWaiting;
     job.reason.clear();
     job.preparations = 0;
     job.ended_ms = 0;
     return {};
   }));
-  note(id, "tried again");
+  note(id, "tried again" + why);
   wake();
   return {};
 }

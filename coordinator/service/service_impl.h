@@ -64,8 +64,10 @@ class ServiceImpl final : public Service {
     std::atomic<bool> cancelled{false};  // by a user
     std::atomic<bool> ended{false};
     std::string who;
-    std::string unmet;    // BakeReport's
-    std::string outcome;  // quality of the map, for people
+    std::string unmet;         // BakeReport's
+    std::string outcome;       // quality of the map, for people
+    std::string verification;  // verification_text
+    uint64_t units = 0;
     BakeProgress progress;
     uint64_t progress_at = 0;  // stored() when `preparations` was last set
   };

@@ -20,6 +20,22 @@ Expected<JobId> own_job(const Ask& ask) {
   return id;
 }
 
+Expected<std::string> retry_suspects(const Ask& ask) {
+  KILN_TRY(const std::string worker, text_field(ask.document, "suspect", 256, ""));
+  JsonWriter w;
+  w.begin_object().key("ids").begin_array();
+  uint64_t others = 0;
+  for (const JobRecord& job : ask.service.store().jobs()) {
+    if (!job.result_is_suspect(worker)) continue;
+    if (ask.caller.access < Access::kAdmin && job.user != ask.caller.user) {
+      ++others;
+      continue;
+    }
+    if (ask.service.retry(job.id)) w.value(job.id);
+  }
+  return w.end_array().pair("of_others", others).end_object().take();
+}
+
 Expected<std::string> done(JobId id, const Status& status) {
   KILN_TRY_STATUS(status);
   return JsonWriter().begin_object().pair("id", id).end_object().take();
@@ -52,8 +68,12 @@ Expected<std::string> verb_priority(const Ask& ask) {
   return done(id, ask.service.set_priority(id, static_cast<int32_t>(priority)));
 }
 
+// {"id"}, or {"suspect": NAME}: all published jobs with results that only the quarantined worker NAME gave,
+// or any quarantined worker if NAME is empty. Unit results are dropped when a job is published, so it is
+// baked whole.
 Expected<std::string> verb_retry(const Ask& ask) {
-  KILN_TRY_STATUS(only_fields(ask.document, {"id"}));
+  KILN_TRY_STATUS(only_fields(ask.document, {"id", "suspect"}));
+  if (ask.document.find("suspect")) return retry_suspects(ask);
   KILN_TRY(const JobId id, own_job(ask));
   return done(id, ask.service.retry(id));
 }

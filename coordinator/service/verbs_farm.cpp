@@ -32,9 +32,13 @@ std::vector<std::string> why_queued(ServiceImpl& service, const JobRecord& job) 
     }
     return lines;
   }
-  if (job_ended(job.state))
-    return {
+  if (job_ended(job.state)) {
+    std::vector<std::string> lines = {
         text("{} is {}{}{}", name, job_state_name(job.state), job.reason.empty() ? "" : ": ", job.reason)};
+    if (!job.verification.empty()) lines.push_back(job.verification);
+    if (!job.taint.empty()) lines.push_back(text("it is tainted: {}", job.taint));
+    return lines;
+  }
   if (job.paused) return {text("{} is paused: `kiln resume {}`", name, job.id)};
   if (!job.reason.empty() && job.reason.starts_with("waits for space"))
     return {text("{} {}", name, job.reason)};

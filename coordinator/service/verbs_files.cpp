@@ -45,7 +45,8 @@ Expected<std::string> verb_fetch(const Ask& ask) {
                 text("job {} is {}: it has no results{}{}", id, job_state_name(job->state),
                      job->reason.empty() ? "" : ": ", job->reason));
   JsonWriter w;
-  w.begin_object().pair("tainted", job->tainted).pair("taint", job->taint).key("files").begin_array();
+  w.begin_object().pair("tainted", job->tainted).pair("taint", job->taint);
+  w.pair("verification", job->verification).key("files").begin_array();
   bool found = path.empty();
   for (const FileRecord& file : job->results) {
     if (!path.empty() && file.path != path) continue;

@@ -96,7 +96,14 @@ Expected<std::string> verb_submit(const Ask& ask) {
   if (stored && stored->submitted_ms == job.submitted_ms)
     ask.service.note(id, text("submitted by {}", job.user));
   ask.service.wake();
-  return w.pair("id", id).end_object().take();
+  w.pair("id", id);
+  const FarmSettings& farm = ask.service.settings().farm;
+  if (job.quorum > 1 && !farm.tls && farm.owner_tokens.empty())
+    w.pair("note",
+           text("a quorum of {} means as many machines here, not owners: all workers share one token; "
+                "certificates or --owner-tokens tell owners apart",
+                job.quorum));
+  return w.end_object().take();
 }
 
 Expected<std::string> verb_jobs(const Ask& ask) {

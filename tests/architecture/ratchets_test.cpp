@@ -12,7 +12,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr size_t kMaxFunctionLines = 70, kMaxFileLines = 600, kMaxColumns = 121;
-constexpr double kMinChecksInCommon = 2.1, kMinChecksInFarm = 1.75;  // per thousand lines of code
+constexpr double kMinChecksInCommon = 2.1, kMinChecksInFarm = 10;  // per thousand lines of code
 constexpr size_t kMaxBoxes = 13, kMaxArrows = 44, kMaxFloors = 9;    // of the drawing in docs/architecture.md
 
 std::vector<std::string> lines_of(const fs::path& file) {

@@ -89,7 +89,7 @@ TEST(FarmCaches, ASecondWorkerIsGivenTheSame) {
   expect_complete(Passes(*farm->job).run(3));
   const FarmStatistics statistics = farm->job->statistics();
   EXPECT_GE(statistics.duplicates, 3 * kUnits);
-  EXPECT_EQ(statistics.verified, 3 * kUnits);
+  EXPECT_EQ(statistics.verification.verified, 3 * kUnits);
 }
 
 TEST(FarmCaches, AUnitOfACacheThatNobodyAddedIsAnError) {
@@ -282,6 +282,32 @@ TEST(FarmCaches, ARewoundJobAddsThemAgain) {
   EXPECT_EQ(passes.moments.size(), 3 * kUnits);
   EXPECT_EQ(rewinds, 1u);
   EXPECT_EQ(store->revoked, 1u);
+}
+
+// Every unit of the pass is stored, so that the pass is complete before the first result is read.
+TEST(FarmCaches, APassIsNotCompleteWhenItsStoredResultsCannotBeRead) {
+  const TestJob job;
+  const auto store = std::make_shared<DamagedStore>();
+  TestFarm farm;
+  farm.farm = std::move(*Farm::start(stub_settings(1), store));
+  const std::vector<WorkUnit> units = make_units(1, 3);
+  std::vector<KnownAnswer> known;
+  for (const WorkUnit& unit : units)
+    known.push_back({unit.id, unit_shape(unit), sha256({}), "it", true, true});
+  farm.job = std::move(*farm.farm->open_job({job.spec, &job.chunks, {}, known}));
+  std::set<uint64_t> merged;
+  PassHandlers handlers;
+  handlers.on_result = [&](const WorkUnit& unit, const UnitResult&) -> Status {
+    merged.insert(unit.id);
+    return {};
+  };
+  Expected<PassEnd> end = PassEnd::kRewound;
+  for (int i = 0; i < 10 && end && *end == PassEnd::kRewound; ++i) {
+    merged.clear();
+    end = farm.job->run_pass(units, 0, handlers);
+  }
+  expect_complete(end);
+  EXPECT_EQ(merged.size(), units.size());
 }
 
 TEST(FarmCaches, AStoredResultOfAnotherReplicateOrCacheIsAnotherUnits) {

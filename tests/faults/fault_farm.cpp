@@ -152,7 +152,8 @@ Expected<bool> bake_and_tell(Wish& wish) {
   w.pair("error", !end ? end.error().message : twice ? "a unit was committed twice" : "");
   w.pair("units", static_cast<uint64_t>(results.size())).pair("rewinds", rewinds);
   w.pair("duplicates", s.duplicates).pair("reassigned", s.reassigned).pair("workers_lost", s.workers_lost);
-  w.pair("verified", s.verified).pair("unverified", s.unverified).pair("waived", s.waived);
+  const Verification& v = s.verification;
+  w.pair("verified", v.verified).pair("unverified", v.unverified).pair("waived", v.waived);
   w.pair("refused", status.refused_connections).pair("expelled", status.expelled);
   w.pair("connections", status.connections);
   write_lines(w, "events", s.events);

@@ -60,6 +60,7 @@ struct LedgerBench {
     class_[w] = numeric_class;
     return settle();
   }
+  void expect(WorkerId w) { credits_[w] = 1, class_[w] = "c"; }  // of a join by hand
   Actions& result(const Grant& g, int digest = 1) {
     last.clear();
     ledger.result(g.worker, g.job, g.unit, digest_of(digest), now, last);

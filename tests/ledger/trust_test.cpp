@@ -1,4 +1,5 @@
 // How many must agree, and what becomes of those who do not.
+#include "common/base/format.h"
 #include "tests/ledger/bench.h"
 
 namespace kiln {
@@ -187,6 +188,103 @@ TEST(Trust, AUnitThatIsHandedBackIsGivenAnewAndNobodyIsBlamed) {
   b.result(again[0]);
   EXPECT_TRUE(b.ledger.pass_complete(1));
   EXPECT_EQ(b.ledger.audit(), "");
+}
+
+TEST(Trust, TwoMachinesOfOneOwnerDoNotOutvoteAnother) {
+  LedgerBench b(audited(1000));
+  b.job(1, {1});
+  const auto join = [&](WorkerId w, const std::string& owner) {
+    b.last.clear();
+    WorkerTraits traits{text("w{}", w), text("w{}", w), 1, w};
+    traits.owner = traits.voter = owner;
+    b.expect(w);
+    b.ledger.join(w, traits, b.now, b.last);
+    return all<Grant>(b.settle());
+  };
+  const auto first = join(1, "eve");
+  ASSERT_EQ(first.size(), 1u);
+  EXPECT_TRUE(all<Deliver>(b.result(first[0], 66)).empty());
+  EXPECT_TRUE(join(2, "eve").empty()) << "the same owner is not asked to confirm";
+  b.ledger.prove(2, 1, "c");
+  b.result({2, 1, 0, 1}, 66);  // it answers all the same
+  EXPECT_FALSE(b.ledger.pass_complete(1));
+  const auto honest = join(3, "ada");
+  ASSERT_EQ(honest.size(), 1u);
+  EXPECT_TRUE(all<Quarantine>(b.result(honest[0], 1)).empty()) << "one owner stands against one";
+  EXPECT_FALSE(b.ledger.pass_complete(1));
+  const auto third = join(4, "bob");
+  ASSERT_EQ(third.size(), 1u);
+  const Actions decided = b.result(third[0], 1);
+  EXPECT_EQ(all<Quarantine>(decided).size(), 2u);
+  EXPECT_TRUE(b.ledger.quarantined_for("w1"));
+  EXPECT_TRUE(b.ledger.quarantined_for("w2"));
+  EXPECT_TRUE(b.ledger.pass_complete(1));
+  const Verification v = b.ledger.verification(1);
+  EXPECT_EQ(v.verified, 1u);
+  EXPECT_EQ(v.by, (std::vector<Contribution>{{"w3", 1, 0, 0}, {"w4", 0, 0, 1}}));
+}
+
+// After a restart an answer's process is known, not whose it was: it may be anybody's.
+TEST(Trust, AVoteWhoseOwnerIsUnknownCountsOnlyWhereThereIsNoOther) {
+  LedgerBench b(audited(1000));
+  JobTraits traits;
+  traits.user = "ada";
+  traits.numeric_class = "c";
+  b.ledger.add_job(1, traits);
+  const std::vector<KnownAnswer> known = {{1, 1, digest_of(1), "w7", false, false, false}};
+  b.ledger.restore(1, known);
+  b.pass(1, {1});
+  const auto second = all<Grant>(b.join(1));
+  ASSERT_EQ(second.size(), 1u);
+  EXPECT_TRUE(all<Deliver>(b.result(second[0], 1)).empty()) << "w7 may be of the same owner";
+  const auto third = all<Grant>(b.join(2));
+  ASSERT_EQ(third.size(), 1u);
+  EXPECT_EQ(all<Deliver>(b.result(third[0], 1)).size(), 1u);
+  // Its worker comes back and is somebody else: then two are enough.
+  LedgerBench c(audited(1000));
+  c.ledger.add_job(1, traits);
+  c.ledger.restore(1, known);
+  c.pass(1, {1});
+  c.join(7);
+  const auto other = all<Grant>(c.join(1));
+  ASSERT_EQ(other.size(), 1u);
+  EXPECT_EQ(all<Deliver>(c.result(other[0], 1)).size(), 1u);
+}
+
+TEST(Trust, WhatACheckProvesFollowsFromItsShare) {
+  Verification v;
+  v.verified = 250, v.unverified = 750;
+  EXPECT_DOUBLE_EQ(unseen_probability(v, 0, 1), 0.75);
+  EXPECT_DOUBLE_EQ(unseen_probability(v, 0.2, 1), 0.8);
+  EXPECT_DOUBLE_EQ(unseen_probability(v, 0.2, 2), 0.64);
+  v.unverified = 0;
+  EXPECT_DOUBLE_EQ(unseen_probability(v, 0, 1), 0);
+  EXPECT_DOUBLE_EQ(unseen_probability(v, 0.5, 2), 0.25);  // accomplices confirm
+  EXPECT_EQ(verification_text({}), "");
+  v.owners_known = true;
+  EXPECT_EQ(verification_text(v).find("machine"), std::string::npos) << verification_text(v);
+}
+
+// Its conductor could not merge it: whoever wins, it must be delivered again.
+TEST(Trust, DamageOfAResultThatIsInDisputeBeginsThePassAgain) {
+  LedgerBench b;
+  b.job(1, {1, 2});
+  const auto first = all<Grant>(b.join(1, 2, 2));
+  ASSERT_EQ(first.size(), 2u);
+  b.join(2);
+  b.ledger.prove(2, 1, "c");
+  ASSERT_EQ(all<Deliver>(b.result(first[0])).size(), 1u);
+  b.result({2, 1, 0, 1}, 66);
+  ASSERT_EQ(b.ledger.counts(1).disputes, 1u);
+  b.last.clear();
+  b.ledger.damaged(1, 1, b.now, b.last);
+  EXPECT_EQ(all<Rewind>(b.last).size(), 1u);
+  EXPECT_EQ(b.ledger.audit(), "");
+  b.pass(1, {1, 2});
+  const auto third = all<Grant>(b.join(3));
+  ASSERT_FALSE(third.empty());
+  EXPECT_EQ(third[0].unit, 1u);
+  EXPECT_EQ(all<Deliver>(b.result(third[0], 1)).size(), 1u);
 }
 
 TEST(Trust, DamageOnDiskIsBakedAgain) {

@@ -42,6 +42,7 @@ int main(int argc, char** argv) {
     sum.restarts += f.restarts, sum.lies += f.lies, sum.quarantined += f.quarantined,
         sum.rewinds += f.rewinds;
     sum.refused_writes += f.refused_writes, sum.skipped += f.skipped, sum.simulated_ms += f.simulated_ms;
+    sum.rotten += f.rotten;
     if (!broken.empty()) {
       std::printf("seed %llu breaks a promise %s\nreplay: farm_sim --first %llu --seeds 1 --trace\n",
                   static_cast<unsigned long long>(seed), broken.c_str(),
@@ -54,9 +55,9 @@ int main(int argc, char** argv) {
       "%llu worlds kept every promise in %.1f s: %.1f h simulated, %llu events, %llu grants, %llu answers, "
       "%llu workers killed, %llu coordinators killed, %llu lies, %llu quarantined, %llu rewinds, %llu "
       "refused "
-      "writes, %llu units skipped\n",
+      "writes, %llu units skipped, %llu results rotten\n",
       n(seeds), watch.seconds(), static_cast<double>(sum.simulated_ms) / 3.6e6, n(sum.events), n(sum.grants),
       n(sum.answers), n(sum.kills), n(sum.restarts), n(sum.lies), n(sum.quarantined), n(sum.rewinds),
-      n(sum.refused_writes), n(sum.skipped));
+      n(sum.refused_writes), n(sum.skipped), n(sum.rotten));
   return 0;
 }

@@ -147,9 +147,9 @@ void World::finished(size_t i, const Grant& grant) {
   }
   ++figures_.answers;
   Digest digest = truth(grant.job, grant.unit);
-  if (m.liar && chance(0.3)) {
+  if (m.ring ? (grant.unit + grant.job) % 3 == 0 : m.liar && chance(0.3)) {
     ++figures_.lies;
-    digest.bytes[0] ^= static_cast<uint8_t>(1 + i);
+    digest.bytes[m.ring ? 2 : 0] ^= static_cast<uint8_t>(m.ring ? m.ring : 1 + i);
     if (m.contrary) digest.bytes[1] ^= static_cast<uint8_t>(draw(256));
   }
   std::erase_if(m.kept, [&](const Kept& k) { return k.job == grant.job && k.unit == grant.unit; });

@@ -34,6 +34,8 @@ MUTATIONS = [
     ("credits are not counted", "farm_grants.cpp",
      "if (worker.held.size() >= worker.credits || holds_suspect(worker)) return false;",
      "if (worker.held.size() >= 64 || holds_suspect(worker)) return false;"),
+    ("votes of one owner count as often as there are machines", "farm_trust.cpp",
+     "return std::max<size_t>(count, answer.voters.empty() ? 0 : 1);", "return answer.voters.size();"),
     ("one worker may vote twice", "farm_grants.cpp",
      "if (!voted(unit, worker.identity) && !leased(unit)) return id;", "return id;"),
     ("work of later passes goes on after a rewind", "farm_jobs.cpp",

@@ -22,6 +22,7 @@ TEST(FarmSimulation, TwoHundredWorldsKeepThePromises) {
     sum.rewinds += world.figures().rewinds;
     sum.refused_writes += world.figures().refused_writes;
     sum.skipped += world.figures().skipped;
+    sum.rotten += world.figures().rotten;
   }
   if (seeds < 100) return;
   // The worlds are worth something only if the faults happen.
@@ -32,6 +33,7 @@ TEST(FarmSimulation, TwoHundredWorldsKeepThePromises) {
   EXPECT_GT(sum.rewinds, seeds / 100);
   EXPECT_GT(sum.refused_writes, seeds / 4);
   EXPECT_GT(sum.skipped, seeds / 20);
+  EXPECT_GT(sum.rotten, seeds / 4);
 }
 
 }  // namespace

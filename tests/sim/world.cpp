@@ -71,10 +71,13 @@ void World::make_machines(const WorldSize& size) {
     m.traits = {text("machine{}", i), text("machine{}", i), 1 + static_cast<uint32_t>(draw(4))};
     m.numeric_class = i > 3 && chance(0.1) ? "other" : "common";
     m.unit_ms = 3 + static_cast<int64_t>(draw(40)) * (chance(0.1) ? 20 : 1);
-    // The first three are honest, so that two equal wrong answers are the most there can be: each liar lies
-    // in its own way.
-    m.liar = i > 2 && chance(0.15);
+    // The first three are honest. Liars lie each in its own way, but for those of one owner, who agree.
+    m.liar = i > 2 && chance(0.25);
     m.contrary = m.liar && chance(0.2);
+    if (m.liar && !m.contrary && chance(0.6)) {
+      m.ring = 1 + static_cast<uint32_t>(draw(2));
+      m.traits.voter = text("owner{}", m.ring);
+    }
     honest += !m.liar && m.numeric_class == "common";
     m.traits.process = m.process = next_process_++;
     machines_.push_back(std::move(m));
@@ -82,9 +85,14 @@ void World::make_machines(const WorldSize& size) {
   honest_enough_ = honest >= 3;
   if (honest_enough_) return;
   // Too few to outvote anybody: nobody lies, and a quorum that could never be had is not asked for.
-  for (Machine& m : machines_) m.liar = m.contrary = false;
+  for (Machine& m : machines_) m.liar = m.contrary = false, m.ring = 0;
   if (honest < 2)
     for (auto& [id, job] : conductors_) job.traits.quorum = 1;
+}
+
+bool World::of_ring(const std::string& identity) const {
+  return std::any_of(machines_.begin(), machines_.end(),
+                     [&](const Machine& m) { return m.ring && m.traits.identity == identity; });
 }
 
 void World::start_coordinator() {
@@ -106,11 +114,13 @@ void World::start_coordinator() {
     for (const auto& [key, rows] : disk_.rows)
       if (key.first == id)
         for (const Row& row : rows)
-          known.push_back({key.second, row.shape, row.digest, row.identity, row.settled, row.verified});
+          known.push_back({key.second, row.shape, row.digest, row.identity, row.settled, row.verified,
+                           !of_ring(row.identity)});
     ledger_->restore(id, known);
     job.pass = 0;
     job.merged.clear();
     job.skipped.clear();
+    job.rotten.clear();
     at(now_ + static_cast<int64_t>(draw(200)), [this, id = id, run = ++job.run, epoch = epoch_] {
       if (up_ && epoch == epoch_ && conductors_[id].run == run) begin(id);
     });
@@ -291,6 +301,16 @@ void World::carry_out(const Action& action) {
             bool on_disk = false;
             for (const Row& row : disk_.rows[{a.job, a.unit}]) on_disk |= row.digest == a.digest;
             if (!on_disk) fail(text("unit {} is merged before it is on disk", a.unit));
+            if (now_ >= faults_end_ || !chance(0.004)) return;
+            ++figures_.rotten;
+            job.merged.erase(a.unit);
+            job.rotten.insert(a.unit);
+            at(now_ + static_cast<int64_t>(draw(20)), [this, a, run = job.run, epoch = epoch_] {
+              if (!up_ || epoch != epoch_ || conductors_[a.job].run != run) return;
+              Actions out;
+              ledger_->damaged(a.job, a.unit, now_, out);
+              perform(out);
+            });
           },
           [&](const Revoke& a) {
             write(
@@ -306,6 +326,7 @@ void World::carry_out(const Action& action) {
             job.pass = 0;
             job.merged.clear();
             job.skipped.clear();
+            job.rotten.clear();
             at(now_ + static_cast<int64_t>(draw(30)), [this, id = a.job, run = ++job.run, epoch = epoch_] {
               if (up_ && epoch == epoch_ && conductors_[id].run == run) begin(id);
             });
@@ -344,6 +365,7 @@ void World::carry_out(const Action& action) {
           [&](const FailJob& a) { fail(text("job {} failed: {}", a.job, a.error.message)); },
           [&](const PassComplete& a) {
             Conductor& job = conductors_.at(a.job);
+            if (!job.rotten.empty()) return;  // the job begins again when it tells so
             ++job.pass;
             at(now_ + static_cast<int64_t>(draw(30)), [this, id = a.job, run = job.run, epoch = epoch_] {
               if (up_ && epoch == epoch_ && conductors_[id].run == run) begin(id);

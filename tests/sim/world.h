@@ -25,7 +25,7 @@ struct WorldSize {
 
 struct WorldFigures {
   uint64_t events = 0, grants = 0, answers = 0, kills = 0, restarts = 0, lies = 0, quarantined = 0,
-           rewinds = 0, waived = 0, refused_writes = 0, skipped = 0;
+           rewinds = 0, waived = 0, refused_writes = 0, skipped = 0, rotten = 0;
   int64_t simulated_ms = 0;
 };
 
@@ -59,7 +59,8 @@ class World {
     size_t pass = 0;
     std::map<uint64_t, Digest> merged;
     std::set<uint64_t> skipped;
-    uint64_t run = 0;  // a restart or rewind begins a new one
+    std::set<uint64_t> rotten;  // delivered, but the disk gave other bytes back
+    uint64_t run = 0;           // a restart or rewind begins a new one
   };
   struct Kept {
     JobId job;
@@ -72,6 +73,7 @@ class World {
     std::string numeric_class;
     int64_t unit_ms = 10;
     bool alive = true, liar = false, contrary = false;
+    uint32_t ring = 0;  // liars of one owner, who tell the same lies; 0: on its own
     uint64_t link = 0;  // number of the connection; 0: none
     int64_t stalled_until = 0;
     JobId job = 0;
@@ -94,6 +96,7 @@ class World {
   void check_published(JobId job);
   void note_waived();
   Digest truth(JobId job, uint64_t unit) const;
+  bool of_ring(const std::string& identity) const;
   bool poison(JobId job, uint64_t unit) const { return poison_.count({job, unit}) > 0; }
 
   // machines.cpp: the disk

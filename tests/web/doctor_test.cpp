@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "common/base/format.h"
+#include "common/wire/limits.h"
 #include "coordinator/cli/doctor_server.h"
 #include "coordinator/cli/doctor_steps.h"
 #include "coordinator/farm/authority/authority.h"

@@ -67,6 +67,10 @@ Agent::Agent(const AgentSettings& settings)
 
 Status Agent::run() {
   loop_.on_signals({SIGTERM, SIGINT}, [this](int) { drain("told to stop by a signal"); });
+  if (settings_.preemption.asks())
+    preemption_ = std::make_unique<PreemptionWatch>(settings_.preemption, [this](const std::string& notice) {
+      loop_.post([this, notice] { drain(notice); });
+    });
   last_contact_ms_ = clock_.now_ms();
   connect();
   watch();

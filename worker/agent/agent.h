@@ -7,6 +7,7 @@
 #include <string>
 
 #include "common/tls/identity.h"
+#include "worker/agent/preemption.h"
 #include "worker/bake/baker.h"
 
 namespace kiln {
@@ -32,18 +33,19 @@ struct AgentSettings {
   uint64_t kept_bytes =
       uint64_t{256}
       << 20;  // of unacknowledged results: above it the worker requests no units until half is acknowledged
-  std::string alive_file;  // touched every second; empty: none
-  std::string engine;      // ray-tracing library, for the coordinator's records
+  PreemptionSettings preemption;  // a notice is like SIGTERM
+  std::string alive_file;         // touched every second; empty: none
+  std::string engine;             // ray-tracing library, for the coordinator's records
   // The bake itself. Neither is called before Hello is queued.
   BakerFactory make_baker;
   NumericClassFunction numeric_class;
 };
 
-// Returns when the coordinator said goodbye, after SIGTERM or SIGINT (running units are finished and
-// delivered, the rest handed back), or with an error: kUsage if the coordinator refused this worker,
-// kUnavailable if none was reachable for patience_ms, kInternal when a unit ran longer than unit_limit_ms.
-// Bake threads may still run after an error or a goodbye, because a unit cannot be interrupted: end the
-// process with std::_Exit.
+// Returns when the coordinator said goodbye, after SIGTERM, SIGINT or a preemption notice (running units are
+// finished and delivered, the rest handed back), or with an error: kUsage if the coordinator refused this
+// worker, kUnavailable if none was reachable for patience_ms, kInternal when a unit ran longer than
+// unit_limit_ms. Bake threads may still run after an error or a goodbye, because a unit cannot be
+// interrupted: end the process with std::_Exit.
 Status run_agent(const AgentSettings& settings);
 
 }  // namespace kiln

@@ -116,6 +116,7 @@ class Agent {
   SteadyClock clock_;
   EventLoop loop_;
   Timer retry_, heartbeat_, watch_, drain_limit_;
+  std::unique_ptr<PreemptionWatch> preemption_;  // posts to the loop: must end first
   std::unique_ptr<Connection> connection_;
   std::optional<Status> end_;
   std::shared_ptr<const TlsContext> tls_;

@@ -44,6 +44,10 @@ this machine
                         default 3600
   --drain-limit S       time for running units to finish after SIGTERM;         KILN_DRAIN_LIMIT
                         default 60
+  --drain-file FILE     the same as SIGTERM as soon as this file exists           KILN_DRAIN_FILE
+  --preemption CLOUD    aws, gcp or azure: asks the cloud's metadata address      KILN_PREEMPTION
+                        whether this machine will be taken away, and then
+                        does the same as at SIGTERM; default: not asked
   --log text|json       format of log lines on standard error; default text     KILN_LOG
   --alive-file FILE     touched every second, for a supervisor's probe          KILN_ALIVE_FILE
 
@@ -60,7 +64,7 @@ a file that contains it (KILN_TOKEN_FILE, KILN_CONNECT_FILE, KILN_NAME_FILE, ...
 
 example: KILN_TOKEN=$(ssh render1 cat /etc/kiln/token) kiln-worker --connect render1:7800 --threads 16
 
-SIGTERM and SIGINT: finishes running units, returns the others and exits with status 0.
+SIGTERM, SIGINT and notices of preemption: finishes running units, returns the others and exits with status 0.
 exit status: 0 dismissed, 1 failed (no coordinator reachable, a unit hangs), 2 wrong usage or refused by the
 coordinator
 )";
@@ -83,7 +87,7 @@ class Table {
   const std::string& operator[](std::string_view name) const;
 
  private:
-  Option options_[18] = {
+  Option options_[20] = {
       {"--connect", "KILN_CONNECT", false},
       {"--token", "KILN_TOKEN", false},  // a command line is readable by everyone on the machine
       {"--token-file", "", true},
@@ -98,6 +102,8 @@ class Table {
       {"--cache-size", "KILN_CACHE_SIZE", false},
       {"--unit-limit", "KILN_UNIT_LIMIT", false},
       {"--drain-limit", "KILN_DRAIN_LIMIT", false},
+      {"--drain-file", "KILN_DRAIN_FILE", true},
+      {"--preemption", "KILN_PREEMPTION", false},
       {"--log", "KILN_LOG", false},
       {"--alive-file", "KILN_ALIVE_FILE", true},
       {"--replay", "", true},
@@ -191,6 +197,14 @@ std::string default_cache() {
   return home.empty() ? "" : home + "/.cache/kiln-worker";
 }
 
+Expected<Cloud> cloud_of(const std::string& name) {
+  if (name.empty()) return Cloud::kNone;
+  if (name == "aws") return Cloud::kAws;
+  if (name == "gcp") return Cloud::kGcp;
+  if (name == "azure") return Cloud::kAzure;
+  return usage(text("--preemption is \"{}\": give aws, gcp or azure", name));
+}
+
 Status read_machine(const Table& table, bool local, AgentSettings& agent) {
   agent.name = table["--name"];
   agent.alive_file = table["--alive-file"];
@@ -202,6 +216,8 @@ Status read_machine(const Table& table, bool local, AgentSettings& agent) {
   agent.unit_limit_ms = unit_limit * 1000;
   KILN_TRY(const int64_t drain_limit, number(table, "--drain-limit", 1000000, agent.drain_limit_ms / 1000));
   agent.drain_limit_ms = drain_limit * 1000;
+  agent.preemption.file = table["--drain-file"];
+  KILN_TRY(agent.preemption.cloud, cloud_of(table["--preemption"]));
   constexpr int64_t kMaxMiB = int64_t{1} << 30;
   KILN_TRY(const int64_t memory, number(table, "--memory", kMaxMiB, 0));
   agent.memory_bytes = static_cast<uint64_t>(memory) << 20;

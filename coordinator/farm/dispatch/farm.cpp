@@ -20,6 +20,7 @@ bool is_loopback(const std::string& host) {
 
 FarmImpl::FarmImpl(const FarmSettings& settings, std::shared_ptr<ResultStore> store)
     : settings_(settings), store_(std::move(store)) {
+  settings_.rules.owners_known = settings_.tls || !settings_.owner_tokens.empty();
   const bool revocable = settings_.rules.audit_first > 0;
   if (!store_) store_ = std::make_shared<MemoryResultStore>(revocable);
 }

@@ -18,6 +18,7 @@
 #include "coordinator/farm/dispatch/farm_status.h"
 #include "coordinator/farm/dispatch/result_store.h"
 #include "coordinator/farm/ledger/rules.h"
+#include "coordinator/farm/ledger/verification.h"
 
 namespace kiln {
 
@@ -48,8 +49,8 @@ struct FarmProgress {
 struct FarmStatistics {
   uint64_t rays = 0, units = 0, duplicates = 0, reassigned = 0, workers_lost = 0, nonfinite = 0;
   uint64_t copies = 0;  // units that were late and given to a second worker besides
-  uint64_t verified = 0, unverified = 0, waived = 0;  // units by whether another worker confirmed them
-  double worker_seconds = 0;                          // thread-seconds of baking
+  Verification verification;
+  double worker_seconds = 0;  // thread-seconds of baking
   std::string numeric_class;
   std::vector<std::string> events;  // for the report: workers that joined or died, units reassigned
 };

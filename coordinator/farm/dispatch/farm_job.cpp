@@ -1,5 +1,6 @@
 #include "coordinator/farm/dispatch/farm_job.h"
 
+#include "common/base/check.h"
 #include "common/base/format.h"
 #include "common/responses/basis.h"
 #include "common/wire/limits.h"
@@ -71,6 +72,7 @@ Status FarmJobImpl::merge(const PassUnits& units, const DeliveredUnit& delivered
     }
     result = *stored;
   }
+  KILN_CHECK(result && result->unit == unit->id);
   ++sums_.units;
   sums_.rays += result->rays;
   sums_.nonfinite += result->nonfinite;
@@ -150,6 +152,7 @@ Expected<PassEnd> FarmJobImpl::run_pass(std::vector<WorkUnit> list, int64_t dead
   }
   report();
   if (failed) return tl::unexpected<Error>(*failed);
+  KILN_CHECK(end.has_value());
   return *end == PassEnd::kRewound ? forget_sums() : *end;
 }
 

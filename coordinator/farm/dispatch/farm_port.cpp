@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "common/base/check.h"
+
 namespace kiln {
 namespace {
 
@@ -15,7 +17,7 @@ uint64_t bytes_of_event(const PassEvent& event) {
 }  // namespace
 
 PassUnits::PassUnits(std::vector<WorkUnit> list) : units(std::move(list)) {
-  for (size_t i = 0; i < units.size(); ++i) place_.emplace(units[i].id, i);
+  for (size_t i = 0; i < units.size(); ++i) KILN_CHECK(place_.emplace(units[i].id, i).second);
 }
 
 const WorkUnit* PassUnits::find(uint64_t id) const {
@@ -66,6 +68,7 @@ std::optional<PassEvent> JobPort::pop(int64_t ms) {
   if (error_ || events_.empty()) return std::nullopt;
   PassEvent event = std::move(events_.front());
   events_.pop_front();
+  KILN_CHECK(result_bytes_ >= bytes_of_event(event));
   result_bytes_ -= bytes_of_event(event);
   return event;
 }

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <thread>
 
+#include "common/base/check.h"
 #include "common/base/clock.h"
 #include "common/base/format.h"
 
@@ -45,6 +46,7 @@ void LocalWorkers::pass_on(Slot& slot) {
 }
 
 void LocalWorkers::settle(Slot& slot, size_t number, int64_t now_ms, std::vector<std::string>& events) {
+  KILN_CHECK(slot.running && number < slots_.size());
   slot.running = false;
   last_end_ = slot.process.how_it_ended();
   // 2: refused, or wrong usage, which a restart would not fix. 0: dismissed.

@@ -1,3 +1,4 @@
+#include "common/base/check.h"
 #include "common/base/format.h"
 #include "coordinator/farm/dispatch/result_store.h"
 
@@ -5,6 +6,7 @@ namespace kiln {
 
 void MemoryResultStore::put(const StoreAnswer& answer, std::shared_ptr<const UnitResult> result,
                             std::function<void()> stored) {
+  KILN_CHECK(result && result->unit == answer.unit);
   {
     const std::lock_guard lock(mutex_);
     answers_[{answer.job, answer.unit, answer.digest}] = std::move(result);

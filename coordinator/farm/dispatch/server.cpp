@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "common/base/check.h"
 #include "common/base/format.h"
 #include "common/base/log.h"
 #include "coordinator/farm/dispatch/result_check.h"
@@ -44,6 +45,7 @@ Status Server::listen() {
 }
 
 void Server::tick() {
+  KILN_CHECK(std::this_thread::get_id() == thread_ && !performing_);
   Actions actions;
   ledger_.tick(clock_.now_ms(), actions);
   perform(std::move(actions));
@@ -175,6 +177,7 @@ void Server::take_result(WorkerId worker, OpenJob& job, Result&& result) {
   const auto shared = std::make_shared<const UnitResult>(std::move(result.result));
   const bool added = arrived_.emplace(key, shared).second;
   ledger_.result(worker, job_id, unit, result.digest, now, actions);
+  KILN_CHECK(shared->unit == unit);
   const bool wanted = std::any_of(actions.begin(), actions.end(), [&](const Action& a) {
     const auto* s = std::get_if<StoreAnswer>(&a);
     return s && s->job == job_id && s->unit == unit && s->digest == result.digest;
@@ -207,7 +210,7 @@ void Server::on_closed(Session& session, bool orderly, const std::string& reason
   } else if (!worker && !orderly) {
     note(0, text("{} went: {}", session.name(), reason));
   }
-  sessions_.erase(&session);
+  KILN_CHECK(sessions_.erase(&session) == 1);
 }
 
 }  // namespace kiln

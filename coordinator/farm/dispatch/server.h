@@ -77,6 +77,7 @@ class Server final : public SessionHost {
 
   // server_admission.cpp
   Expected<std::string> owner_of(const Hello& hello, const Session& session) const;
+  std::string voter_of(const Member& member) const;
   Expected<WorkerId> admit(const Hello& hello, Session& session) override;
   Welcome welcome(WorkerId worker) const override;
   void on_admitted(Session& session) override;

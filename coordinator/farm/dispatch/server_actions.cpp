@@ -1,4 +1,5 @@
 // Carries out the ledger's actions.
+#include "common/base/check.h"
 #include "common/base/format.h"
 #include "common/base/log.h"
 #include "coordinator/farm/dispatch/server.h"
@@ -7,6 +8,7 @@ namespace kiln {
 
 // Actions from events during the loop are queued behind the current ones.
 void Server::perform(Actions&& actions) {
+  KILN_CHECK(std::this_thread::get_id() == thread_);
   for (Action& action : actions) todo_.push_back(std::move(action));
   if (performing_) return;
   performing_ = true;
@@ -15,6 +17,7 @@ void Server::perform(Actions&& actions) {
     todo_.pop_front();
     carry_out(action);
   }
+  KILN_CHECK(todo_.empty());
   performing_ = false;
 }
 
@@ -87,6 +90,7 @@ void Server::give(WorkerId worker, const kiln::Unit& unit) {
 void Server::store(const StoreAnswer& answer) {
   const auto it = arrived_.find({answer.job, answer.unit, answer.digest});
   if (it == arrived_.end()) return;  // its job ended in the same batch
+  KILN_CHECK(it->second && it->second->unit == answer.unit);
   store_.put(answer, it->second, [this, answer, alive = alive_] {
     if (std::this_thread::get_id() == thread_) return on_stored(answer);
     const std::lock_guard lock(alive->mutex);
@@ -95,6 +99,7 @@ void Server::store(const StoreAnswer& answer) {
 }
 
 void Server::on_stored(const StoreAnswer& answer) {
+  KILN_CHECK(std::this_thread::get_id() == thread_);
   Actions actions;
   ledger_.stored(answer.job, answer.unit, answer.ticket, clock_.now_ms(), actions);
   perform(std::move(actions));
@@ -110,6 +115,7 @@ void Server::expel(WorkerId worker, const std::string& reason) {
   if (!session) return;
   ++expelled_count_;
   note(0, text("{} is refused: {}", session->name(), reason));
+  KILN_CHECK(members_.count(worker) == 1);
   expelled_[members_.at(worker).instance] = reason;
   members_.erase(worker);
   session->refuse(reason);

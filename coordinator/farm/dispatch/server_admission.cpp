@@ -1,6 +1,7 @@
 // Who may take part, and under which name.
 #include <algorithm>
 
+#include "common/base/check.h"
 #include "common/base/format.h"
 #include "common/wire/limits.h"
 #include "coordinator/farm/dispatch/server.h"
@@ -25,6 +26,14 @@ Expected<std::string> Server::owner_of(const Hello& hello, const Session& sessio
   return settings_.tls ? session.identity().name : owner;
 }
 
+// Everybody behind the shared token is one owner. Where no owners are known, machines vote; on this machine,
+// processes, because one machine is all there is.
+std::string Server::voter_of(const Member& member) const {
+  if (!member.owner.empty()) return member.owner;
+  if (settings_.rules.owners_known) return "(the shared token)";
+  return member.session->loopback() ? member.identity : "(machine) " + member.session->caller();
+}
+
 Expected<WorkerId> Server::admit(const Hello& hello, Session& session) {
   const auto refuse = [&](const std::string& why) {
     ++refused_;
@@ -46,8 +55,9 @@ Expected<WorkerId> Server::admit(const Hello& hello, Session& session) {
   member.session = &session;
   member.instance = hello.instance;
   member.owner = std::move(*owner);
-  member.identity = settings_.tls ? session.identity().name
-                                  : text("{}, process {} ({:x})", hello.host, hello.pid, hello.instance);
+  member.identity = member.owner.empty()
+                        ? text("{}, process {} ({:x})", hello.host, hello.pid, hello.instance)
+                        : member.owner;
   if (const std::string* why = ledger_.quarantined_for(member.identity)) {
     const std::string reason = text("{} is quarantined: {}. `kiln workers --forgive {}` lets it come back",
                                     member.identity, *why, member.identity);
@@ -66,6 +76,7 @@ Expected<WorkerId> Server::admit(const Hello& hello, Session& session) {
     break;
   }
   const WorkerId worker = ++last_worker_;
+  KILN_CHECK(worker != 0 && !members_.count(worker));  // numbers are not used again
   members_.emplace(worker, std::move(member));
   return worker;
 }
@@ -76,9 +87,11 @@ Welcome Server::welcome(WorkerId worker) const {
 }
 
 void Server::on_admitted(Session& session) {
+  KILN_CHECK(members_.count(session.worker()) == 1);
   const Member& member = members_.at(session.worker());
   WorkerTraits traits{member.identity, session.name(), session.hello().threads, member.instance};
   traits.owner = member.owner;
+  traits.voter = voter_of(member);
   Actions actions;
   ledger_.join(session.worker(), traits, clock_.now_ms(), actions);
   perform(std::move(actions));

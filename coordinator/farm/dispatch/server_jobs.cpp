@@ -1,6 +1,7 @@
 // Jobs, their passes and their status.
 #include <algorithm>
 
+#include "common/base/check.h"
 #include "common/base/format.h"
 #include "common/base/log.h"
 #include "common/responses/basis.h"
@@ -32,12 +33,17 @@ Status Server::open_job(const FarmJobSpec& spec, std::shared_ptr<JobPort> port) 
   if (jobs_.count(spec.spec.id))
     return fail(ErrorKind::kInternal, text("job {} is open already", spec.spec.id));
   OpenJob& job = jobs_[spec.spec.id];
+  KILN_CHECK(spec.spec.id != 0 && spec.chunks && port);
   job.spec = spec.spec;
   job.chunks = spec.chunks;
   job.port = std::move(port);
   job.layout = MomentLayout(spec.spec.transport.basis, spec.spec.transport.quantities);
   ledger_.add_job(spec.spec.id, spec.traits);
-  ledger_.restore(spec.spec.id, spec.known);
+  // A process that comes back says where it is; until then nobody knows whose vote its answer was.
+  std::vector<KnownAnswer> known = spec.known;
+  for (KnownAnswer& answer : known)
+    answer.own_voter = settings_.tls || settings_.owner_tokens.count(answer.identity);
+  ledger_.restore(spec.spec.id, known);
   job.resumed = !spec.known.empty();
   return {};
 }
@@ -49,8 +55,11 @@ void Server::close_job(JobId id) {
   ledger_.end_job(id, "the job has ended", clock_.now_ms(), actions);
   perform(std::move(actions));
   std::erase_if(arrived_, [&](const auto& entry) { return std::get<0>(entry.first) == id; });
-  for (const auto& [worker, result] : jobs_.at(id).parked)
-    parked_bytes_ -= result.result.moments.size() * sizeof(double) + sizeof(Result);
+  for (const auto& [worker, result] : jobs_.at(id).parked) {
+    const uint64_t bytes = result.result.moments.size() * sizeof(double) + sizeof(Result);
+    KILN_CHECK(parked_bytes_ >= bytes);
+    parked_bytes_ -= bytes;
+  }
   jobs_.erase(id);
   store_.end_job(id);
 }
@@ -62,6 +71,7 @@ void Server::change_job(JobId id, int32_t priority, bool paused) {
 }
 
 void Server::add_chunk(JobId id, const Digest& chunk, std::shared_ptr<const Bytes> bytes) {
+  KILN_CHECK(bytes != nullptr);
   if (OpenJob* job = find_job(id)) job->added.emplace(chunk, std::move(bytes));
 }
 
@@ -73,6 +83,7 @@ void Server::keep_chunks(JobId id, const std::set<Digest>& chunks) {
 void Server::begin_pass(JobId id, std::shared_ptr<const PassUnits> units) {
   OpenJob* job = find_job(id);
   if (!job || job->port->error()) return;
+  KILN_CHECK(units != nullptr);
   job->units = std::move(units);
   std::vector<UnitPlan> plan;
   plan.reserve(job->units->units.size());
@@ -89,7 +100,9 @@ void Server::begin_pass(JobId id, std::shared_ptr<const PassUnits> units) {
       job->parked.emplace_back(worker, std::move(result));
       continue;
     }
-    parked_bytes_ -= result.result.moments.size() * sizeof(double) + sizeof(Result);
+    const uint64_t bytes = result.result.moments.size() * sizeof(double) + sizeof(Result);
+    KILN_CHECK(parked_bytes_ >= bytes);
+    parked_bytes_ -= bytes;
     take_result(worker, *job, std::move(result));
   }
 }
@@ -138,9 +151,7 @@ FarmStatistics Server::statistics(JobId id) {
   s.reassigned = counts.reassigned;
   s.copies = counts.copies;
   s.workers_lost = counts.lost;
-  s.verified = counts.verified;
-  s.unverified = counts.unverified;
-  s.waived = counts.waived;
+  s.verification = ledger_.verification(id);
   s.numeric_class = ledger_.numeric_class(id);
   s.events.assign(job->events.begin(), job->events.end());
   return s;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "common/base/check.h"
 #include "common/base/format.h"
 #include "common/wire/limits.h"
 
@@ -26,6 +27,7 @@ Session::Session(EventLoop& loop, SessionHost& host, std::unique_ptr<Connection>
       patience_(loop),
       peer_(connection_->peer()),
       name_(peer_) {
+  KILN_CHECK(memory != nullptr);
   connection_->set_limits({std::move(memory), connection_->caller()});
 }
 
@@ -147,6 +149,7 @@ std::string Session::known_as(const std::string& host) const {
 
 void Session::greet(Hello& hello) {
   if (worker_) return refuse("a second Hello");
+  KILN_CHECK(!talk_);
   const auto admitted = host_.admit(hello, *this);
   if (!admitted) return refuse(admitted.error().message);
   patience_.cancel();
@@ -164,6 +167,7 @@ void Session::greet_client(ClientHello& hello) {
   auto talk = host_.admit_client(hello, *this);
   if (!talk) return refuse(talk.error().message);
   talk_ = std::move(*talk);
+  KILN_CHECK(talk_ && !worker_);
   expect_client();
   connection_->accept_data(talk_->max_message_bytes());
   name_ = text("{} at {}", identity().name.empty() ? hello.user : identity().name, peer_);
@@ -188,6 +192,7 @@ void Session::serve_chunks() {
       sent_ = 0;
       continue;
     }
+    KILN_CHECK(sent_ <= chunk->size());
     const size_t size = std::min<uint64_t>(kChunkPieceBytes, chunk->size() - sent_);
     const auto first = chunk->begin() + static_cast<ptrdiff_t>(sent_);
     connection_->send(ChunkPiece{wanted_.front(), sent_, chunk->size(),

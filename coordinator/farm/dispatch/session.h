@@ -56,6 +56,7 @@ class Session final : public ClientLink {
   const Hello& hello() const { return hello_; }  // without its token
   const PeerIdentity& identity() const { return connection_->peer_identity(); }
   std::string caller() const { return connection_->caller(); }
+  bool loopback() const { return connection_->loopback(); }
 
  private:
   void on_frame(const FrameHeader& header, std::span<const std::byte> payload);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/check.h"
+
 namespace kiln {
 
 double FairShare::weight(int32_t priority) {
@@ -26,6 +28,7 @@ void FairShare::wake(UserId id) {
 }
 
 void FairShare::charge(UserId id, double thread_ms, double weight) {
+  KILN_CHECK(id < users_.size() && weight > 0 && thread_ms >= 0);
   User& user = users_[id];
   user.used_ms += thread_ms;
   user.virtual_time += thread_ms / weight;

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/check.h"
 #include "common/base/format.h"
 #include "coordinator/farm/ledger/farm_ledger.h"
 
@@ -58,8 +59,10 @@ void FarmLedger::result(WorkerId worker_id, JobId job_id, uint64_t unit_id, cons
 // The worker's lease of the unit. The lease that a message names does not matter: a claim after a reconnect
 // creates a new one.
 uint64_t FarmLedger::lease_of(WorkerId worker, const Unit& unit) const {
-  for (const uint64_t lease : unit.leases)
+  for (const uint64_t lease : unit.leases) {
+    KILN_CHECK(leases_.count(lease) == 1);
     if (leases_.at(lease).worker == worker) return lease;
+  }
   return 0;
 }
 
@@ -80,14 +83,19 @@ void FarmLedger::vote(JobId id, Job& job, uint64_t unit_id, Unit& unit, WorkerId
       answer.waiting.push_back(worker_id);
     return;
   }
+  KILN_CHECK(unit.phase != Phase::kFailed);
   if (unit.phase == Phase::kSettled) {
+    KILN_CHECK(unit.answers.size() == 1);
     ++job.totals.duplicates;
     Answer& result = unit.answers.front();
     if (result.digest == digest) {
-      agree(who, out);
-      if (!unit.verified) {
+      const size_t before = votes(result);
+      result.voters.push_back(who);
+      if (unit.verified && votes(result) > before) agree(who, out);
+      if (!unit.verified && votes(result) > 1) {
         for (const IdentityId voter : result.voters) agree(voter, out);
         unit.verified = true;
+        KILN_CHECK(job.totals.unverified > 0);
         ++job.totals.verified;
         --job.totals.unverified;
         out.push_back(Settle{id, unit_id, digest, true, identities_[result.voters.front()].name});
@@ -124,9 +132,11 @@ void FarmLedger::vote(JobId id, Job& job, uint64_t unit_id, Unit& unit, WorkerId
 void FarmLedger::dispute(JobId id, Job& job, uint64_t unit_id, Unit& unit, Actions& out) {
   const bool of_pass = job.open && unit.pass == job.pass;
   if (unit.phase == Phase::kSettled) {
+    KILN_CHECK(!unit.verified && job.totals.unverified > 0);
     unit.phase = Phase::kOpen;
     --job.totals.unverified;  // a verified result is not disputed: a differing answer is wrong
     if (of_pass) {
+      KILN_CHECK(job.counts.done > 0);
       --job.counts.done;
       job.counts.weight_done -= unit.weight;
     }
@@ -149,8 +159,8 @@ void FarmLedger::conclude(JobId id, Job& job, uint64_t unit_id, Unit& unit, int6
   if (unit.phase != Phase::kOpen || unit.answers.empty()) return;
   size_t best = 0;
   for (size_t i = 1; i < unit.answers.size(); ++i)
-    if (unit.answers[i].voters.size() > unit.answers[best].voters.size()) best = i;
-  if (unit.answers[best].voters.size() >= unit.needed) {
+    if (votes(unit.answers[i]) > votes(unit.answers[best])) best = i;
+  if (votes(unit.answers[best]) >= unit.needed) {
     dequeue(job, unit_id, unit);
     if (unit.answers[best].stored) settle(id, job, unit_id, unit, best, now, out);
     return;
@@ -174,12 +184,15 @@ void FarmLedger::conclude(JobId id, Job& job, uint64_t unit_id, Unit& unit, int6
 
 void FarmLedger::settle(JobId id, Job& job, uint64_t unit_id, Unit& unit, size_t winner, int64_t now,
                         Actions& out) {
+  KILN_CHECK(unit.phase == Phase::kOpen && unit.answers[winner].stored);
+  KILN_CHECK(votes(unit.answers[winner]) >= unit.needed);
   std::vector<Answer> answers = std::move(unit.answers);
   unit.answers.clear();
   unit.answers.push_back(answers[winner]);
   unit.phase = Phase::kSettled;
-  unit.verified = answers[winner].voters.size() > 1;
+  unit.verified = votes(answers[winner]) > 1;
   ++(unit.verified ? job.totals.verified : job.totals.unverified);
+  KILN_CHECK(!unit.disputed || job.disputes > 0);
   if (unit.disputed) --job.disputes;
   unit.disputed = false;
   const std::vector<uint64_t> leases = unit.leases;
@@ -197,11 +210,10 @@ void FarmLedger::settle(JobId id, Job& job, uint64_t unit_id, Unit& unit, size_t
   for (size_t i = 0; i < answers.size(); ++i) {
     if (i == winner) continue;
     for (const IdentityId voter : answers[i].voters)
-      quarantine(
-          voter,
-          text("its answer to unit {} of job {}, {}, differs from {}, which {} others gave", unit_id, id,
-               answers[i].digest.hex(), answers[winner].digest.hex(), answers[winner].voters.size()),
-          now, out);
+      quarantine(voter,
+                 text("its answer to unit {} of job {}, {}, differs from {}, which {} others gave", unit_id,
+                      id, answers[i].digest.hex(), answers[winner].digest.hex(), votes(answers[winner])),
+                 now, out);
   }
   complete_if_done(id, job, out);
 }
@@ -234,6 +246,7 @@ void FarmLedger::blame(JobId id, Job& job, uint64_t unit_id, Unit& unit, Identit
 
 void FarmLedger::give_up(JobId id, Job& job, uint64_t unit_id, Unit& unit, const std::string& reason,
                          Actions& out) {
+  KILN_CHECK(unit.phase == Phase::kOpen && unit.answers.empty());
   unit.phase = Phase::kFailed;
   const std::vector<uint64_t> leases = unit.leases;
   for (const uint64_t lease : leases) {
@@ -288,14 +301,22 @@ void FarmLedger::hand_back(WorkerId worker_id, JobId job_id, uint64_t unit_id, i
 void FarmLedger::damaged(JobId id, uint64_t unit_id, int64_t now, Actions& out) {
   Job* job = find_job(id);
   Unit* unit = job ? find_unit(*job, unit_id) : nullptr;
-  if (!unit || unit->phase != Phase::kSettled) return;
+  if (!unit) return;
+  const std::string reason = text("the stored result of unit {} is damaged: it is baked again", unit_id);
+  if (unit->phase != Phase::kSettled) {
+    // In dispute since it was delivered: nobody merged it, and without this nobody would deliver it again.
+    if (unit->delivered) rewind(id, *job, reason, out);
+    return;
+  }
+  KILN_CHECK(unit->answers.size() == 1);
+  KILN_CHECK((unit->verified ? job->totals.verified : job->totals.unverified) > 0);
   --(unit->verified ? job->totals.verified : job->totals.unverified);
   out.push_back(Revoke{id, unit_id, unit->answers.front().digest});
   unit->answers.clear();
   unit->phase = Phase::kOpen;
   unit->needed = 0;
   unit->verified = false;
-  rewind(id, *job, text("the stored result of unit {} is damaged: it is baked again", unit_id), out);
+  rewind(id, *job, reason, out);
   serve_all(0, now, out);
 }
 

@@ -1,6 +1,7 @@
 // Chooses the job that a worker serves: by the user's turn, then priority, then age.
 #include <algorithm>
 
+#include "common/base/check.h"
 #include "common/base/format.h"
 #include "coordinator/farm/ledger/farm_ledger.h"
 
@@ -49,6 +50,7 @@ void FarmLedger::count_for(Worker& worker, std::optional<UserId> user) {
 }
 
 void FarmLedger::assign(WorkerId id, Worker& worker, JobId job, int64_t now, Actions& out) {
+  KILN_CHECK(worker.held.empty() && jobs_.count(job) == 1);
   unassign(worker, now);
   worker.job = job;
   worker.assigned_at = now;

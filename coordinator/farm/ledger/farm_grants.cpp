@@ -3,6 +3,7 @@
 // has not started; and last a copy of a late unit.
 #include <algorithm>
 
+#include "common/base/check.h"
 #include "common/base/format.h"
 #include "coordinator/farm/ledger/farm_ledger.h"
 
@@ -16,12 +17,6 @@ constexpr uint32_t kSearches =
     64;  // fruitless searches of a job in that time: more than have answered any one unit
 
 }  // namespace
-
-bool FarmLedger::voted(const Unit& unit, IdentityId who) {
-  return std::any_of(unit.answers.begin(), unit.answers.end(), [&](const Answer& answer) {
-    return std::find(answer.voters.begin(), answer.voters.end(), who) != answer.voters.end();
-  });
-}
 
 bool FarmLedger::holds_suspect(const Worker& worker) const {
   if (const Job* job = find_job(worker.job); !job || !job->suspected) return false;
@@ -52,7 +47,7 @@ uint64_t FarmLedger::choose_suspect(const Worker& worker, const Job& job) const 
 uint64_t FarmLedger::choose_second(const Worker& worker, const Job& job) const {
   const auto leased = [&](const Unit& unit) {
     return std::any_of(unit.leases.begin(), unit.leases.end(), [&](uint64_t lease) {
-      return workers_.at(leases_.at(lease).worker).identity == worker.identity;
+      return same_voter(workers_.at(leases_.at(lease).worker).identity, worker.identity);
     });
   };
   for (const uint64_t id : job.seconds) {
@@ -125,6 +120,8 @@ void FarmLedger::grant(WorkerId id, Worker& worker, Job& job, uint64_t unit_id, 
   Unit& unit = job.units.at(unit_id);
   if (unit.queue != Queue::kSecond) dequeue(job, unit_id, unit);
   if (worker.held.empty()) worker.busy_since = worker.charged_until = now;
+  KILN_CHECK(worker.held.size() < worker.credits && worker.job != 0);
+  KILN_CHECK(unit.phase == Phase::kOpen && lease_of(id, unit) == 0);
   const uint64_t lease = next_lease_++;
   leases_.emplace(lease, Lease{id, worker.job, unit_id, now});
   worker.held.insert(lease);

@@ -50,7 +50,10 @@ void FarmLedger::restore(JobId id, std::span<const KnownAnswer> answers) {
     } else if (unit.phase == Phase::kSettled) {
       continue;
     }
-    unit.answers.push_back({known.digest, {intern(known.identity)}, true, 0, {}});
+    const IdentityId who = intern(known.identity);
+    if (known.own_voter && identities_[who].voter == kUnknownVoter)
+      identities_[who].voter = intern_voter(known.identity);
+    unit.answers.push_back({known.digest, {who}, true, 0, {}});
   }
 }
 
@@ -80,6 +83,7 @@ void FarmLedger::end_job(JobId id, const std::string& reason, int64_t now, Actio
   if (!job) return;
   const std::set<uint64_t> leases = job->leases;
   for (uint64_t lease : leases) release(lease);
+  KILN_CHECK(job->leases.empty());
   for (auto& [worker_id, worker] : workers_) {
     worker.banned.erase(id);
     worker.classes.erase(id);
@@ -96,9 +100,9 @@ void FarmLedger::enqueue(Job& job, uint64_t id, Unit& unit) {
   if (unit.phase != Phase::kOpen || unit.queue != Queue::kNone) return;
   const bool of_pass = job.open && unit.pass == job.pass;
   size_t most = 0;
-  for (const Answer& answer : unit.answers) most = std::max(most, answer.voters.size());
+  for (const Answer& answer : unit.answers) most = std::max(most, votes(answer));
   if (most > 0) {
-    // As many other workers as are missing must answer too.
+    // As many other voters as are missing must answer too.
     if (most >= unit.needed || unit.leases.size() + most >= unit.needed) return;
     if (!of_pass && !unit.disputed) return;
     unit.queue = Queue::kSecond;
@@ -115,9 +119,11 @@ void FarmLedger::enqueue(Job& job, uint64_t id, Unit& unit) {
 }
 
 void FarmLedger::dequeue(Job& job, uint64_t id, Unit& unit) {
-  if (unit.queue == Queue::kPending) job.pending.erase({unit.order, id});
-  if (unit.queue == Queue::kSuspect) job.suspects.erase(id);
-  if (unit.queue == Queue::kSecond) job.seconds.erase(id);
+  size_t left = 1;
+  if (unit.queue == Queue::kPending) left = job.pending.erase({unit.order, id});
+  if (unit.queue == Queue::kSuspect) left = job.suspects.erase(id);
+  if (unit.queue == Queue::kSecond) left = job.seconds.erase(id);
+  KILN_CHECK(left == 1);
   unit.queue = Queue::kNone;
 }
 
@@ -187,6 +193,8 @@ void FarmLedger::abandon_pass(JobId id, int64_t now, Actions& out) {
 
 void FarmLedger::deliver(JobId id, Job& job, uint64_t unit_id, Unit& unit, Actions& out) {
   if (!job.open || unit.pass != job.pass) return;
+  KILN_CHECK(unit.phase == Phase::kSettled && unit.answers.size() == 1);
+  KILN_CHECK(job.counts.done < job.counts.units);
   ++job.counts.done;
   job.counts.weight_done += unit.weight;
   if (unit.delivered) return;  // before a dispute that it won
@@ -197,6 +205,8 @@ void FarmLedger::deliver(JobId id, Job& job, uint64_t unit_id, Unit& unit, Actio
 
 void FarmLedger::complete_if_done(JobId id, Job& job, Actions& out) {
   if (!job.open || job.disputes > 0 || job.counts.done + job.counts.failed < job.counts.units) return;
+  KILN_CHECK(job.counts.done + job.counts.failed == job.counts.units);
+  KILN_CHECK(job.pending.empty() && job.suspects.empty());
   job.open = false;
   out.push_back(PassComplete{id});
 }
@@ -251,6 +261,7 @@ void FarmLedger::rewind(JobId id, Job& job, const std::string& reason, Actions& 
     dequeue(job, unit_id, unit);
     unit.delivered = unit.disputed = false;
   }
+  KILN_CHECK(job.leases.empty());
   job.disputes = 0;
   out.push_back(Rewind{id, reason});
 }

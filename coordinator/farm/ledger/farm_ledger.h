@@ -4,8 +4,9 @@
 //
 // A unit is a pure function of its job, so it may run anywhere any number of times; only settling is
 // exclusive. A lease therefore never decides whether an answer is valid. An answer counts as a vote of its
-// worker's identity. It is acknowledged once it is on disk, and becomes the unit's result once, in addition,
-// as many identities gave it as the job (quorum) and the worker's history (dose of verification) require.
+// worker's voter: its owner, or its machine where owners are not known. It is acknowledged once it is on
+// disk, and becomes the unit's result once, in addition, as many voters gave it as the job (quorum) and the
+// worker's history (dose of verification) require.
 #pragma once
 
 #include <map>
@@ -18,6 +19,7 @@
 
 #include "coordinator/farm/ledger/actions.h"
 #include "coordinator/farm/ledger/fair_share.h"
+#include "coordinator/farm/ledger/verification.h"
 
 namespace kiln {
 
@@ -61,6 +63,7 @@ class FarmLedger {
   bool pass_complete(JobId job) const;
   PassCounts pass(JobId job) const;
   JobCounts counts(JobId job) const;
+  Verification verification(JobId job) const;  // reads every unit
   bool knows(JobId job, uint64_t unit) const;
   const std::string& numeric_class(JobId job) const;
   const std::string& user(JobId job) const;
@@ -115,8 +118,11 @@ class FarmLedger {
 
  private:
   using IdentityId = uint32_t;
+  using VoterId = uint32_t;
+  static constexpr VoterId kUnknownVoter = 0;
   struct Identity {
     std::string name;
+    VoterId voter = kUnknownVoter;
     uint64_t agreed = 0;
     bool quarantined = false;
     std::string reason;
@@ -240,8 +246,16 @@ class FarmLedger {
   void give_up(JobId id, Job& job, uint64_t unit_id, Unit& unit, const std::string& reason, Actions& out);
   uint32_t needed_votes(JobId id, const Job& job, uint64_t unit_id, IdentityId first) const;
 
+  // why.cpp
+  const char* voter_word() const;
+  std::string why_quorum(const Job& job) const;
+
   // farm_trust.cpp
   IdentityId intern(const std::string& name);
+  VoterId intern_voter(const std::string& name);
+  bool same_voter(IdentityId a, IdentityId b) const;
+  size_t votes(const Answer& answer) const;  // of different voters
+  bool voted(const Unit& unit, IdentityId who) const;
   void agree(IdentityId id, Actions& out);
   void quarantine(IdentityId id, const std::string& reason, int64_t now, Actions& out);
   void bench(WorkerId id, Worker& worker, int64_t now, Actions& out);
@@ -259,7 +273,6 @@ class FarmLedger {
   bool would_end_late(const Worker& worker, const Job& job, double weight, int64_t now) const;
   void reckon_speed(JobId id, const Job& job, int64_t now) const;
   bool holds_suspect(const Worker& worker) const;
-  static bool voted(const Unit& unit, IdentityId who);
 
   // farm_assign.cpp
   JobId pick_job(const Worker& worker) const;
@@ -289,6 +302,7 @@ class FarmLedger {
   std::unordered_map<uint64_t, Lease> leases_;
   std::vector<Identity> identities_;
   std::map<std::string, IdentityId> identity_by_name_;
+  std::map<std::string, VoterId> voter_by_name_;
   FairShare share_;
   uint64_t next_lease_ = 1, next_ticket_ = 1;
   int64_t last_tick_ = 0, served_all_at_ = 0;

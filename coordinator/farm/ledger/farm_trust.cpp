@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/check.h"
 #include "common/base/format.h"
 #include "coordinator/farm/ledger/farm_ledger.h"
 
@@ -20,8 +21,37 @@ double draw(uint64_t seed, JobId job, uint64_t unit) {
 
 FarmLedger::IdentityId FarmLedger::intern(const std::string& name) {
   const auto [it, added] = identity_by_name_.try_emplace(name, static_cast<IdentityId>(identities_.size()));
-  if (added) identities_.push_back({name, 0, false, ""});
+  if (added) identities_.push_back({name, kUnknownVoter, 0, false, ""});
   return it->second;
+}
+
+FarmLedger::VoterId FarmLedger::intern_voter(const std::string& name) {
+  return voter_by_name_.try_emplace(name, static_cast<VoterId>(voter_by_name_.size() + 1)).first->second;
+}
+
+bool FarmLedger::same_voter(IdentityId a, IdentityId b) const {
+  return a == b || (identities_[a].voter != kUnknownVoter && identities_[a].voter == identities_[b].voter);
+}
+
+// A vote whose voter is not known may be anybody's, also one that is counted already: together all such votes
+// count at most once, and only where there is no other.
+size_t FarmLedger::votes(const Answer& answer) const {
+  size_t count = 0;
+  for (size_t i = 0; i < answer.voters.size(); ++i) {
+    const VoterId voter = identities_[answer.voters[i]].voter;
+    const auto before = answer.voters.begin() + static_cast<ptrdiff_t>(i);
+    count += voter != kUnknownVoter && std::none_of(answer.voters.begin(), before, [&](IdentityId other) {
+               return identities_[other].voter == voter;
+             });
+  }
+  return std::max<size_t>(count, answer.voters.empty() ? 0 : 1);
+}
+
+bool FarmLedger::voted(const Unit& unit, IdentityId who) const {
+  return std::any_of(unit.answers.begin(), unit.answers.end(), [&](const Answer& answer) {
+    return std::any_of(answer.voters.begin(), answer.voters.end(),
+                       [&](IdentityId voter) { return same_voter(voter, who); });
+  });
 }
 
 void FarmLedger::restore_trust(const std::string& name, uint64_t agreed, const std::string& quarantined_for) {
@@ -42,10 +72,44 @@ const std::string* FarmLedger::quarantined_for(const std::string& name) const {
 }
 
 void FarmLedger::agree(IdentityId id, Actions& out) {
+  KILN_CHECK(id < identities_.size());
   out.push_back(Trust{identities_[id].name, ++identities_[id].agreed});
 }
 
+Verification FarmLedger::verification(JobId id) const {
+  Verification v;
+  const Job* job = find_job(id);
+  if (!job) return v;
+  v.verified = job->totals.verified;
+  v.unverified = job->totals.unverified;
+  v.waived = job->totals.waived;
+  v.quorum = job->traits.quorum;
+  v.owners_known = rules_.owners_known;
+  v.trusted = rules_.audit_first == 0 && job->traits.quorum == 1;
+  std::map<IdentityId, Contribution> by;
+  for (const auto& [unit_id, unit] : job->units) {
+    if (unit.phase != Phase::kSettled) continue;
+    const std::vector<IdentityId>& voters = unit.answers.front().voters;
+    for (size_t i = 0; i < voters.size(); ++i) {
+      Contribution& its = by[voters[i]];
+      if (i > 0) {
+        ++its.confirmed;
+      } else {
+        ++its.gave;
+        its.alone += !unit.verified;
+      }
+    }
+  }
+  for (auto& [who, contribution] : by) {
+    contribution.identity = identities_[who].name;
+    v.by.push_back(std::move(contribution));
+  }
+  std::sort(v.by.begin(), v.by.end(), [](const auto& a, const auto& b) { return a.identity < b.identity; });
+  return v;
+}
+
 uint32_t FarmLedger::needed_votes(JobId id, const Job& job, uint64_t unit_id, IdentityId first) const {
+  KILN_CHECK(job.traits.quorum > 0 && first < identities_.size());
   if (job.traits.quorum > 1) return job.traits.quorum;
   if (rules_.audit_first == 0 || job.alone) return 1;
   const uint64_t agreed = identities_[first].agreed;
@@ -89,6 +153,7 @@ void FarmLedger::quarantine(IdentityId who, const std::string& reason, int64_t n
       std::erase_if(unit.answers, [](const Answer& answer) { return answer.voters.empty(); });
       if (!alone) continue;
       ++revoked;
+      KILN_CHECK(job.totals.unverified > 0 && unit.answers.size() <= 1);
       --job.totals.unverified;
       merged |= unit.delivered;
       if (job.open && unit.pass == job.pass) {

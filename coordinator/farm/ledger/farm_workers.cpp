@@ -39,6 +39,7 @@ void FarmLedger::join(WorkerId id, const WorkerTraits& traits, int64_t now, Acti
   worker.traits = traits;
   worker.traits.threads = std::max(1u, traits.threads);
   worker.identity = intern(traits.identity);
+  identities_[worker.identity].voter = intern_voter(traits.voter.empty() ? traits.identity : traits.voter);
   worker.last_heard = worker.charged_until = now;
   forgive_losses(traits.process);
   if (const std::string* reason = quarantined_for(traits.identity)) {
@@ -151,11 +152,11 @@ void FarmLedger::release(uint64_t lease) {
   Unit& unit = job.units.at(it->second.unit);
   Worker& worker = workers_.at(it->second.worker);
   const size_t before = worker.held.size();
-  worker.held.erase(lease);
+  KILN_CHECK(worker.held.erase(lease) == 1);
   note_backlog(job, it->second.worker, worker, before);
   worker.held_weight = worker.held.empty() ? 0 : worker.held_weight - unit.weight;
-  std::erase(unit.leases, lease);
-  job.leases.erase(lease);
+  KILN_CHECK(std::erase(unit.leases, lease) == 1);
+  KILN_CHECK(job.leases.erase(lease) == 1);
   leases_.erase(it);
 }
 
@@ -205,6 +206,7 @@ void FarmLedger::leave(WorkerId id, bool crashed, const std::string& reason, int
   }
   revoke_all(*worker);
   unassign(*worker, now);
+  KILN_CHECK(worker->held.empty() && !worker->counted_for);
   workers_.erase(id);
   serve_all(0, now, out);
 }
@@ -318,14 +320,15 @@ void FarmLedger::find_hung(int64_t now, Actions& out) {
   }
 }
 
-// Verification needs a second machine. Without one the job continues unverified and reports it; with a quorum
+// Verification needs a second voter. Without one the job continues unverified and reports it; with a quorum
 // set by the user it waits.
 void FarmLedger::waive_audits(int64_t now, Actions& out) {
   for (auto& [id, job] : jobs_) {
     if (rules_.audit_first == 0 || job.traits.quorum > 1 || !job.open) continue;
-    std::set<IdentityId> able;
+    std::set<VoterId> able;
     for (const auto& [worker_id, worker] : workers_)
-      if (worker.presence == Presence::kActive && may_work(id, job, worker)) able.insert(worker.identity);
+      if (worker.presence == Presence::kActive && may_work(id, job, worker))
+        able.insert(identities_[worker.identity].voter);
     if (able.size() != 1) {
       job.alone_since = -1;
       job.alone = false;

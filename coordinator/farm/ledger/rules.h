@@ -27,6 +27,9 @@ struct FarmRules {
   uint32_t audit_first = 0;
   double audit_least = 0.01;
   uint64_t audit_seed = 0;  // secret: a worker must not be able to tell which unit is verified
+  // Whether workers' owners are told apart (by certificates, or by tokens of their own). Otherwise votes are
+  // machines', which finds a broken machine but not an owner who lies with several.
+  bool owners_known = false;
 };
 
 // What happens to a job when a unit failed on every worker that tried it. Stored.
@@ -51,6 +54,9 @@ struct WorkerTraits {
   // Who answers for it: the name in its certificate, or the holder of a worker token of their own. Empty:
   // nobody in particular, as with the token that all workers share.
   std::string owner{};
+  // Whose vote its answers are: equal answers of one voter count once. The owner where owners are known, else
+  // the machine. Empty: its identity.
+  std::string voter{};
 };
 
 // One unit of a pass, in order of value.
@@ -66,7 +72,10 @@ struct KnownAnswer {
   Digest digest;
   std::string identity;   // the worker that gave it
   bool settled = false;   // it is the unit's result
-  bool verified = false;  // another worker gave the same
+  bool verified = false;  // another voter gave the same
+  // Whether the identity is its own voter (WorkerTraits::voter). If not, whose vote this is stays unknown
+  // until the worker is back; until then it counts as nobody's but the first's.
+  bool own_voter = true;
 };
 
 }  // namespace kiln

@@ -6,6 +6,24 @@
 
 namespace kiln {
 
+const char* FarmLedger::voter_word() const {
+  return rules_.owners_known ? "owner" : "machine";
+}
+
+std::string FarmLedger::why_quorum(const Job& job) const {
+  std::set<VoterId> here;
+  for (const auto& [id, worker] : workers_)
+    if (worker.presence == Presence::kActive) here.insert(identities_[worker.identity].voter);
+  std::string words = text("every unit must be answered equally by {} different {}s; {} are here",
+                           job.traits.quorum, voter_word(), here.size());
+  if (here.size() < job.traits.quorum) words += ": the job waits for others";
+  if (!rules_.owners_known)
+    words +=
+        "; owners cannot be told apart: workers share one token (give them certificates, or tokens of "
+        "their own with --owner-tokens)";
+  return words;
+}
+
 std::vector<std::string> FarmLedger::why_job(JobId id, int64_t now) const {
   std::vector<std::string> lines;
   const Job* job = find_job(id);
@@ -31,8 +49,9 @@ std::vector<std::string> FarmLedger::why_job(JobId id, int64_t now) const {
            totals.workers, totals.threads, totals.verified, totals.unverified, totals.waived));
   if (job->disputes)
     lines.push_back(text("{} units have answers that differ: a further worker must decide", job->disputes));
-  if (job->traits.quorum > 1)
-    lines.push_back(text("every unit must be answered equally by {} different workers", job->traits.quorum));
+  if (job->traits.quorum > 1) lines.push_back(why_quorum(*job));
+  if (const std::string checked = verification_text(verification(id)); !checked.empty())
+    lines.push_back(checked);
   uint32_t able = 0, silent = 0, elsewhere = 0;
   for (const auto& [worker_id, worker] : workers_) {
     const auto banned = worker.banned.find(id);
@@ -83,8 +102,8 @@ std::vector<std::string> FarmLedger::why_unit(JobId id, uint64_t unit_id, int64_
   if (unit.queue == Queue::kSuspect)
     lines.push_back(text("it cost {} workers and runs alone on one that it has not cost", unit.attempts));
   if (unit.queue == Queue::kSecond)
-    lines.push_back(
-        text("it has been answered; {} equal answers of different workers are needed", unit.needed));
+    lines.push_back(text("it has been answered; {} equal answers of different {}s are needed", unit.needed,
+                         voter_word()));
   for (const uint64_t lease : unit.leases)
     lines.push_back(text("{} has had it for {:.1f} s", workers_.at(leases_.at(lease).worker).traits.name,
                          static_cast<double>(now - leases_.at(lease).since) / 1000));
@@ -92,8 +111,8 @@ std::vector<std::string> FarmLedger::why_unit(JobId id, uint64_t unit_id, int64_
     std::string voters;
     for (const IdentityId voter : answer.voters)
       voters += (voters.empty() ? "" : ", ") + identities_[voter].name;
-    lines.push_back(text("answer {} by {}{}", answer.digest.hex().substr(0, 12), voters,
-                         answer.stored ? "" : " (not on disk yet)"));
+    lines.push_back(text("answer {} by {}: {} of different {}s{}", answer.digest.hex().substr(0, 12), voters,
+                         votes(answer), voter_word(), answer.stored ? "" : " (not on disk yet)"));
   }
   for (const IdentityId who : unit.blamed) lines.push_back(text("{} failed it", identities_[who].name));
   return lines;

@@ -64,11 +64,22 @@ Status check_files(std::string_view field, const std::vector<FileRecord>& files)
   return {};
 }
 
+std::string suspect_words(const std::string& worker) {
+  return text("units are {}'s alone, which was quarantined: ", worker);
+}
+
+bool JobRecord::result_is_suspect(const std::string& worker) const {
+  if (state != JobState::kDone || !tainted) return false;
+  return taint.find(worker.empty() ? std::string("'s alone, which was quarantined: ")
+                                   : suspect_words(worker)) != std::string::npos;
+}
+
 Status check_job(const JobRecord& job) {
   KILN_TRY_STATUS(check_text("name", job.name, kMaxName));
   KILN_TRY_STATUS(check_text("user", job.user, kMaxName));
   KILN_TRY_STATUS(check_text("reason", job.reason, kMaxSentence));
   KILN_TRY_STATUS(check_text("taint", job.taint, kMaxSentence));
+  KILN_TRY_STATUS(check_text("verification", job.verification, kMaxSentence));
   KILN_TRY_STATUS(check_text("submission", job.submission, kMaxName));
   KILN_TRY_STATUS(check_text("numeric class", job.numeric_class, kMaxName));
   if (job.settings.size() > kMaxSettings)

@@ -60,10 +60,16 @@ struct JobRecord {
   double worst_relative_error = 0;                       // never set
   double converged_share = 0;                            // of the texels, 0 to 1
   std::vector<FileRecord> results;
-  bool tainted = false;  // part of the result is unproved
-  std::string taint;     // which part: one sentence
+  bool tainted = false;      // part of the result is unproved
+  std::string taint;         // which part: one sentence
+  std::string verification;  // how its results were checked (verification_text)
   bool operator==(const JobRecord&) const = default;
+  // Published with results that nobody but this worker gave, which was quarantined; empty: any worker.
+  bool result_is_suspect(const std::string& worker) const;
 };
+
+// The sentence of `taint` about such results, which begins with their number.
+std::string suspect_words(const std::string& worker);
 
 // Fails (kInvalidInput, naming the field) on values the store refuses: priority, quorum, sizes, paths that
 // leave their folder, a scene that is not among the inputs.

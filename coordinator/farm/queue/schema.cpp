@@ -36,6 +36,9 @@ ALTER TABLE jobs ADD COLUMN numeric_class TEXT DEFAULT '';
 CREATE TABLE unproven(job INTEGER, worker TEXT, units INTEGER, PRIMARY KEY(job, worker)) WITHOUT ROWID;
 CREATE INDEX jobs_of_submission ON jobs(submission);
 CREATE INDEX unproven_of_worker ON unproven(worker);
+)sql",
+                                           R"sql(
+ALTER TABLE jobs ADD COLUMN verification TEXT DEFAULT '';
 )sql"};
   return kSteps;
 }

@@ -12,8 +12,7 @@ Status taint(GroupTransaction& t, JobRecord job, uint64_t units, const std::stri
              const std::string& reason) {
   constexpr size_t kMax = 4000;
   job.tainted = true;
-  const std::string sentence =
-      text("{} units are {}'s alone, which was quarantined: {}", units, worker, reason);
+  const std::string sentence = text("{} {}{}", units, suspect_words(worker), reason);
   if (job.taint.find(sentence) == std::string::npos && job.taint.size() + sentence.size() < kMax)
     job.taint += (job.taint.empty() ? "" : "; ") + sentence;
   KILN_TRY_STATUS(t.tables().set_job(job, false));

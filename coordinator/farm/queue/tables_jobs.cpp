@@ -17,12 +17,12 @@ Status Tables::set_job(const JobRecord& j, bool described) {
       "UPDATE jobs SET name=?2,user=?3,priority=?4,state=?5,paused=?6,reason=?7,quorum=?8,poison=?9,"
       "preparations=?10,submitted_ms=?11,started_ms=?12,ended_ms=?13,passes_done=?14,units_done=?15,"
       "units_total=?16,texels=?17,worst_relative_error=?18,converged_share=?19,tainted=?20,taint=?21,"
-      "submission=?22,numeric_class=?23 WHERE id=?1",
+      "submission=?22,numeric_class=?23,verification=?24 WHERE id=?1",
       j.id, std::string_view(j.name), std::string_view(j.user), j.priority, static_cast<int64_t>(j.state),
       j.paused, std::string_view(j.reason), j.quorum, static_cast<int64_t>(j.poison), j.preparations,
       j.submitted_ms, j.started_ms, j.ended_ms, j.passes_done, j.units_done, j.units_total, j.texels,
       j.worst_relative_error, j.converged_share, j.tainted, std::string_view(j.taint),
-      std::string_view(j.submission), std::string_view(j.numeric_class)));
+      std::string_view(j.submission), std::string_view(j.numeric_class), std::string_view(j.verification)));
   if (!described) return {};
   const Bytes after = write_list(j.after), inputs = write_list(j.inputs), results = write_list(j.results);
   return database_.run("UPDATE jobs SET scene=?2,settings=?3,after=?4,inputs=?5,results=?6 WHERE id=?1", j.id,
@@ -49,7 +49,7 @@ Expected<std::map<JobId, JobRecord>> Tables::load_jobs() {
   Query query = database_.ask(
       "SELECT id,name,user,priority,state,paused,reason,quorum,poison,preparations,submitted_ms,started_ms,"
       "ended_ms,passes_done,units_done,units_total,texels,worst_relative_error,converged_share,tainted,taint,"
-      "submission,numeric_class,scene,settings,after,inputs,results FROM jobs");
+      "submission,numeric_class,verification,scene,settings,after,inputs,results FROM jobs");
   for (;;) {
     KILN_TRY(const bool row, query.next());
     if (!row) return jobs;
@@ -77,6 +77,7 @@ Expected<std::map<JobId, JobRecord>> Tables::load_jobs() {
     j.taint = query.string();
     j.submission = query.string();
     j.numeric_class = query.string();
+    j.verification = query.string();
     j.scene = query.string();
     j.settings = query.string();
     bool lists = read_list(query.blob(), j.after);

@@ -14,7 +14,7 @@ void write_short(JsonWriter& w, const JobRecord& job, const FarmStatus& farm) {
   w.pair("passes_done", job.passes_done).pair("units_done", job.units_done);
   w.pair("units_total", job.units_total).pair("texels", job.texels);
   w.pair("worst_relative_error", job.worst_relative_error).pair("converged_share", job.converged_share);
-  w.pair("tainted", job.tainted).pair("taint", job.taint);
+  w.pair("tainted", job.tainted).pair("taint", job.taint).pair("verification", job.verification);
   const auto active = std::find_if(farm.jobs.begin(), farm.jobs.end(),
                                    [&](const FarmJobStatus& j) { return j.job == job.id; });
   if (active == farm.jobs.end()) return;

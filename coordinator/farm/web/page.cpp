@@ -103,7 +103,7 @@ const show = (status, jobs) => {
     }
     cell(row, j.farm ? j.farm.workers : '', 'n');
     cell(row, j.farm ? short(j.farm.rays) : '', 'n');
-    cell(row, [j.reason, j.taint].filter(Boolean).join('; '), 'reason');
+    cell(row, [j.reason, j.taint, j.verification].filter(Boolean).join('; '), 'reason');
   });
   fill('workers', status.workers, 'No worker: kiln-worker --connect HOST:PORT', (row, w) => {
     cell(row, w.name);
