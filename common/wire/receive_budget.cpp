@@ -17,15 +17,14 @@ std::unique_ptr<ReceiveBudget::Share> ReceiveBudget::reserve(const std::shared_p
   std::unique_ptr<Share> share(new Share(budget, caller, bytes));
   share->on_granted_ = std::move(on_granted);
   share->place_ = budget->waiting_.insert(budget->waiting_.end(), share.get());
-  if (budget->fits(*share)) budget->grant(*share);
+  budget->grant_waiting();
   return share;
 }
 
-bool ReceiveBudget::fits(const Share& share) const {
+// Alone, any message fits: frames are capped far below what one message may take.
+bool ReceiveBudget::within_part(const Share& share) const {
   const auto held = by_caller_.find(share.caller_);
-  // Alone, any message fits: frames are capped far below what one message may take.
-  if (held != by_caller_.end() && held->second + share.bytes_ > per_caller_) return false;
-  return reserved_ == 0 || reserved_ + share.bytes_ <= total_;
+  return held == by_caller_.end() || held->second + share.bytes_ <= per_caller_;
 }
 
 void ReceiveBudget::grant(Share& share) {
@@ -41,27 +40,23 @@ void ReceiveBudget::grant(Share& share) {
 void ReceiveBudget::give_back(Share& share) {
   if (!share.granted_) {
     waiting_.erase(share.place_);
-    return;
+    return grant_waiting();  // those behind it
   }
   const auto held = by_caller_.find(share.caller_);
   KILN_CHECK(held != by_caller_.end() && held->second >= share.bytes_ && reserved_ >= share.bytes_);
   held->second -= share.bytes_;
   if (held->second == 0) by_caller_.erase(held);
   reserved_ -= share.bytes_;
-  // A grant changes the queue: start again after each.
-  for (bool again = true; again;) {
-    again = false;
-    for (Share* next : waiting_) {
-      if (!fits(*next)) {
-        const auto its = by_caller_.find(next->caller_);
-        const bool only_its_own_fault = its != by_caller_.end() && its->second + next->bytes_ > per_caller_;
-        if (only_its_own_fault) continue;
-        break;  // others wait behind it, so that a large message is not passed by for ever
-      }
-      grant(*next);
-      again = true;
-      break;
-    }
+  grant_waiting();
+}
+
+void ReceiveBudget::grant_waiting() {
+  for (auto it = waiting_.begin(); it != waiting_.end();) {
+    Share& next = **it++;
+    if (!within_part(next)) continue;
+    // Others wait behind it, so that a large message is not passed by for ever.
+    if (reserved_ != 0 && reserved_ + next.bytes_ > total_) return;
+    grant(next);
   }
 }
 

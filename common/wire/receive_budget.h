@@ -45,8 +45,9 @@ class ReceiveBudget {
 
  private:
   ReceiveBudget(size_t total, size_t per_caller) : total_(total), per_caller_(per_caller) {}
-  bool fits(const Share& share) const;
+  bool within_part(const Share& share) const;
   void grant(Share& share);
+  void grant_waiting();
   void give_back(Share& share);
 
   const size_t total_, per_caller_;

@@ -177,6 +177,12 @@ TEST(ReceiveBudget, FirstComeFirstServedButNobodyTakesMoreThanItsPart) {
   gone.reset();
   huge.reset();
   EXPECT_EQ(granted, "acdebh") << "one that gave up is not granted";
+  auto most = ask("ada", 50, 'm');
+  auto large = ask("bob", 60, 'l');  // waits, and those behind it with it
+  auto small = ask("eve", 10, 's');
+  EXPECT_EQ(granted, "acdebhm");
+  large.reset();
+  EXPECT_EQ(granted, "acdebhms");
 }
 
 }  // namespace

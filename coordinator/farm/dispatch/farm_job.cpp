@@ -153,6 +153,8 @@ Expected<PassEnd> FarmJobImpl::run_pass(std::vector<WorkUnit> list, int64_t dead
   report();
   if (failed) return tl::unexpected<Error>(*failed);
   KILN_CHECK(end.has_value());
+  // A stored result that could not be read rewinds a pass whose end was told before.
+  if (*end != PassEnd::kRewound && port_->clear()) end = PassEnd::kRewound;
   return *end == PassEnd::kRewound ? forget_sums() : *end;
 }
 
