@@ -1,12 +1,8 @@
 #include <pthread.h>
 #include <signal.h>
 
-#include <algorithm>
-#include <cctype>
 #include <cstdio>
 #include <cstdlib>
-#include <set>
-#include <sstream>
 
 #include "common/base/files.h"
 #include "common/base/format.h"
@@ -29,33 +25,6 @@ Expected<std::string> read_token(const std::string& file) {
   if (token.size() < 16)
     return fail(ErrorKind::kUsage, text("{} holds no token of at least 16 characters", file));
   return token;
-}
-
-// Lines NAME TOKEN; empty lines and lines that begin with # are skipped.
-Expected<std::map<std::string, std::string>> read_owner_tokens(const std::string& file) {
-  KILN_TRY(const Bytes bytes, read_file(file, 1u << 20));
-  std::istringstream lines(std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
-  std::map<std::string, std::string> tokens;
-  std::set<std::string> seen;
-  int number = 0;
-  for (std::string line; std::getline(lines, line);) {
-    ++number;
-    std::istringstream words(line);
-    std::string name, token, more;
-    if (!(words >> name) || name[0] == '#') continue;
-    const bool plain = name.size() <= 64 && std::all_of(name.begin(), name.end(), [](unsigned char c) {
-                         return std::isalnum(c) || c == '.' || c == '_' || c == '-';
-                       });
-    if (!plain || !(words >> token) || (words >> more) || token.size() < 16)
-      return fail(ErrorKind::kUsage, text("{}, line {}: NAME TOKEN is expected, a name of letters, digits, "
-                                          ". _ - and a token of at least 16 characters",
-                                          file, number));
-    if (!tokens.emplace(name, token).second || !seen.insert(token).second)
-      return fail(ErrorKind::kUsage,
-                  text("{}, line {}: this name or token stands there twice", file, number));
-  }
-  if (tokens.empty()) return fail(ErrorKind::kUsage, text("{} holds no line NAME TOKEN", file));
-  return tokens;
 }
 
 Expected<int64_t> number_of_option(const Arguments& a, const std::string& name, int64_t fallback,
@@ -118,9 +87,6 @@ Expected<ServiceSettings> read_settings(const Arguments& a) {
   s.farm.plain_is_fine = a.has("insecure-plain");
   if (a.has("token-file")) {
     KILN_TRY(s.farm.token, read_token(a.get("token-file")));
-  }
-  if (a.has("owner-tokens")) {
-    KILN_TRY(s.farm.owner_tokens, read_owner_tokens(a.get("owner-tokens")));
   }
   const int files = a.has("ca") + a.has("certificate") + a.has("key");
   if (files != 0 && files != 3)
@@ -201,8 +167,6 @@ Command serve_command() {
         "--insecure-plain"},
        {"--http-token-file", "FILE", "bearer token that --http asks for"},
        {"--token-file", "FILE", "workers' token, without TLS [DIR/worker.token, created if needed]"},
-       {"--owner-tokens", "FILE",
-        "tokens for the workers of single owners, without TLS: lines NAME TOKEN; then votes count owners"},
        {"--ca", "FILE", "TLS: the farm's authority"},
        {"--certificate", "FILE", "TLS: this coordinator's certificate"},
        {"--key", "FILE", "TLS: its key"},
