@@ -63,11 +63,21 @@ Expected<std::unique_ptr<WebServer>> start_web(const Arguments& a, Service& serv
   return WebServer::start(web, std::move(sources));
 }
 
+std::filesystem::path authority_of(const Arguments& a) {
+  const std::filesystem::path data = a.get("data");
+  return a.has("authority") ? std::filesystem::path(a.get("authority")) : data / "authority";
+}
+
+// `kiln cert revoke` writes into the authority's folder: where that is at hand, its list is read in place.
+TlsFiles tls_files(const Arguments& a) {
+  return {a.get("ca"), a.get("certificate"), a.get("key"), {authority_of(a) / "revoked"}};
+}
+
 Expected<ServiceSettings> read_settings(const Arguments& a) {
   ServiceSettings s;
   s.data = a.get("data");
   s.release = KILN_VERSION;
-  s.authority = a.get("authority");
+  s.authority = authority_of(a);
   KILN_TRY(const auto address, parse_listen_address(a.get("listen", "127.0.0.1:7800")));
   s.farm.listen_host = address.first;
   s.farm.listen_port = address.second;
@@ -92,7 +102,7 @@ Expected<ServiceSettings> read_settings(const Arguments& a) {
   if (files != 0 && files != 3)
     return fail(ErrorKind::kUsage, "--ca, --certificate and --key belong together: give all three or none");
   if (files == 3) {
-    KILN_TRY(s.farm.tls, TlsContext::load({a.get("ca"), a.get("certificate"), a.get("key")}));
+    KILN_TRY(s.farm.tls, TlsContext::load(tls_files(a)));
     s.farm.admit_strangers = true;  // for `enrol` only
     if (workers)
       return fail(ErrorKind::kUsage,
@@ -110,6 +120,9 @@ void say_where(const Service& service, const ServiceSettings& s) {
         "workers:  kiln-worker --connect HOST:%u --ca ca.pem --certificate cert.pem --key key.pem\n"
         "jobs:     kiln submit scene.glb --server HOST:%u --ca ca.pem --certificate cert.pem --key key.pem\n",
         service.port(), service.port());
+    const size_t revoked = s.farm.tls->revocations().serials;
+    std::printf("revoked:  %zu certificates, by the lists %s and beside --ca\n", revoked,
+                (s.authority / "revoked").c_str());
   } else {
     const std::string worker_token =
         s.farm.token.empty() ? data + "/worker.token" : "the file of --token-file";
@@ -171,7 +184,8 @@ Command serve_command() {
        {"--certificate", "FILE", "TLS: this coordinator's certificate"},
        {"--key", "FILE", "TLS: its key"},
        {"--authority", "FOLDER",
-        "TLS: folder made by `kiln cert ca`; signs machines that present a join token [DIR/authority]"},
+        "TLS: folder made by `kiln cert ca`; signs machines that present a join token, and what `kiln cert "
+        "revoke` writes there counts at once, as does a file `revoked` beside --ca [DIR/authority]"},
        {"--insecure-plain", "", "listen off loopback without TLS: scenes and tokens are sent in the clear"},
        {"--local-workers", "N", "worker processes on this machine [0]"},
        {"--threads", "T", "threads per local worker [processors divided among them]"},

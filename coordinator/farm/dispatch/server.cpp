@@ -44,6 +44,7 @@ Status Server::listen() {
 }
 
 void Server::tick() {
+  cut_off_revoked();
   Actions actions;
   ledger_.tick(clock_.now_ms(), actions);
   perform(std::move(actions));
