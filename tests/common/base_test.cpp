@@ -2,6 +2,7 @@
 #include "common/base/files.h"
 #include "common/base/hash.h"
 #include "common/base/json.h"
+#include "common/base/loopback.h"
 #include "common/base/parallel.h"
 #include "common/base/statistics.h"
 #include "common/base/zeroed.h"
@@ -108,6 +109,71 @@ TEST(Zeroed, IsZeroInMemoryThatWasUsed) {
       ASSERT_EQ(copy, v);
     }
   }
+}
+
+TEST(Loopback, IsAnAddressOfThisMachineOrExactlyLocalhost) {
+  for (const char* host :
+       {"localhost", "127.0.0.1", "127.0.0.53", "127.255.255.254", "::1", "0:0:0:0:0:0:0:1"})
+    EXPECT_TRUE(is_loopback(host)) << host;
+  for (const char* host : {"",
+                           "127.evil.example",
+                           "127.0.0.1.evil",
+                           "127.0.0.1.evil.example",
+                           "localhost.evil",
+                           "localhost.",
+                           "127.1",
+                           "127.0.0.01",
+                           "0127.0.0.1",
+                           "2130706433",
+                           "128.0.0.1",
+                           "0.0.0.0",
+                           "::",
+                           "::2",
+                           "[::1]",
+                           "127.0.0.1 ",
+                           " localhost",
+                           "127.0.0.1:80",
+                           "::1%lo",
+                           "127."})
+    EXPECT_FALSE(is_loopback(host)) << host;
+  EXPECT_FALSE(is_loopback(std::string_view("127.0.0.1\0.evil", 15)));
+  EXPECT_FALSE(is_loopback(std::string_view("localhost\0", 10)));
+}
+
+TEST(Loopback, InARequestOnlyAPortMayFollow) {
+  for (const char* host :
+       {"localhost", "localhost:80", "127.0.0.1:65535", "127.0.0.2", "[::1]", "[::1]:7801"})
+    EXPECT_TRUE(is_loopback_authority(host)) << host;
+  for (const char* host : {"",
+                           ":80",
+                           "127.evil.example",
+                           "127.evil.example:80",
+                           "[::1].evil.example",
+                           "[::1].evil.example:80",
+                           "127.0.0.1.evil",
+                           "localhost.evil:80",
+                           "localhost:",
+                           "127.0.0.1:",
+                           "[::1]:",
+                           "localhost:80x",
+                           "localhost:x",
+                           "localhost:80:80",
+                           "localhost:80/",
+                           "localhost:65536",
+                           "localhost:-1",
+                           "localhost:+1",
+                           "localhost: 80",
+                           "[::1",
+                           "[::1]80",
+                           "[127.0.0.1]",
+                           "[localhost]",
+                           "[]",
+                           "::1",
+                           "::1:80",
+                           "evil@localhost",
+                           "localhost@evil",
+                           "localhost,evil"})
+    EXPECT_FALSE(is_loopback_authority(host)) << host;
 }
 
 }  // namespace

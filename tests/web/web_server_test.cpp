@@ -92,7 +92,15 @@ TEST(WebServer, WithoutATokenItSpeaksToThisMachineOnly) {
   EXPECT_EQ(status_of(say(server->port(), "GET /metrics HTTP/1.1\r\n\r\n")), 421);
   EXPECT_EQ(status_of(say(server->port(), "GET /metrics HTTP/1.1\r\nHost: [::1]:80\r\n\r\n")), 200);
   EXPECT_EQ(status_of(say(server->port(), "GET /metrics HTTP/1.1\r\nHost: 127.0.0.1:80\r\n\r\n")), 200);
+  for (const char* host : {"127.evil.example", "[::1].evil.example", "127.0.0.1.evil", "localhost.evil",
+                           "127.evil.example:80", "localhost:", "localhost:80x"})
+    EXPECT_EQ(
+        status_of(say(server->port(), std::string("GET /metrics HTTP/1.1\r\nHost: ") + host + "\r\n\r\n")),
+        421)
+        << host;
   WebSettings abroad;
+  abroad.host = "127.evil.example";
+  EXPECT_FALSE(WebServer::start(abroad, fake.sources())) << "it may resolve to any address";
   abroad.host = "0.0.0.0";
   EXPECT_FALSE(WebServer::start(abroad, fake.sources()));
   abroad.beyond_loopback = true;

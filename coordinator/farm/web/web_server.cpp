@@ -7,7 +7,7 @@
 #include <charconv>
 
 #include "common/base/format.h"
-#include "common/base/log.h"
+#include "common/base/loopback.h"
 #include "coordinator/farm/web/documents.h"
 #include "coordinator/farm/web/metrics.h"
 #include "coordinator/farm/web/page.h"
@@ -19,16 +19,6 @@ namespace {
 constexpr const char* kJson = "application/json";
 thread_local bool too_many = false;                 // the accepting thread handles this connection itself
 thread_local const RequestHead* current = nullptr;  // of the request handled by this thread
-
-bool is_loopback(const std::string& host) {
-  return host == "localhost" || host == "::1" || host.rfind("127.", 0) == 0;
-}
-
-// The name in a Host header, without its port.
-std::string host_name(const std::string& host) {
-  if (!host.empty() && host[0] == '[') return host.substr(1, host.find(']') - 1);
-  return host.substr(0, host.find(':'));
-}
 
 const char* phrase(int status) {
   switch (status) {
@@ -148,7 +138,7 @@ struct WebServer::Impl final : httplib::Server {
     response.set_header("X-Content-Type-Options", "nosniff");
     response.set_header("Referrer-Policy", "no-referrer");
     // DNS rebinding: a page from elsewhere must not read data that needs no token.
-    if (settings.token.empty() && !is_loopback(host_name(head.host)))
+    if (settings.token.empty() && !is_loopback_authority(head.host))
       return say(response, 421, "this server answers requests for localhost only");
     const bool trusted = may_read(head);
     if (head.path == "/healthz") {
