@@ -20,7 +20,8 @@ void write(const fs::path& file, const std::string& words) {
 }
 
 struct Lists : testing::Test {
-  fs::path one = dir_.path() / "one", two = dir_.path() / "two";
+  TempDir dir;
+  fs::path one = dir.path() / "one", two = dir.path() / "two";
   // What was logged since the last call.
   std::string log() {
     std::string words = testing::internal::GetCapturedStderr();
@@ -29,9 +30,6 @@ struct Lists : testing::Test {
   }
   Lists() { testing::internal::CaptureStderr(); }
   ~Lists() override { (void)testing::internal::GetCapturedStderr(); }
-
- private:
-  TempDir dir_;
 };
 
 TEST_F(Lists, CountTogetherAndAreReadAgainWhenTheyChange) {
@@ -176,6 +174,7 @@ TEST_F(Revocation, CutsAWorkerWhoseUnitsGoToAnother) {
   ASSERT_TRUE(again) << "the unit of a revoked worker goes back at once";
   EXPECT_EQ(again->unit.id, unit->unit.id);
   honest->send(answer(*again, 7));
+  EXPECT_TRUE(honest->next<CommitAck>());
   pass_.join();
   ASSERT_TRUE(end_);
   EXPECT_EQ(*end_, PassEnd::kComplete);
@@ -195,6 +194,7 @@ TEST_F(Revocation, CutsAWorkerThatSaysNothing) {
   const auto unit = other->next<Unit>();
   ASSERT_TRUE(unit);
   other->send(answer(*unit, 1));
+  EXPECT_TRUE(other->next<CommitAck>());
 }
 
 TEST_F(Revocation, CutsAPersonsProgram) {
@@ -212,6 +212,7 @@ TEST_F(Revocation, CutsAPersonsProgram) {
   const auto unit = other->next<Unit>();
   ASSERT_TRUE(unit) << "the others stay";
   other->send(answer(*unit, 1));
+  EXPECT_TRUE(other->next<CommitAck>());
 }
 
 }  // namespace
