@@ -141,7 +141,7 @@ TEST(IncludeRules, ThirdPartyHeadersEnterThroughNamedFiles) {
         "coordinator/output/gltf/buffer.h", "coordinator/output/gltf/output_file.h",
         "coordinator/farm/snapshot/inputs.cpp"}},
       {"sqlite3.h", {"coordinator/farm/queue/sqlite.cpp"}},
-      {"httplib.h", {"coordinator/viewer/view_server.cpp", "coordinator/farm/web/web_server.cpp"}},
+      {"httplib.h", {"coordinator/viewer/view_server.cpp"}},
       {"Eigen/", {"common/unwrap/arap.cpp", "common/unwrap/lscm.cpp", "coordinator/bake/seams/solve.cpp"}},
       {"embree", {"worker/accel/embree_api.h"}},
       {"OpenImageIO/", {"coordinator/scene/imageio/imageio.cpp"}},
