@@ -191,6 +191,11 @@ DoctorStep look_at_data(const std::string& folder) {
   if (const Status s = prepare_output_folder(folder, kMinFree); !s)
     return bad("data folder", s.error().message,
                "give the coordinator's user the folder, and a gigabyte at least");
+  if (const auto mode = std::filesystem::status(folder, code).permissions();
+      (mode & (std::filesystem::perms::group_all | std::filesystem::perms::others_all)) !=
+      std::filesystem::perms::none)
+    return bad("data folder", text("others may look into it: its mode is {:o}", static_cast<unsigned>(mode)),
+               "it holds scenes, results and tokens: chmod 700 it, as kiln serve does at its start");
   return good("data folder",
               text("can be written, {:.1f} GiB free",
                    static_cast<double>(std::filesystem::space(folder, code).available) / (1u << 30)));

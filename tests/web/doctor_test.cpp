@@ -247,6 +247,9 @@ TEST(Doctor, ThisMachine) {
     ::chmod(folder.path().c_str(), 0700);
   }
   plan.data = folder.path();
+  ::chmod(folder.path().c_str(), 0755);
+  expect_end(examine(plan), "data folder", "others may look into it: its mode is 755");
+  ::chmod(folder.path().c_str(), 0700);
   plan.worker_program = "/bin/false";
   expect_end(examine(plan), "numeric class", "/bin/false");
   plan.worker_program = "/bin/echo";
