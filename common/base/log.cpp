@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "common/base/json.h"
+#include "common/base/printable.h"
 
 namespace kiln {
 namespace {
@@ -27,21 +28,31 @@ spdlog::level::level_enum to_spdlog(LogLevel level) {
   return spdlog::level::info;
 }
 
-// %J: the message as a JSON string.
-class JsonMessage final : public spdlog::custom_flag_formatter {
+// %V: the message, of which much came from peers and files, as one printable line. %J: that as a JSON string.
+template <bool kQuoted>
+class SafeMessage final : public spdlog::custom_flag_formatter {
  public:
   void format(const spdlog::details::log_msg& message, const std::tm&, spdlog::memory_buf_t& out) override {
-    const std::string quoted = json_quote({message.payload.data(), message.payload.size()});
-    out.append(quoted.data(), quoted.data() + quoted.size());
+    const std::string line = printable({message.payload.data(), message.payload.size()});
+    const std::string words = kQuoted ? json_quote(line) : line;
+    out.append(words.data(), words.data() + words.size());
   }
-  std::unique_ptr<custom_flag_formatter> clone() const override { return std::make_unique<JsonMessage>(); }
+  std::unique_ptr<custom_flag_formatter> clone() const override {
+    return std::make_unique<SafeMessage<kQuoted>>();
+  }
 };
+
+std::unique_ptr<spdlog::formatter> text_lines(const std::string& name) {
+  auto lines = std::make_unique<spdlog::pattern_formatter>();
+  lines->add_flag<SafeMessage<false>>('V').set_pattern(name + ": %l: %V");
+  return lines;
+}
 
 spdlog::logger& logger() {
   static const auto instance = [] {
     auto made = spdlog::stderr_logger_mt("kiln");
     made->set_level(spdlog::level::warn);
-    made->set_pattern("%n: %l: %v");
+    made->set_formatter(text_lines("%n"));
     return made;
   }();
   return *instance;
@@ -51,10 +62,10 @@ spdlog::logger& logger() {
 
 void log_setup(std::string_view name, LogLevel level, LogFormat format) {
   if (format == LogFormat::kText) {
-    logger().set_pattern(std::string(name) + ": %l: %v");
+    logger().set_formatter(text_lines(std::string(name)));
   } else {
     auto lines = std::make_unique<spdlog::pattern_formatter>(spdlog::pattern_time_type::utc);
-    lines->add_flag<JsonMessage>('J').set_pattern(
+    lines->add_flag<SafeMessage<true>>('J').set_pattern(
         R"({"time":"%Y-%m-%dT%H:%M:%S.%eZ","level":"%l","program":)" + json_quote(name) +
         R"(,"message":%J})");
     logger().set_formatter(std::move(lines));

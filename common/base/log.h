@@ -1,4 +1,5 @@
-// Log lines on standard error, one sentence each; standard output is for results.
+// Log lines on standard error, one sentence each; standard output is for results. Whatever a text holds, it
+// stays one line and cannot steer a terminal (printable.h).
 #pragma once
 
 #include <string_view>

@@ -11,7 +11,8 @@ namespace kiln {
 
 struct TlsFiles {
   std::filesystem::path ca, certificate, key;
-  std::filesystem::path revoked{};  // empty: the file "revoked" beside `ca`, if it is there
+  // Lists of revoked certificates besides the file "revoked" that may lie beside `ca`.
+  std::vector<std::filesystem::path> revoked{};
 };
 // The files of a folder that `kiln cert issue` made: ca.pem, cert.pem, key.pem.
 TlsFiles tls_files_in(const std::filesystem::path& folder);

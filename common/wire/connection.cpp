@@ -154,6 +154,11 @@ size_t Connection::queued_bytes() const {
   return impl_->queued;
 }
 
+void Connection::drop_queued() {
+  for (const size_t kept = impl_->writing ? 1 : 0; impl_->queue.size() > kept; impl_->queue.pop_back())
+    impl_->queued -= impl_->queue.back().size();
+}
+
 void Connection::close_after_writes(std::string reason) {
   if (impl_->closing || impl_->shut_down) return;
   impl_->closing = true;

@@ -49,6 +49,8 @@ class Connection {
   // connection.
   void send(const Message& message);
   size_t queued_bytes() const;
+  // Forgets the messages that are queued, but for one that is being sent.
+  void drop_queued();
   // Sends what is queued (for 2 s at most), then closes. Messages that still arrive are ignored.
   void close_after_writes(std::string reason);
   std::string peer() const;  // "address:port"

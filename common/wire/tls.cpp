@@ -100,7 +100,7 @@ void verify(TlsStream& stream, const TlsContext& context, bool peer_is_coordinat
   });
 }
 
-Expected<std::unique_ptr<TlsContext::Impl>> fresh_context(const std::filesystem::path& revoked) {
+Expected<std::unique_ptr<TlsContext::Impl>> fresh_context(const std::vector<std::filesystem::path>& revoked) {
   auto impl = std::make_unique<TlsContext::Impl>(revoked);
   SSL_CTX* native = impl->context.native_handle();
   // No tickets: a resumed session would skip the revocation check.
@@ -149,8 +149,9 @@ Expected<std::shared_ptr<const TlsContext>> TlsContext::load(const TlsFiles& fil
                                                              std::optional<int64_t> now) {
   KILN_TRY(TlsIdentity identity, load_identity(files, now.value_or(std::time(nullptr))));
   for (const std::string& warning : identity.warnings) log_warning(warning);
-  const auto revoked = files.revoked.empty() ? files.ca.parent_path() / "revoked" : files.revoked;
-  KILN_TRY(auto impl, fresh_context(revoked));
+  std::vector<std::filesystem::path> lists = files.revoked;
+  lists.push_back(files.ca.parent_path() / "revoked");
+  KILN_TRY(auto impl, fresh_context(lists));
   asio::error_code code;
   impl->context.add_certificate_authority(asio::buffer(identity.ca), code);
   if (!code) impl->context.use_certificate(asio::buffer(identity.certificate), asio::ssl::context::pem, code);
@@ -177,6 +178,10 @@ const Certificate& TlsContext::own() const {
 
 Expected<bool> TlsContext::is_revoked(const std::string& serial) const {
   return impl_->revoked.contains(serial);
+}
+
+RevocationLists::Extent TlsContext::revocations() const {
+  return impl_->revoked.extent();
 }
 
 }  // namespace kiln

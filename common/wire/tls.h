@@ -6,10 +6,12 @@
 #include <string>
 
 #include "common/tls/identity.h"
+#include "common/tls/revocation.h"
 
 namespace kiln {
 
-// Immutable except for the revocation list, which is read again when it changes. Thread-safe.
+// Immutable except for the lists of revoked certificates, which are read again when they change.
+// Thread-safe.
 class TlsContext {
  public:
   // Reads the files (errors: load_identity) and logs their warnings. A listener's certificate must be a
@@ -23,8 +25,9 @@ class TlsContext {
   ~TlsContext();
 
   const Certificate& own() const;  // empty for an enrolment
-  // Whether the revocation list has this serial now; fails when the list cannot be read.
+  // Whether the lists of revoked certificates name this serial now; fails as RevocationLists::contains does.
   Expected<bool> is_revoked(const std::string& serial) const;
+  RevocationLists::Extent revocations() const;
 
   struct Impl;
   Impl& impl() const { return *impl_; }

@@ -11,10 +11,10 @@
 namespace kiln {
 
 struct TlsContext::Impl {
-  explicit Impl(const std::filesystem::path& revoked) : revoked(revoked) {}
+  explicit Impl(const std::vector<std::filesystem::path>& lists) : revoked(lists) {}
   asio::ssl::context context{asio::ssl::context::tls};
   Certificate own;
-  RevocationList revoked;
+  RevocationLists revoked;
   std::optional<Digest> pinned;  // an enrolment's authority
 };
 

@@ -140,6 +140,12 @@ Status revoke_certificate(const Arguments& a) {
   for (const IssuedRecord& r : revoked)
     std::printf("revoked  %s  %s (%s)\n", r.serial.c_str(), r.name.c_str(), role_list(r.roles).c_str());
   if (revoked.empty()) std::printf("nothing changed: it was revoked before\n");
+  const std::string list = folder_of(a) + "/revoked";
+  std::printf(
+      "A coordinator started with --authority %s, or with --ca %s/ca.pem, has heard it.\nFor one elsewhere "
+      "copy "
+      "%s beside its ca.pem.\n",
+      folder_of(a).c_str(), folder_of(a).c_str(), list.c_str());
   return {};
 }
 

@@ -19,6 +19,7 @@ Expected<DoctorPlan> plan_of(const Arguments& a) {
   DoctorPlan plan;
   plan.server = or_variable(a, "server", "KILN_SERVER");
   plan.data = a.get("data");
+  plan.authority = a.get("authority");
   plan.worker = a.has("worker");
   plan.worker_program = worker_program();
   plan.tls = {or_variable(a, "ca", "KILN_CA"), or_variable(a, "certificate", "KILN_CERTIFICATE"),
@@ -73,6 +74,8 @@ Command doctor_command() {
        {"--certificate", "FILE", "PEM: this side's certificate (KILN_CERTIFICATE)"},
        {"--key", "FILE", "PEM: the key of that certificate (KILN_KEY)"},
        {"--data", "DIR", "a coordinator's data folder on this machine"},
+       {"--authority", "FOLDER",
+        "folder made by `kiln cert ca`: whether the coordinator knows what was revoked there"},
        {"--worker", "", "connect as a worker does, and check the numeric class"},
        {"--json", "", "print the checks as JSON"}},
       false,

@@ -9,6 +9,7 @@
 
 #include "common/base/files.h"
 #include "common/base/format.h"
+#include "common/tls/revocation.h"
 #include "common/wire/listener.h"
 #include "coordinator/cli/doctor_server.h"
 
@@ -90,6 +91,27 @@ DoctorStep look_at_certificate(const DoctorPlan& plan) {
   return good("certificate", text("{}, {}, {}", own.name, role_list(own.roles), days_left(own.not_after)));
 }
 
+// `lists` and `serials`: what the coordinator has read.
+DoctorStep look_at_revocations(const DoctorPlan& plan, int64_t lists, int64_t serials) {
+  const std::string remedy =
+      "start it with --authority FOLDER, the one that `kiln cert revoke` writes, or copy that folder's file "
+      "`revoked` beside its --ca after each revocation";
+  if (lists == 0) return bad("revocations", "the coordinator reads no list of revoked certificates", remedy);
+  if (plan.authority.empty())
+    return good("revocations", text("the coordinator knows of {} (--authority compares)", serials));
+  const std::filesystem::path file = std::filesystem::path(plan.authority) / "revoked";
+  const auto bytes = read_file(file, 16 << 20);
+  if (!bytes) return bad("revocations", bytes.error().message, "give the folder that `kiln cert ca` made");
+  const auto listed = parse_revoked({reinterpret_cast<const char*>(bytes->data()), bytes->size()});
+  if (!listed) return bad("revocations", text("{}: {}", file.string(), listed.error().message), "mend it");
+  if (static_cast<int64_t>(listed->size()) > serials)
+    return bad(
+        "revocations",
+        text("the coordinator's list is older: it has {}, {} has {}", serials, file.string(), listed->size()),
+        remedy);
+  return good("revocations", text("the coordinator knows all {} of {}", listed->size(), file.string()));
+}
+
 bool mentions(const std::string& words, const char* what) {
   return words.find(what) != words.npos;
 }
@@ -143,6 +165,8 @@ std::vector<DoctorStep> look_at_greeting(const DoctorPlan& plan, const Greeting&
   steps.push_back(std::abs(off) <= kMaxClockMs
                       ? good("clock", finding)
                       : bad("clock", finding, "set both clocks by NTP: certificates and tokens are dated"));
+  if (const auto lists = number_of(g.document, "revoked_lists"))
+    steps.push_back(look_at_revocations(plan, *lists, number_of(g.document, "revoked_serials").value_or(0)));
   return steps;
 }
 
@@ -167,6 +191,11 @@ DoctorStep look_at_data(const std::string& folder) {
   if (const Status s = prepare_output_folder(folder, kMinFree); !s)
     return bad("data folder", s.error().message,
                "give the coordinator's user the folder, and a gigabyte at least");
+  if (const auto mode = std::filesystem::status(folder, code).permissions();
+      (mode & (std::filesystem::perms::group_all | std::filesystem::perms::others_all)) !=
+      std::filesystem::perms::none)
+    return bad("data folder", text("others may look into it: its mode is {:o}", static_cast<unsigned>(mode)),
+               "it holds scenes, results and tokens: chmod 700 it, as kiln serve does at its start");
   return good("data folder",
               text("can be written, {:.1f} GiB free",
                    static_cast<double>(std::filesystem::space(folder, code).available) / (1u << 30)));

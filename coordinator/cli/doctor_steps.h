@@ -15,8 +15,9 @@ struct DoctorPlan {
   std::string server;  // HOST:PORT; empty: check only this machine
   std::string token;
   TlsFiles tls;
-  std::string data;     // a coordinator's folder
-  bool worker = false;  // connect as a worker: check its token, certificate and resources
+  std::string data;       // a coordinator's folder
+  std::string authority;  // a folder made by `kiln cert ca`: is its list of revoked certificates heard?
+  bool worker = false;    // connect as a worker: check its token, certificate and resources
   std::string worker_program;
 };
 

@@ -21,9 +21,10 @@ Status fetch_results(ServiceClient& client, uint64_t job, const std::string& fol
   std::vector<const JsonValue*> wanted;
   std::set<std::string> names;
   for (const JsonValue& file : files->items) {
+    const JsonValue* name = file.find("path");
     const std::string path = text_of(file, "path");
-    // Results are plain file names; anything else might lie outside this folder.
-    if (path.empty() || path.find('/') != std::string::npos || path.front() == '.')
+    // Results are plain file names; anything else might lie outside this folder, or steer a terminal.
+    if (path.empty() || path.find('/') != std::string::npos || path.front() == '.' || path != name->text)
       return fail(ErrorKind::kProtocol,
                   text("the coordinator names a result '{}', which is not a file name", path));
     wanted.push_back(&file);

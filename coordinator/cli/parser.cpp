@@ -6,6 +6,7 @@
 #include "common/base/files.h"
 #include "common/base/format.h"
 #include "common/base/json.h"
+#include "common/base/printable.h"
 #include "coordinator/cli/command.h"
 
 namespace kiln {
@@ -131,7 +132,7 @@ std::string Arguments::get(const std::string& name, const std::string& fallback)
 }
 
 int report_error(const Error& error) {
-  std::fprintf(stderr, "kiln: %s\n", error.message.c_str());
+  std::fprintf(stderr, "kiln: %s\n", printable(error.message).c_str());
   return exit_status(error);
 }
 

@@ -1,12 +1,15 @@
 #include <pthread.h>
 #include <signal.h>
+#include <sys/stat.h>
 
 #include <cstdio>
 #include <cstdlib>
 
 #include "common/base/files.h"
 #include "common/base/format.h"
+#include "common/base/hash.h"
 #include "common/base/log.h"
+#include "common/base/loopback.h"
 #include "common/base/parallel.h"
 #include "common/wire/listener.h"
 #include "coordinator/cli/service_options.h"
@@ -42,6 +45,28 @@ Expected<std::pair<std::string, uint16_t>> parse_listen_address(std::string addr
   return parsed;
 }
 
+// Of the pages: that of --http-token-file, or on other addresses than loopback DATA/web.token. Whoever looks
+// at pages sends it with each, in the clear or through a proxy: it must open nothing else.
+Expected<std::string> web_token(const Arguments& a, const ServiceSettings& s) {
+  const bool given = a.has("http-token-file");
+  KILN_TRY(const auto address, parse_listen_address(a.get("http")));
+  if (!given && is_loopback(address.first)) return std::string();
+  KILN_TRY(const ServiceTokens tokens, service_tokens(s.data));
+  std::string token = tokens.web;
+  if (given) {
+    KILN_TRY(token, read_token(a.get("http-token-file")));
+  }
+  const std::string& workers = s.farm.token.empty() ? tokens.worker.shared : s.farm.token;
+  for (const auto& [other, whose] :
+       {std::pair(workers, "workers'"), std::pair(tokens.submit, "submit"), std::pair(tokens.admin, "admin")})
+    if (equal_secret(token, other))
+      return fail(ErrorKind::kUsage,
+                  text("the token of --http is the {} token too: who may look could do more. Give "
+                       "--http-token-file a file of its own, or leave it out: then {} is used",
+                       whose, (s.data / "web.token").string()));
+  return token;
+}
+
 Expected<std::unique_ptr<WebServer>> start_web(const Arguments& a, Service& service,
                                                const ServiceSettings& s) {
   if (!a.has("http")) return std::unique_ptr<WebServer>();
@@ -50,9 +75,7 @@ Expected<std::unique_ptr<WebServer>> start_web(const Arguments& a, Service& serv
   web.host = address.first;
   web.port = address.second;
   web.beyond_loopback = a.has("insecure-plain");
-  if (a.has("http-token-file")) {
-    KILN_TRY(web.token, read_token(a.get("http-token-file")));
-  }
+  KILN_TRY(web.token, web_token(a, s));
   WebSources sources;
   sources.farm = [&service] { return service.farm_status(); };
   sources.jobs = [&service] { return service.jobs(); };
@@ -63,11 +86,21 @@ Expected<std::unique_ptr<WebServer>> start_web(const Arguments& a, Service& serv
   return WebServer::start(web, std::move(sources));
 }
 
+std::filesystem::path authority_of(const Arguments& a) {
+  const std::filesystem::path data = a.get("data");
+  return a.has("authority") ? std::filesystem::path(a.get("authority")) : data / "authority";
+}
+
+// `kiln cert revoke` writes into the authority's folder: where that is at hand, its list is read in place.
+TlsFiles tls_files(const Arguments& a) {
+  return {a.get("ca"), a.get("certificate"), a.get("key"), {authority_of(a) / "revoked"}};
+}
+
 Expected<ServiceSettings> read_settings(const Arguments& a) {
   ServiceSettings s;
   s.data = a.get("data");
   s.release = KILN_VERSION;
-  s.authority = a.get("authority");
+  s.authority = authority_of(a);
   KILN_TRY(const auto address, parse_listen_address(a.get("listen", "127.0.0.1:7800")));
   s.farm.listen_host = address.first;
   s.farm.listen_port = address.second;
@@ -86,13 +119,15 @@ Expected<ServiceSettings> read_settings(const Arguments& a) {
   s.farm.rules.audit_seed = std::strtoull(random_hex(8).c_str(), nullptr, 16);
   s.farm.plain_is_fine = a.has("insecure-plain");
   if (a.has("token-file")) {
-    KILN_TRY(s.farm.token, read_token(a.get("token-file")));
+    KILN_TRY(WorkerTokens tokens, read_worker_tokens(a.get("token-file")));
+    s.farm.token = std::move(tokens.shared);
+    s.farm.owner_tokens = std::move(tokens.owners);
   }
   const int files = a.has("ca") + a.has("certificate") + a.has("key");
   if (files != 0 && files != 3)
     return fail(ErrorKind::kUsage, "--ca, --certificate and --key belong together: give all three or none");
   if (files == 3) {
-    KILN_TRY(s.farm.tls, TlsContext::load({a.get("ca"), a.get("certificate"), a.get("key")}));
+    KILN_TRY(s.farm.tls, TlsContext::load(tls_files(a)));
     s.farm.admit_strangers = true;  // for `enrol` only
     if (workers)
       return fail(ErrorKind::kUsage,
@@ -110,6 +145,9 @@ void say_where(const Service& service, const ServiceSettings& s) {
         "workers:  kiln-worker --connect HOST:%u --ca ca.pem --certificate cert.pem --key key.pem\n"
         "jobs:     kiln submit scene.glb --server HOST:%u --ca ca.pem --certificate cert.pem --key key.pem\n",
         service.port(), service.port());
+    const size_t revoked = s.farm.tls->revocations().serials;
+    std::printf("revoked:  %zu certificates, by the lists %s and beside --ca\n", revoked,
+                (s.authority / "revoked").c_str());
   } else {
     const std::string worker_token =
         s.farm.token.empty() ? data + "/worker.token" : "the file of --token-file";
@@ -124,6 +162,7 @@ void say_where(const Service& service, const ServiceSettings& s) {
 int run(const Arguments& a, const BakeSettings&) {
   log_setup("kiln serve", a.has("verbose") ? LogLevel::kInfo : LogLevel::kWarning,
             a.get("log") == "json" ? LogFormat::kJson : LogFormat::kText);
+  ::umask(0077);  // the queue, scenes and results are for this user alone, whoever writes them
   auto settings = read_settings(a);
   if (!settings) return report_error(settings.error());
   // Before any thread starts, so that all inherit the mask: only this thread waits for signals.
@@ -163,15 +202,20 @@ Command serve_command() {
       {{"--data", "DIR", "folder of the queue, created if needed", true},
        {"--listen", "HOST:PORT", "address for workers and users [127.0.0.1:7800]"},
        {"--http", "HOST:PORT",
-        "status page, /metrics, /healthz and JSON; read-only; off loopback needs --http-token-file and "
-        "--insecure-plain"},
-       {"--http-token-file", "FILE", "bearer token that --http asks for"},
-       {"--token-file", "FILE", "workers' token, without TLS [DIR/worker.token, created if needed]"},
+        "status page, /metrics, /livez, /readyz and JSON; read-only; off loopback needs --insecure-plain"},
+       {"--http-token-file", "FILE",
+        "bearer token that --http asks for, not the workers' [on loopback none, else DIR/web.token, created "
+        "if "
+        "needed]"},
+       {"--token-file", "FILE",
+        "workers' token, without TLS; a further line NAME TOKEN is NAME's own [DIR/worker.token, created if "
+        "needed]"},
        {"--ca", "FILE", "TLS: the farm's authority"},
        {"--certificate", "FILE", "TLS: this coordinator's certificate"},
        {"--key", "FILE", "TLS: its key"},
        {"--authority", "FOLDER",
-        "TLS: folder made by `kiln cert ca`; signs machines that present a join token [DIR/authority]"},
+        "TLS: folder made by `kiln cert ca`; signs machines that present a join token, and what `kiln cert "
+        "revoke` writes there counts at once, as does a file `revoked` beside --ca [DIR/authority]"},
        {"--insecure-plain", "", "listen off loopback without TLS: scenes and tokens are sent in the clear"},
        {"--local-workers", "N", "worker processes on this machine [0]"},
        {"--threads", "T", "threads per local worker [processors divided among them]"},

@@ -4,6 +4,7 @@
 #include <ctime>
 
 #include "common/base/format.h"
+#include "common/base/printable.h"
 
 namespace kiln {
 
@@ -47,7 +48,7 @@ std::string id_document(uint64_t id) {
 
 std::string text_of(const JsonValue& value, const char* name) {
   const JsonValue* member = value.find(name);
-  return member ? member->text : "";
+  return member ? printable(member->text) : "";
 }
 double number_of(const JsonValue& value, const char* name) {
   const JsonValue* member = value.find(name);

@@ -18,7 +18,7 @@ Expected<uint64_t> parse_id(const std::string& typed);  // a job id
 Expected<int64_t> parse_whole(const std::string& name, const std::string& typed, int64_t least, int64_t most);
 std::string id_document(uint64_t id);
 
-// Members of a reply; empty or zero if missing.
+// Members of a reply; empty or zero if missing. Texts are made printable: they are other people's.
 std::string text_of(const JsonValue& value, const char* name);
 double number_of(const JsonValue& value, const char* name);
 uint64_t whole_of(const JsonValue& value, const char* name);

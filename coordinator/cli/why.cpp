@@ -1,6 +1,7 @@
 #include <cstdio>
 
 #include "common/base/format.h"
+#include "common/base/printable.h"
 #include "coordinator/cli/service_options.h"
 
 namespace kiln {
@@ -36,7 +37,7 @@ int run(const Arguments& a, const BakeSettings&) {
     }
     KILN_TRY(const JsonValue answer, parse_json(reply));
     if (const JsonValue* lines = answer.find("why"))
-      for (const JsonValue& line : lines->items) std::printf("%s\n", line.text.c_str());
+      for (const JsonValue& line : lines->items) std::printf("%s\n", printable(line.text).c_str());
     return {};
   }();
   return s ? 0 : report_error(s.error());

@@ -141,6 +141,10 @@ std::string status_document(ServiceImpl& service) {
   w.begin_object().pair("release", service.settings().release).pair("epoch", service.store().epoch());
   w.pair("now_ms", unix_ms());
   w.pair("held_for", service.held_for());
+  if (const auto& tls = service.settings().farm.tls) {
+    const RevocationLists::Extent revoked = tls->revocations();
+    w.pair("revoked_lists", uint64_t{revoked.files}).pair("revoked_serials", uint64_t{revoked.serials});
+  }
   w.key("jobs").begin_object();
   for (uint8_t s = 0; s <= static_cast<uint8_t>(JobState::kCancelled); ++s)
     w.pair(job_state_name(static_cast<JobState>(s)), states[static_cast<JobState>(s)]);

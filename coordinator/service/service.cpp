@@ -11,12 +11,25 @@ namespace {
 
 constexpr size_t kRequestThreads = 4;
 
+// An older release left the folder open to others; it holds scenes, results and tokens.
+void keep_private(const fs::path& data) {
+  std::error_code code;
+  const fs::perms mode = fs::status(data, code).permissions();
+  if (code || (mode & (fs::perms::group_all | fs::perms::others_all)) == fs::perms::none) return;
+  fs::permissions(data, fs::perms::owner_all, code);
+  if (code)
+    log_warning(
+        text("others may look into {}, and its mode cannot be changed: {}; let its owner chmod 700 it",
+             data.string(), code.message()));
+}
+
 }  // namespace
 
 Status ServiceImpl::open() {
   StoreOptions options = settings_.store;
   options.release = settings_.release;
   KILN_TRY(store_, Store::open(settings_.data, options));
+  keep_private(settings_.data);
   KILN_TRY(blobs_, BlobStore::open(settings_.data / "blobs", {}));
   KILN_TRY(tokens_, service_tokens(settings_.data));
   if (settings_.authority.empty()) settings_.authority = settings_.data / "authority";
@@ -57,7 +70,10 @@ Status ServiceImpl::open_farm() {
                                          },
                                          [this](JobId job, const std::string& text) { note(job, text); }});
   FarmSettings farm = settings_.farm;
-  if (farm.token.empty() && !farm.tls) farm.token = tokens_.worker;
+  if (farm.token.empty() && !farm.tls) {
+    farm.token = tokens_.worker.shared;
+    farm.owner_tokens = tokens_.worker.owners;
+  }
   farm.others_may_come = farm.comes_back = true;
   farm.clients.admit = [this](const ClientHello& hello, const PeerIdentity& identity,
                               ClientLink& link) -> Expected<std::unique_ptr<ClientTalk>> {

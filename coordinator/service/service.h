@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <string>
 
@@ -42,9 +43,19 @@ class Service {
   virtual uint64_t log_bytes() = 0;                       // size of the database's log
 };
 
-// Tokens of a coordinator without TLS. Files that do not exist are made, readable by the owner alone.
+// The workers' token, in the first line of its file. A further line "NAME TOKEN" is a token of NAME's own,
+// who then is the owner of the workers that use it.
+struct WorkerTokens {
+  std::string shared;
+  std::map<std::string, std::string> owners;
+};
+Expected<WorkerTokens> read_worker_tokens(const std::filesystem::path& file);
+
+// Tokens of a coordinator: all but `web`, that of the pages, count without TLS only. Files that do not exist
+// are made, readable by the owner alone.
 struct ServiceTokens {
-  std::string admin, submit, read, worker;
+  std::string admin, submit, read, web;
+  WorkerTokens worker;
 };
 Expected<ServiceTokens> service_tokens(const std::filesystem::path& data);
 

@@ -97,11 +97,10 @@ Expected<std::string> verb_submit(const Ask& ask) {
     ask.service.note(id, text("submitted by {}", job.user));
   ask.service.wake();
   w.pair("id", id);
-  const FarmSettings& farm = ask.service.settings().farm;
-  if (job.quorum > 1 && !farm.tls && farm.owner_tokens.empty())
+  if (job.quorum > 1 && !ask.service.farm().status().owners_known)
     w.pair("note",
            text("a quorum of {} means as many machines here, not owners: all workers share one token; "
-                "certificates or --owner-tokens tell owners apart",
+                "certificates, or lines NAME TOKEN in the file of worker tokens, tell owners apart",
                 job.quorum));
   return w.end_object().take();
 }

@@ -6,6 +6,7 @@
 #include <cstdlib>
 
 #include "common/base/format.h"
+#include "common/base/loopback.h"
 #include "coordinator/viewer/served_files.h"
 
 namespace kiln {
@@ -17,12 +18,6 @@ constexpr const char* kPage = "/docs/examples/three/index.html?folder=/bake/";
 constexpr const char* kPolicy =
     "default-src 'none'; script-src 'self' 'unsafe-inline' 'wasm-unsafe-eval'; style-src 'unsafe-inline'; "
     "connect-src 'self' data: blob:; img-src 'self' data: blob:";
-
-// DNS rebinding: a foreign page whose name resolves to this address must not read the folder.
-bool is_loopback_host(const std::string& host) {
-  const std::string name = host.substr(0, host.find(':'));
-  return name == "localhost" || name == "127.0.0.1";
-}
 
 }  // namespace
 
@@ -59,7 +54,8 @@ struct ViewServer::Impl final : httplib::Server {
       response.set_header("Allow", "GET, HEAD");
       return say(response, 405, "only GET and HEAD are served");
     }
-    if (!is_loopback_host(request.get_header_value("Host")))
+    // DNS rebinding: a foreign page whose name resolves to this address must not read the folder.
+    if (!is_loopback_authority(request.get_header_value("Host")))
       return say(response, 421, "this server answers requests for localhost only");
     if (request.path == "/") return response.set_redirect(kPage);
     if (request.ranges.size() > 1) return say(response, 416, "request one range at a time");

@@ -2,7 +2,10 @@
 #include "common/base/files.h"
 #include "common/base/hash.h"
 #include "common/base/json.h"
+#include "common/base/log.h"
+#include "common/base/loopback.h"
 #include "common/base/parallel.h"
+#include "common/base/printable.h"
 #include "common/base/statistics.h"
 #include "common/base/zeroed.h"
 
@@ -108,6 +111,97 @@ TEST(Zeroed, IsZeroInMemoryThatWasUsed) {
       ASSERT_EQ(copy, v);
     }
   }
+}
+
+TEST(Printable, IsOneLineThatSteersNothing) {
+  EXPECT_EQ(printable("render7 is lost: 5 %"), "render7 is lost: 5 %");
+  EXPECT_EQ(printable("Küche 台所 \xf0\x9f\x94\xa5 a\\b"), "Küche 台所 \xf0\x9f\x94\xa5 a\\b");
+  EXPECT_EQ(printable("a\nkiln: error: b\r\tc"), "a\\nkiln: error: b\\r\\tc");
+  EXPECT_EQ(printable("\x1b[2J\x7f"), "\\x1b[2J\\x7f");
+  EXPECT_EQ(printable(std::string_view("\0", 1)), "\\x00");
+  EXPECT_EQ(printable("\xc2\x9b"
+                      "2J\xe2\x80\xa8\xe2\x80\xae"),
+            "\\u{9b}2J\\u{2028}\\u{202e}");
+  EXPECT_EQ(printable("\x9b\xff\xc3"), "\\x9b\\xff\\xc3") << "no UTF-8";
+  EXPECT_EQ(printable("\xc0\x8a\xed\xa0\x80"), "\\xc0\\x8a\\xed\\xa0\\x80") << "long forms and surrogates";
+}
+
+TEST(Log, LinesStayLines) {
+  for (const LogFormat format : {LogFormat::kText, LogFormat::kJson}) {
+    log_setup("kiln", LogLevel::kWarning, format);
+    testing::internal::CaptureStderr();
+    log_warning("job 'a\nkiln: error: all is lost' \x1b[31m\x7f\xc2\x9b");
+    const std::string said = testing::internal::GetCapturedStderr();
+    EXPECT_EQ(std::count(said.begin(), said.end(), '\n'), 1) << said;
+    for (const char* danger : {"\x1b", "\x7f", "\xc2\x9b"}) EXPECT_EQ(said.find(danger), said.npos) << said;
+    EXPECT_NE(said.find("all is lost' \\"), said.npos) << said;
+  }
+  log_setup("kiln", LogLevel::kWarning);
+}
+
+TEST(Loopback, IsAnAddressOfThisMachineOrExactlyLocalhost) {
+  for (const char* host :
+       {"localhost", "127.0.0.1", "127.0.0.53", "127.255.255.254", "::1", "0:0:0:0:0:0:0:1"})
+    EXPECT_TRUE(is_loopback(host)) << host;
+  for (const char* host : {"",
+                           "127.evil.example",
+                           "127.0.0.1.evil",
+                           "127.0.0.1.evil.example",
+                           "localhost.evil",
+                           "localhost.",
+                           "127.1",
+                           "127.0.0.01",
+                           "0127.0.0.1",
+                           "2130706433",
+                           "128.0.0.1",
+                           "0.0.0.0",
+                           "::",
+                           "::2",
+                           "[::1]",
+                           "127.0.0.1 ",
+                           " localhost",
+                           "127.0.0.1:80",
+                           "::1%lo",
+                           "127."})
+    EXPECT_FALSE(is_loopback(host)) << host;
+  EXPECT_FALSE(is_loopback(std::string_view("127.0.0.1\0.evil", 15)));
+  EXPECT_FALSE(is_loopback(std::string_view("localhost\0", 10)));
+}
+
+TEST(Loopback, InARequestOnlyAPortMayFollow) {
+  for (const char* host :
+       {"localhost", "localhost:80", "127.0.0.1:65535", "127.0.0.2", "[::1]", "[::1]:7801"})
+    EXPECT_TRUE(is_loopback_authority(host)) << host;
+  for (const char* host : {"",
+                           ":80",
+                           "127.evil.example",
+                           "127.evil.example:80",
+                           "[::1].evil.example",
+                           "[::1].evil.example:80",
+                           "127.0.0.1.evil",
+                           "localhost.evil:80",
+                           "localhost:",
+                           "127.0.0.1:",
+                           "[::1]:",
+                           "localhost:80x",
+                           "localhost:x",
+                           "localhost:80:80",
+                           "localhost:80/",
+                           "localhost:65536",
+                           "localhost:-1",
+                           "localhost:+1",
+                           "localhost: 80",
+                           "[::1",
+                           "[::1]80",
+                           "[127.0.0.1]",
+                           "[localhost]",
+                           "[]",
+                           "::1",
+                           "::1:80",
+                           "evil@localhost",
+                           "localhost@evil",
+                           "localhost,evil"})
+    EXPECT_FALSE(is_loopback_authority(host)) << host;
 }
 
 }  // namespace

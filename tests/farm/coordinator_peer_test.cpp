@@ -327,10 +327,12 @@ TEST(Coordinator, ARewindBetweenPassesIsHeardByTheNext) {
 TEST(Coordinator, ListeningBeyondThisMachineNeedsAToken) {
   FarmSettings settings;
   settings.local_workers = 0;
-  settings.listen_host = "0.0.0.0";
-  const auto farm = Farm::start(settings);
-  ASSERT_FALSE(farm);
-  EXPECT_EQ(farm.error().kind, ErrorKind::kUsage);
+  for (const char* host : {"0.0.0.0", "127.evil.example", "localhost.evil"}) {
+    settings.listen_host = host;
+    const auto farm = Farm::start(settings);
+    ASSERT_FALSE(farm);
+    EXPECT_EQ(farm.error().kind, ErrorKind::kUsage) << farm.error().message;
+  }
 }
 
 TEST(Coordinator, APortThatIsTakenIsAnErrorThatNamesIt) {

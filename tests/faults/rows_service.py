@@ -7,7 +7,7 @@ import time
 
 from farm import Failed, false_clock, wait_until
 from net import command
-from rows_certificates import authority, issue, kiln, kiln
+from rows_certificates import authority, issue, kiln
 from service import BAKE, Service, digest_of
 
 LEASE_S = 15
@@ -350,3 +350,27 @@ def serve_tls(lab):
     service.person = person
     service.finish(job)
     return f"the bake ends; with the worker's certificate: {words.strip()}"
+
+
+@row("serve-revoked", "a worker's and a person's certificate revoked while they are connected", quick=True)
+def serve_revoked(lab):
+    authority(lab)
+    own = issue(lab, "coordinator", "certified", host=lab.network.center.address)
+    stolen, worker, ada = issue(lab, "worker", "stolen"), issue(lab, "worker", "render1"), issue(lab, "submit", "ada")
+    service = Service(lab, tls=own, person=issue(lab, "admin", "root"), authority=lab.folder / "ca")
+    thief = service.worker(lab.host(), stub="slow=60", tls=stolen, name="thief")
+    job = service.submit()
+    service.wait_units(job, 3)
+    kiln(lab, "cert", "revoke", "stolen", "--dir", lab.folder / "ca")
+    kiln(lab, "cert", "revoke", "ada", "--dir", lab.folder / "ca")
+    status = thief.status(30)
+    if status != 2 or "revoked" not in thief.log():
+        raise Failed(f"the revoked worker: status {status}, {thief.log()[-200:]}")
+    service.worker(lab.host(), stub="slow=5", tls=worker)
+    root, service.person = service.person, ada
+    status, _, words = service.kiln("jobs", check=False)
+    if status == 0:
+        raise Failed("a revoked person may list jobs")
+    service.person = root
+    record = service.finish(job)
+    return f"{service.said(record, 'stolen', 'revoked')}; the person: {words.strip()}"

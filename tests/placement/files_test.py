@@ -57,6 +57,11 @@ def check_container(where, security):
     check(security.get("capabilities") == {"drop": ["ALL"]}, f"{where}: capabilities are not dropped")
 
 
+def check_web_token(where, words):
+    files = dict(word.split("=", 1) for word in words if "token-file=" in word)
+    check(files["--http-token-file"] != files["--token-file"], f"{where}: the pages' token is the workers'")
+
+
 def check_kubernetes(known):
     import yaml
 
@@ -93,6 +98,11 @@ def check_kubernetes(known):
     labels = coordinator["template"]["metadata"]["labels"]
     check(service["selector"].items() <= labels.items(), "Service kiln: selects no pod of the StatefulSet")
     check(coordinator["serviceName"] == "kiln" and coordinator["replicas"] == 1, "StatefulSet kiln: not one behind kiln")
+    probes = {name: coordinator["template"]["spec"]["containers"][0][name]["httpGet"]["path"]
+              for name in ("startupProbe", "readinessProbe", "livenessProbe")}
+    check(probes == {"startupProbe": "/livez", "readinessProbe": "/readyz", "livenessProbe": "/livez"},
+          f"StatefulSet kiln: {probes}: a full disk would restart it, or it would be sent work that it cannot store")
+    check_web_token("StatefulSet kiln", coordinator["template"]["spec"]["containers"][0]["args"])
     targets = {port["targetPort"] for port in service["ports"]}
     opened = {port["name"] for port in coordinator["template"]["spec"]["containers"][0]["ports"]}
     check(targets == opened, f"Service kiln: ports {targets} lead to {opened}")
@@ -135,7 +145,10 @@ def check_compose(known):
     check_variables("compose.yaml: worker", worker["environment"], known)
     check(seconds(worker["stop_grace_period"]) > int(worker["environment"]["KILN_DRAIN_LIMIT"]),
           "compose.yaml: worker is killed before it has drained")
-    status, output = run("bash", "-n", "-c", compose["services"]["coordinator"]["healthcheck"]["test"][3])
+    health = compose["services"]["coordinator"]["healthcheck"]["test"][3]
+    check("/livez" in health, "compose.yaml: a full disk would count as a death")
+    check_web_token("compose.yaml: coordinator", compose["services"]["coordinator"]["command"])
+    status, output = run("bash", "-n", "-c", health)
     check(status == 0, f"compose.yaml: the health check: {output}")
 
 

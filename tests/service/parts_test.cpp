@@ -1,4 +1,5 @@
 // The pure parts: whose turn it is, what waits no more, JSON and settings from elsewhere.
+#include "common/base/files.h"
 #include "common/base/format.h"
 #include "coordinator/service/fields.h"
 #include "coordinator/service/job_settings.h"
@@ -84,8 +85,32 @@ TEST(JobSettings, ComeBackAsTheyWereSet) {
   EXPECT_EQ(back->threads, 0u);  // of the machine it was typed on
 }
 
+TEST(People, WorkersTokensOfSingleOwners) {
+  const test::TempDir dir;
+  const auto file = dir.path() / "worker.token";
+  const auto read = [&](const std::string& words) {
+    EXPECT_TRUE(write_private_file(file, words));
+    return read_worker_tokens(file);
+  };
+  const std::string all = "the-token-of-all-of-them", ada = "the-token-of-ada-alone";
+  EXPECT_TRUE(read(all)->owners.empty());
+  EXPECT_EQ(read(all + "\r\n")->shared, all);
+  const auto both = read(all + "\n# lent\n\nada " + ada + "\n");
+  ASSERT_TRUE(both) << both.error().message;
+  EXPECT_EQ(both->shared, all);
+  EXPECT_EQ(both->owners, (std::map<std::string, std::string>{{"ada", ada}}));
+  for (const std::string& line :
+       std::vector<std::string>{"ada", "ada short", "a/da " + ada, "ada " + ada + " x", " " + ada}) {
+    const auto refused = read(all + "\n" + line + "\n");
+    ASSERT_FALSE(refused) << line;
+    EXPECT_NE(refused.error().message.find("line 2"), std::string::npos) << refused.error().message;
+  }
+  EXPECT_FALSE(read(all + "\nada " + ada + "\nada " + ada + "2\n"));
+  EXPECT_FALSE(read("short\nada " + ada));
+}
+
 TEST(People, ByCertificate) {
-  const ServiceTokens tokens{"a", "s", "r", "w"};
+  const ServiceTokens tokens{"a", "s", "r", "p", {"w", {}}};
   const auto access = [&](const std::vector<Role>& roles, const char* serial) {
     return recognise({"", "a", "mallory", ""}, {"ada", roles, serial, 0}, true, tokens);
   };

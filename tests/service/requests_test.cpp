@@ -36,8 +36,8 @@ TEST_F(Requests, TokensAndRoles) {
             std::string::npos);
   const auto tokens = service_tokens(host_.settings.data);
   ASSERT_TRUE(tokens);
-  EXPECT_NE(refusal(tokens->worker).find("token of workers"), std::string::npos);
-  for (const char* name : {"admin.token", "submit.token", "read.token", "worker.token"}) {
+  EXPECT_NE(refusal(tokens->worker.shared).find("token of workers"), std::string::npos);
+  for (const char* name : {"admin.token", "submit.token", "read.token", "worker.token", "web.token"}) {
     struct stat about {};
     ASSERT_EQ(::stat((host_.settings.data / name).c_str(), &about), 0) << name;
     EXPECT_EQ(about.st_mode & 0777, 0600u) << name;
@@ -58,6 +58,45 @@ TEST_F(Requests, TokensAndRoles) {
   EXPECT_EQ(ask(*reader, "job", document).find("user")->text, "ada");
   ask(*admin, "cancel", document);
   EXPECT_EQ(wait_for_state(*reader, id, "cancelled"), "cancelled");
+}
+
+unsigned mode_of(const fs::path& path) {
+  struct stat about {};
+  EXPECT_EQ(::stat(path.c_str(), &about), 0) << path;
+  return about.st_mode & 0777;
+}
+
+TEST_F(Requests, TheDataFolderIsItsOwnersAlone) {
+  const auto ada = host_.client("submit.token", "ada");
+  ASSERT_NE(submit(*ada, snapshot_, "k"), 0u);
+  const fs::path data = host_.settings.data;
+  EXPECT_EQ(mode_of(data), 0700u);
+  size_t blobs = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(data / "blobs")) {
+    EXPECT_EQ(mode_of(entry.path()), entry.is_directory() ? 0700u : 0600u) << entry.path();
+    blobs += entry.is_regular_file();
+  }
+  EXPECT_GT(blobs, 0u);
+  host_.service.reset();
+  ASSERT_EQ(::chmod(data.c_str(), 0755), 0);
+  host_.restart();
+  EXPECT_EQ(mode_of(data), 0700u) << "one that an older release left open is closed";
+}
+
+// As a process, whose mask also holds for files that libraries make.
+TEST_F(Requests, EverythingThatServeMakesIsItsOwnersAlone) {
+  const fs::path data = dir_.path() / "served";
+  const auto result =
+      run_command("umask 022; '" + (binary_dir() / "bin/kiln").string() + "' serve --data '" + data.string() +
+                  "' --listen 127.0.0.1:0 & p=$!; for i in $(seq 300); do [ -e '" + data.string() +
+                  "/worker.token' ] && break; sleep 0.1; done; kill $p; wait $p");
+  size_t files = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(data)) {
+    EXPECT_EQ(mode_of(entry.path()), entry.is_directory() ? 0700u : 0600u) << entry.path();
+    files += entry.is_regular_file();
+  }
+  EXPECT_EQ(mode_of(data), 0700u);
+  EXPECT_GE(files, 5u) << result.output;
 }
 
 TEST_F(Requests, EachVerbRefusesDocumentsThatAreNotItsOwn) {

@@ -82,19 +82,6 @@ TEST(Certificate, RevokedListsAreReadLineByLine) {
   }
 }
 
-TEST(Certificate, AListThatVanishesIsNotAnEmptyList) {
-  test::TempDir dir;
-  const RevocationList list(dir.path() / "revoked");
-  EXPECT_FALSE(*list.contains("aa"));
-  ASSERT_TRUE(write_file_atomic(dir.path() / "revoked", std::string_view("aa\n")));
-  EXPECT_TRUE(*list.contains("aa"));
-  EXPECT_FALSE(*list.contains("bb"));
-  ASSERT_TRUE(write_file_atomic(dir.path() / "revoked", std::string_view("bb\n")));
-  EXPECT_TRUE(*list.contains("bb"));
-  fs::remove(dir.path() / "revoked");
-  EXPECT_FALSE(list.contains("bb"));
-}
-
 // The sentence for files that cannot be used.
 std::string refusal(const TlsFiles& files) {
   const auto loaded = load_identity(files, test::now());

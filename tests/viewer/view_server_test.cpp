@@ -133,6 +133,9 @@ TEST_F(ViewServerTest, ReadsAndNothingElseForThisMachineAlone) {
     EXPECT_NE(answer.find("Allow: GET, HEAD\r\n"), std::string::npos) << method;
   }
   EXPECT_EQ(status(ask("/bake/scene.glb", "", "GET", "attacker.example")), 421);
+  for (const char* host :
+       {"127.evil.example", "127.0.0.1.evil", "localhost.evil:80", "[::1].evil", "localhost:x"})
+    EXPECT_EQ(status(ask("/bake/scene.glb", "", "GET", host)), 421) << host;
   EXPECT_EQ(status(ask("/bake/scene.glb", "", "GET", "127.0.0.1:99")), 200);
 }
 

@@ -44,12 +44,14 @@ class Talk final : public ClientTalk {
   void on_request(Request request) override {
     using namespace std::chrono;
     const int64_t now = duration_cast<milliseconds>(system_clock::now().time_since_epoch()).count();
-    const std::string document = off_ms_ < 0 ? "{}" : text("{{\"now_ms\": {}}}", now + off_ms_);
+    const std::string document =
+        off_ms_ < 0 ? "{}" : text("{{\"now_ms\": {}{}}}", now + off_ms_, revocations ? revocations() : "");
     link_.send(Reply{request.id, true, ErrorKind::kInternal, document});
   }
   void on_piece(ChunkPiece) override {}
   Status on_chunk_request(ChunkRequest) override { return {}; }
   void on_room() override {}
+  static inline std::function<std::string()> revocations;  // more members of the status
 
  private:
   ClientLink& link_;
@@ -204,6 +206,36 @@ TEST(Doctor, Certificates) {
   expect_end(examine(plain.plan), "protocol", "speaks plain");
 }
 
+TEST(Doctor, RevocationsThatTheCoordinatorHasNotHeard) {
+  const test::TempDir folder;
+  const std::string dir = folder.path() / "ca";
+  const auto now = static_cast<int64_t>(std::time(nullptr));
+  ASSERT_TRUE(make_authority_folder(dir, "farm", 30, now));
+  ASSERT_TRUE(issue(dir, {"farm1", {Role::kCoordinator}, {"127.0.0.1"}, 30}, folder.path() / "farm1", now));
+  ASSERT_TRUE(issue(dir, {"render7", {Role::kWorker}, {}, 30}, folder.path() / "render7", now));
+  ASSERT_TRUE(issue(dir, {"ada", {Role::kRead}, {}, 30}, folder.path() / "ada", now));
+  const auto tls = *TlsContext::load(tls_files_in(folder.path() / "farm1"));
+  TestServer server(0, tls);
+  server.plan.tls = tls_files_in(folder.path() / "ada");
+  Talk::revocations = [tls] {
+    const auto extent = tls->revocations();
+    return text(", \"revoked_lists\": {}, \"revoked_serials\": {}", extent.files, extent.serials);
+  };
+  EXPECT_TRUE(examine(server.plan).back().good) << "a coordinator's folder begins with a list";
+  server.plan.authority = dir;
+  EXPECT_TRUE(examine(server.plan).back().good) << examine(server.plan).back().finding;
+  ASSERT_TRUE(revoke(dir, "render7", now));
+  expect_end(examine(server.plan), "revocations", "list is older: it has 0");
+  std::filesystem::copy_file(dir + "/revoked", folder.path() / "farm1/revoked",
+                             std::filesystem::copy_options::overwrite_existing);
+  EXPECT_TRUE(examine(server.plan).back().good) << examine(server.plan).back().finding;
+  server.plan.authority = folder.path() / "none";
+  expect_end(examine(server.plan), "revocations", "none/revoked");
+  Talk::revocations = [] { return std::string(", \"revoked_lists\": 0, \"revoked_serials\": 0"); };
+  expect_end(examine(server.plan), "revocations", "reads no list");
+  Talk::revocations = nullptr;
+}
+
 TEST(Doctor, ThisMachine) {
   const test::TempDir folder;
   DoctorPlan plan;
@@ -217,6 +249,9 @@ TEST(Doctor, ThisMachine) {
     ::chmod(folder.path().c_str(), 0700);
   }
   plan.data = folder.path();
+  ::chmod(folder.path().c_str(), 0755);
+  expect_end(examine(plan), "data folder", "others may look into it: its mode is 755");
+  ::chmod(folder.path().c_str(), 0700);
   plan.worker_program = "/bin/false";
   expect_end(examine(plan), "numeric class", "/bin/false");
   plan.worker_program = "/bin/echo";

@@ -44,5 +44,22 @@ TEST(RequestHead, RefusesTheRest) {
   EXPECT_EQ(status(std::string(2, '\0') + "\r\n\r\n"), 400);
 }
 
+TEST(RequestHead, ComesInPieces) {
+  const std::string head = "GET /a HTTP/1.1\r\nHost: x\r\n\r\n";
+  HeadCollector bytes;
+  for (size_t i = 0; i + 1 < head.size(); ++i) ASSERT_FALSE(bytes.add(head.substr(i, 1))) << i;
+  const auto whole = bytes.add(head.substr(head.size() - 1) + "GET /next");
+  ASSERT_TRUE(whole && *whole);
+  EXPECT_EQ((*whole)->path, "/a");
+  HeadCollector endless;
+  size_t taken = 0;
+  while (!endless.add("a") && taken < 2 * kMaxHeadBytes) ++taken;
+  EXPECT_EQ(taken, kMaxHeadBytes);
+  HeadCollector large;
+  const auto refused = large.add("GET / HTTP/1.1\r\nX: " + std::string(kMaxHeadBytes, 'x') + "\r\n\r\n");
+  ASSERT_TRUE(refused && !*refused);
+  EXPECT_EQ(refused->error().status, 431);
+}
+
 }  // namespace
 }  // namespace kiln

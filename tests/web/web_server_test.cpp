@@ -2,6 +2,8 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <future>
+
 #include "common/base/clock.h"
 #include "tests/web/web_support.h"
 
@@ -66,7 +68,7 @@ TEST(WebServer, ThePageLoadsNothingAndTrustsNothing) {
 TEST(WebServer, HostileRequestsAreRefusedInWords) {
   const test::FakeFarm fake;
   WebSettings settings;
-  settings.patience = std::chrono::milliseconds(300);
+  settings.limits.patience = std::chrono::milliseconds(300);
   const auto server = serve(fake, settings);
   const uint16_t port = server->port();
   EXPECT_EQ(status_of(say(port, "POST / HTTP/1.1\r\nContent-Length: 1000000000\r\n\r\n")), 405);
@@ -92,7 +94,15 @@ TEST(WebServer, WithoutATokenItSpeaksToThisMachineOnly) {
   EXPECT_EQ(status_of(say(server->port(), "GET /metrics HTTP/1.1\r\n\r\n")), 421);
   EXPECT_EQ(status_of(say(server->port(), "GET /metrics HTTP/1.1\r\nHost: [::1]:80\r\n\r\n")), 200);
   EXPECT_EQ(status_of(say(server->port(), "GET /metrics HTTP/1.1\r\nHost: 127.0.0.1:80\r\n\r\n")), 200);
+  for (const char* host : {"127.evil.example", "[::1].evil.example", "127.0.0.1.evil", "localhost.evil",
+                           "127.evil.example:80", "localhost:", "localhost:80x"})
+    EXPECT_EQ(
+        status_of(say(server->port(), std::string("GET /metrics HTTP/1.1\r\nHost: ") + host + "\r\n\r\n")),
+        421)
+        << host;
   WebSettings abroad;
+  abroad.host = "127.evil.example";
+  EXPECT_FALSE(WebServer::start(abroad, fake.sources())) << "it may resolve to any address";
   abroad.host = "0.0.0.0";
   EXPECT_FALSE(WebServer::start(abroad, fake.sources()));
   abroad.beyond_loopback = true;
@@ -125,32 +135,114 @@ TEST(WebServer, ATokenIsAskedForAllButHealthAndTheEmptyPage) {
   for (const char* name : {"arcade", "render7", "harbour"}) EXPECT_EQ(page.find(name), page.npos) << name;
 }
 
-TEST(WebServer, SlowPeersDoNotKeepOthersOut) {
-  const test::FakeFarm fake;
+// Connected, from 127.0.0.LAST.
+int connect_to(uint16_t port, uint32_t last = 1) {
+  const int fd = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl((127u << 24) + last);
+  EXPECT_EQ(::bind(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  address.sin_port = htons(port);
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  EXPECT_EQ(::connect(fd, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  return fd;
+}
+
+void put(int fd, const std::string& bytes) {
+  EXPECT_EQ(::send(fd, bytes.data(), bytes.size(), MSG_NOSIGNAL), static_cast<ssize_t>(bytes.size()));
+}
+
+std::string take(int fd) {
+  std::string answer;
+  char buffer[4096];
+  for (ssize_t got = 0; (got = ::recv(fd, buffer, sizeof buffer, 0)) > 0;)
+    answer.append(buffer, static_cast<size_t>(got));
+  return answer;
+}
+
+// Idle, half-asked and not reading: hundreds of each, with a patience that ends long after the test.
+TEST(WebServer, HundredsThatHangKeepNobodyOut) {
+  test::FakeFarm fake;
+  for (int i = 0; i < 100'000; ++i)
+    fake.events.push_back({1700000000000 + i, "render7 has been heard again"});
   WebSettings settings;
-  settings.patience = std::chrono::seconds(60);
+  settings.limits.patience = std::chrono::hours(1);
   settings.threads = 2;
   settings.waiting = 8;
   const auto server = serve(fake, settings);
+  const uint16_t port = server->port();
+  const int neighbour = connect_to(port, 2);
+  put(neighbour, "GET /metrics HTTP/1.1\r\n");
   std::vector<int> slow;
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_port = htons(server->port());
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  for (int i = 0; i < 300; ++i) {
+    slow.push_back(connect_to(port));
+    if (i % 3 == 1) put(slow.back(), "GET / HTTP/1.1\r\nHost: loc");
+  }
+  EXPECT_EQ(status_of(get(port, "/healthz")), 200);
+  EXPECT_EQ(status_of(get(port, "/api/status.json")), 200);
   for (int i = 0; i < 12; ++i) {
-    slow.push_back(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
-    ASSERT_EQ(::connect(slow.back(), reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+    slow.push_back(connect_to(port));
+    put(slow.back(),
+        "GET /api/jobs/2.json HTTP/1.1\r\nHost: localhost\r\n\r\n");  // and never reads the answer
+    if (i % 4 == 3) EXPECT_EQ(status_of(get(port, "/readyz")), 200);
   }
-  // Two have a thread, eight wait, the rest are told so at once.
-  EXPECT_EQ(status_of(get(server->port(), "/healthz")), 503);
-  EXPECT_EQ(status_of(say(server->port(), "")), 503);
+  EXPECT_EQ(status_of(get(port, "/healthz")), 200);
+  EXPECT_EQ(status_of(get(port, "/api/jobs.json")), 200);
+  EXPECT_EQ(status_of(take(slow[0])), 503) << "the oldest gave way, and is told so";
+  put(neighbour, "Host: localhost\r\n\r\n");
+  EXPECT_EQ(status_of(take(neighbour)), 200) << "one address takes no room from another";
   for (const int fd : slow) ::close(fd);
-  std::string answer;
-  for (int i = 0; i < 100 && status_of(answer) != 200; ++i) {
-    ::usleep(100000);
-    answer = get(server->port(), "/healthz");
+  ::close(neighbour);
+}
+
+TEST(WebServer, ManyAddressesTogetherHaveABoundToo) {
+  const test::FakeFarm fake;
+  WebSettings settings;
+  settings.limits = {std::chrono::hours(1), 20, 4};
+  const auto server = serve(fake, settings);
+  std::vector<int> idle;
+  for (uint32_t i = 0; i < 100; ++i) idle.push_back(connect_to(server->port(), 1 + i / 2));
+  EXPECT_EQ(status_of(get(server->port(), "/healthz")), 200);
+  int told = 0;
+  for (size_t i = 0; i < 80; ++i) told += status_of(take(idle[i])) == 503;
+  EXPECT_EQ(told, 80);
+  for (const int fd : idle) ::close(fd);
+}
+
+// A program that a liveness probe restarts must be unable to answer; a full disk or a slow farm is not that.
+TEST(WebServer, IsAliveWhileItIsNotReady) {
+  test::FakeFarm fake;
+  fake.store.held_for = "no space is left on the disk";
+  std::promise<void> go_on;
+  const std::shared_future<void> stuck = go_on.get_future().share();
+  WebSources sources = fake.sources();
+  sources.farm = [&, stuck] {
+    stuck.wait();
+    return fake.farm;
+  };
+  WebSettings settings;
+  settings.threads = 1;
+  settings.waiting = 1;
+  const auto server = std::move(*WebServer::start(settings, sources));
+  const uint16_t port = server->port();
+  EXPECT_EQ(status_of(get(port, "/livez")), 200);
+  EXPECT_EQ(status_of(get(port, "/readyz")), 503);
+  EXPECT_EQ(status_of(get(port, "/healthz")), 503);
+  std::vector<int> waiting;
+  for (int i = 0; i < 4; ++i) {
+    waiting.push_back(connect_to(port));
+    put(waiting.back(), "GET /api/status.json HTTP/1.1\r\nHost: localhost\r\n\r\n");
   }
-  EXPECT_EQ(status_of(answer), 200) << "when the slow ones have gone";
+  EXPECT_EQ(content_of(get(port, "/livez")), "ok\n") << "every thread waits for the farm";
+  EXPECT_EQ(status_of(say(port, "GET /livez HTTP/1.0\r\n\r\n")), 200) << "probes name no host";
+  go_on.set_value();
+  int answered = 0;
+  for (const int fd : waiting) {
+    answered += status_of(take(fd)) == 200;
+    ::close(fd);
+  }
+  EXPECT_GE(answered, 1);
+  EXPECT_LE(answered, 2) << "one in its thread and one waiting; the others are told to come back";
 }
 
 TEST(WebServer, ATakenPortIsAnError) {

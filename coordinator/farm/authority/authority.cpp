@@ -140,6 +140,8 @@ Expected<Certificate> make_authority_folder(const fs::path& dir, const std::stri
                      dir.string()));
   KILN_TRY(const KeyAndCertificate made, make_authority(name, now - kSkew, now + days * kSecondsADay));
   KILN_TRY_STATUS(write_private_file(dir / "ca.key", made.key));
+  KILN_TRY_STATUS(write_private_file(
+      dir / "revoked", "# Serials of revoked certificates; `kiln cert revoke` adds to them.\n"));
   KILN_TRY_STATUS(write_private_file(dir / "ca.pem", made.certificate));
   return read_certificate(made.certificate);
 }
@@ -173,6 +175,9 @@ Expected<Certificate> issue(const fs::path& dir, const IssueWish& wish, const fs
   KILN_TRY_STATUS(write_private_file(out / "key.pem", own.key));
   KILN_TRY_STATUS(write_private_file(out / "cert.pem", certificate));
   KILN_TRY_STATUS(write_private_file(out / "ca.pem", ca));
+  // A coordinator elsewhere begins with the list of today.
+  KILN_TRY(const std::string revoked, read_list(dir / "revoked"));
+  if (coordinator && !revoked.empty()) KILN_TRY_STATUS(write_private_file(out / "revoked", revoked));
   return read_certificate(certificate);
 }
 

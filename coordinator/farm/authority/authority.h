@@ -1,7 +1,7 @@
 // The folder of a farm's certificate authority. Whoever can read ca.key controls the farm.
 //   ca.pem, ca.key   the authority; ca.pem goes to every machine, ca.key to none
 //   issued           a line for each certificate: serial, name, roles, end
-// revoked serials of revoked certificates (common/tls/revocation.h)
+//   revoked          serials of revoked certificates (common/tls/revocation.h)
 //   tokens           join tokens by their digests (tokens.h)
 // Every change happens under a lock and by rename, so that a crash leaves either the old or the new state.
 #pragma once
@@ -28,8 +28,8 @@ struct IssueWish {
   int64_t days = 365;
 };
 
-// Makes a key and a certificate in the folder `out`: ca.pem, cert.pem, key.pem. A coordinator needs a host.
-// It expires no later than the authority.
+// Makes a key and a certificate in the folder `out`: ca.pem, cert.pem, key.pem; for a coordinator, which
+// needs a host, also a copy of the list `revoked`. It expires no later than the authority.
 Expected<Certificate> issue(const std::filesystem::path& dir, const IssueWish& wish,
                             const std::filesystem::path& out, int64_t now);
 // Signs a machine's own request under the name it states. Returns the certificate as PEM.

@@ -4,6 +4,7 @@
 
 #include "common/base/format.h"
 #include "common/base/hash.h"
+#include "common/base/loopback.h"
 #include "coordinator/farm/dispatch/farm_impl.h"
 #include "coordinator/farm/dispatch/farm_job.h"
 
@@ -11,10 +12,6 @@ namespace kiln {
 namespace {
 
 constexpr auto kTick = std::chrono::milliseconds(20);
-
-bool is_loopback(const std::string& host) {
-  return host == "localhost" || host == "::1" || host.rfind("127.", 0) == 0;
-}
 
 }  // namespace
 

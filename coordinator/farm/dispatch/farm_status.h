@@ -36,7 +36,8 @@ struct FarmStatus {
   std::vector<FarmJobStatus> jobs;
   uint64_t connections = 0, clients = 0;
   uint64_t results = 0, rays = 0, duplicates = 0, refused_connections = 0, expelled = 0;  // since the start
-  std::string held_for;  // why no units are handed out; empty: they are
+  bool owners_known = false;  // FarmRules::owners_known
+  std::string held_for;       // why no units are handed out; empty: they are
 };
 
 }  // namespace kiln

@@ -46,6 +46,7 @@ Status Server::listen() {
 
 void Server::tick() {
   KILN_CHECK(std::this_thread::get_id() == thread_ && !performing_);
+  cut_off_revoked();
   Actions actions;
   ledger_.tick(clock_.now_ms(), actions);
   perform(std::move(actions));

@@ -82,6 +82,8 @@ class Server final : public SessionHost {
   Welcome welcome(WorkerId worker) const override;
   void on_admitted(Session& session) override;
   Expected<std::unique_ptr<ClientTalk>> admit_client(const ClientHello& hello, Session& session) override;
+  bool cut_off(Session& session) override;
+  void cut_off_revoked();
 
   const Bytes* chunk(const Digest& id) const override;
   void on_heard(Session& session) override;
@@ -104,7 +106,8 @@ class Server final : public SessionHost {
   void carry_out(const Action& action);
   void store(const StoreAnswer& answer);
   void on_stored(const StoreAnswer& answer);
-  void expel(WorkerId worker, const std::string& reason);
+  enum class Parting { kRefuse, kCut };
+  void expel(WorkerId worker, const std::string& reason, Parting parting = Parting::kRefuse);
 
   EventLoop& loop_;
   const FarmSettings& settings_;
@@ -123,6 +126,7 @@ class Server final : public SessionHost {
   bool performing_ = false;
   std::map<AnswerKey, std::shared_ptr<const UnitResult>> arrived_;  // received, not on disk yet
   uint64_t parked_bytes_ = 0;
+  size_t revocations_ = 0;  // that all sessions were held against
   std::string held_for_;
   uint64_t results_ = 0, rays_ = 0, ended_duplicates_ = 0, refused_ = 0, expelled_count_ = 0;
   std::shared_ptr<Alive> alive_;

@@ -110,7 +110,7 @@ void Server::on_stored(const StoreAnswer& answer) {
     arrived_.erase({answer.job, answer.unit, answer.digest});
 }
 
-void Server::expel(WorkerId worker, const std::string& reason) {
+void Server::expel(WorkerId worker, const std::string& reason, Parting parting) {
   Session* session = session_of(worker);
   if (!session) return;
   ++expelled_count_;
@@ -118,7 +118,7 @@ void Server::expel(WorkerId worker, const std::string& reason) {
   KILN_CHECK(members_.count(worker) == 1);
   expelled_[members_.at(worker).instance] = reason;
   members_.erase(worker);
-  session->refuse(reason);
+  parting == Parting::kCut ? session->cut(reason) : session->refuse(reason);
   Actions actions;
   ledger_.leave(worker, false, reason, clock_.now_ms(), actions);
   perform(std::move(actions));

@@ -115,4 +115,32 @@ Expected<std::unique_ptr<ClientTalk>> Server::admit_client(const ClientHello& he
   return talk;
 }
 
+bool Server::cut_off(Session& session) {
+  if (session.is_cut()) return true;
+  const PeerIdentity& who = session.identity();
+  if (!settings_.tls || who.serial.empty()) return false;
+  const auto revoked = settings_.tls->is_revoked(who.serial);
+  if (!revoked || !*revoked) return false;  // an unreadable list is logged, and lets nobody in
+  const std::string reason =
+      text("the certificate of {} (serial {}) was revoked: ask for a new one", who.name, who.serial);
+  if (session_of(session.worker()) == &session) {
+    expel(session.worker(), reason, Parting::kCut);
+  } else {
+    ++refused_;
+    note(0, text("{} is cut off: {}", session.name(), reason));
+    session.cut(reason);
+  }
+  return true;
+}
+
+// Those that say nothing and are told nothing are cut off too.
+void Server::cut_off_revoked() {
+  if (!settings_.tls) return;
+  const size_t now = settings_.tls->revocations().serials;
+  if (std::exchange(revocations_, now) == now) return;
+  std::vector<Session*> all;
+  for (const auto& [key, session] : sessions_) all.push_back(key);
+  for (Session* session : all) cut_off(*session);
+}
+
 }  // namespace kiln

@@ -217,6 +217,7 @@ FarmStatus Server::status() const {
   status.duplicates += ended_duplicates_;
   status.refused_connections = refused_;
   status.expelled = expelled_count_;
+  status.owners_known = settings_.rules.owners_known;
   status.held_for = held_for_;
   return status;
 }

@@ -35,7 +35,9 @@ void Session::start() {
   patience_.after(kHandShakePatience, [this] { refuse("no Hello came within 10 s"); });
   Connection::Handlers handlers;
   handlers.on_frame = [this](const FrameHeader& h, std::span<const std::byte> p) { on_frame(h, p); };
-  handlers.on_room = [this] { talk_ ? talk_->on_room() : serve_chunks(); };
+  handlers.on_room = [this] {
+    if (!host_.cut_off(*this)) talk_ ? talk_->on_room() : serve_chunks();
+  };
   handlers.on_closed = [this](const std::string& reason) {
     talk_.reset();
     host_.on_closed(*this, orderly_, reason);
@@ -44,6 +46,7 @@ void Session::start() {
 }
 
 void Session::send(const Message& message) {
+  if (host_.cut_off(*this)) return;
   if (peer_minor_ == 0 && of_minor_1(message)) return;
   connection_->send(message);
 }
@@ -54,6 +57,12 @@ void Session::refuse(const std::string& reason) {
   connection_->close_after_writes(reason);
 }
 
+void Session::cut(const std::string& reason) {
+  cut_ = true;
+  connection_->drop_queued();
+  refuse(reason);
+}
+
 void Session::goodbye(const std::string& reason) {
   orderly_ = true;
   connection_->send(Goodbye{reason});
@@ -61,6 +70,7 @@ void Session::goodbye(const std::string& reason) {
 }
 
 void Session::on_frame(const FrameHeader& header, std::span<const std::byte> payload) {
+  if (host_.cut_off(*this)) return;
   const bool known = worker_ || talk_;
   if (!known && header.type != MessageType::kHello && header.type != MessageType::kClientHello)
     return refuse("the first message must be a Hello");

@@ -25,6 +25,9 @@ class SessionHost {
   virtual Welcome welcome(WorkerId worker) const = 0;
   virtual void on_admitted(Session& session) = 0;  // Welcome has been queued
   virtual Expected<std::unique_ptr<ClientTalk>> admit_client(const ClientHello& hello, Session& session) = 0;
+  // Whether the session was parted from since, because its certificate was revoked. Asked before anything is
+  // taken from the peer or handed to it.
+  virtual bool cut_off(Session& session) = 0;
   virtual const Bytes* chunk(const Digest& id) const = 0;
   virtual void on_heard(Session& session) = 0;
   virtual void on_class(Session& session, const JobClass& message) = 0;
@@ -46,7 +49,9 @@ class Session final : public ClientLink {
   void send(const Message& message) override;
   size_t queued_bytes() const override { return connection_->queued_bytes(); }
   const std::string& peer() const override { return peer_; }
-  void refuse(const std::string& reason);   // tells the peer why, then closes
+  void refuse(const std::string& reason);  // tells the peer why, then closes
+  void cut(const std::string& reason);     // the same, at once: what waits to be sent is dropped
+  bool is_cut() const { return cut_; }
   void goodbye(const std::string& reason);  // closes in order
 
   WorkerId worker() const { return worker_; }  // 0: not a worker, or before the handshake
@@ -77,7 +82,7 @@ class Session final : public ClientLink {
   uint8_t peer_minor_ = 0;
   std::string peer_, name_;
   std::map<uint64_t, std::string> classes_;  // by job
-  bool orderly_ = false;
+  bool orderly_ = false, cut_ = false;
   std::unique_ptr<ClientTalk> talk_;
   std::deque<Digest> wanted_;  // the front is being sent
   uint64_t sent_ = 0;          // of the front

@@ -19,8 +19,8 @@ std::string FarmLedger::why_quorum(const Job& job) const {
   if (here.size() < job.traits.quorum) words += ": the job waits for others";
   if (!rules_.owners_known)
     words +=
-        "; owners cannot be told apart: workers share one token (give them certificates, or tokens of "
-        "their own with --owner-tokens)";
+        "; owners cannot be told apart: workers share one token (give them certificates, or each owner a "
+        "line NAME TOKEN in the file of worker tokens)";
   return words;
 }
 

@@ -1,6 +1,7 @@
 #include "coordinator/farm/queue/open_file.h"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -25,7 +26,7 @@ tl::unexpected<Error> system_error(std::string_view doing, const fs::path& path,
 }
 
 OpenFile::OpenFile(fs::path path, int flags)
-    : path_(std::move(path)), file_(::open(path_.c_str(), flags | O_CLOEXEC, 0644)) {}
+    : path_(std::move(path)), file_(::open(path_.c_str(), flags | O_CLOEXEC, 0600)) {}
 
 OpenFile::OpenFile(OpenFile&& other) noexcept
     : path_(std::move(other.path_)), file_(std::exchange(other.file_, -1)) {}
@@ -93,7 +94,10 @@ Status make_folder(DiskCalls& disk, const fs::path& folder) {
   if (fs::is_directory(folder, code)) return {};
   const fs::path above = folder.has_parent_path() ? folder.parent_path() : fs::path(".");
   if (!fs::exists(above, code)) KILN_TRY_STATUS(make_folder(disk, above));
-  if (!fs::create_directory(folder, code) && code) return system_error("make the folder", folder, code);
+  // Scenes and results are their owner's alone, from the first moment on.
+  if (::mkdir(folder.c_str(), 0700) != 0)
+    if (const int error = errno; error != EEXIST || !fs::is_directory(folder, code))
+      return system_error("make the folder", folder, std::error_code(error, std::generic_category()));
   return sync_folder(disk, above);
 }
 

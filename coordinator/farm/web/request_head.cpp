@@ -1,8 +1,5 @@
 #include "coordinator/farm/web/request_head.h"
 
-#include <poll.h>
-#include <sys/socket.h>
-
 #include <algorithm>
 
 namespace kiln {
@@ -88,25 +85,13 @@ tl::expected<RequestHead, HeadRefused> parse_request_head(std::string_view text)
   return refuse(400, "the head does not end");
 }
 
-tl::expected<RequestHead, HeadRefused> read_request_head(int socket, std::chrono::milliseconds patience) {
-  const auto limit = std::chrono::steady_clock::now() + patience;
-  std::string head;
-  char buffer[2048];
-  for (;;) {
-    const auto left =
-        std::chrono::duration_cast<std::chrono::milliseconds>(limit - std::chrono::steady_clock::now());
-    pollfd ready{socket, POLLIN, 0};
-    if (left.count() <= 0 || ::poll(&ready, 1, static_cast<int>(left.count())) == 0)
-      return refuse(408, "the request took too long");
-    const ssize_t got = ::recv(socket, buffer, sizeof buffer, 0);
-    if (got < 0 && errno == EINTR) continue;
-    if (got <= 0) return refuse(0, "");
-    const size_t from = head.size() < 3 ? 0 : head.size() - 3;
-    head.append(buffer, static_cast<size_t>(got));
-    const size_t end = head.find("\r\n\r\n", from);
-    if (std::min(end, head.size()) > kMaxHeadBytes) return refuse(431, "the head is larger than 8 KiB");
-    if (end != head.npos) return parse_request_head(std::string_view(head).substr(0, end + 4));
-  }
+std::optional<tl::expected<RequestHead, HeadRefused>> HeadCollector::add(std::string_view bytes) {
+  const size_t from = head_.size() < 3 ? 0 : head_.size() - 3;
+  head_.append(bytes.substr(0, kMaxHeadBytes + 4 - std::min(head_.size(), kMaxHeadBytes + 4)));
+  const size_t end = head_.find("\r\n\r\n", from);
+  if (std::min(end, head_.size()) > kMaxHeadBytes) return refuse(431, "the head is larger than 8 KiB");
+  if (end == head_.npos) return std::nullopt;
+  return parse_request_head(std::string_view(head_).substr(0, end + 4));
 }
 
 }  // namespace kiln

@@ -1,8 +1,8 @@
-// Reads the head of an HTTP request from a socket, with limits on size and time, and checks it against the
-// small part of HTTP/1.1 (RFC 9112) that these pages need.
+// Collects the head of an HTTP request from pieces, of limited size, and checks it against the small part of
+// HTTP/1.1 (RFC 9112) that these pages need.
 #pragma once
 
-#include <chrono>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -19,11 +19,19 @@ struct RequestHead {
 };
 
 struct HeadRefused {
-  int status;  // HTTP status; 0: the peer is gone
+  int status;  // of HTTP
   std::string why;
 };
 
 tl::expected<RequestHead, HeadRefused> parse_request_head(std::string_view head);
-tl::expected<RequestHead, HeadRefused> read_request_head(int socket, std::chrono::milliseconds patience);
+
+class HeadCollector {
+ public:
+  // The head, or why it is refused, once these bytes decide it. Not to be called again after that.
+  std::optional<tl::expected<RequestHead, HeadRefused>> add(std::string_view bytes);
+
+ private:
+  std::string head_;
+};
 
 }  // namespace kiln

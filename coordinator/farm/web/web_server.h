@@ -1,12 +1,13 @@
-// The farm over HTTP, read-only: /metrics, /healthz, /api/status.json, /api/jobs.json, /api/jobs/ID.json and
-// a page that shows them. Serves no files, accepts no content, answers one request per connection.
+// The farm over HTTP, read-only: /metrics, /livez, /readyz, /api/status.json, /api/jobs.json,
+// /api/jobs/ID.json and a page that shows them. Serves no files, accepts no content, answers one request per
+// connection.
 #pragma once
 
-#include <chrono>
 #include <memory>
 #include <string>
 
 #include "common/base/status.h"
+#include "coordinator/farm/web/http_loop.h"
 #include "coordinator/farm/web/web_sources.h"
 
 namespace kiln {
@@ -19,9 +20,9 @@ struct WebSettings {
   std::string token;
   bool beyond_loopback =
       false;  // explicitly set by the user: the token and all names are then sent in the clear
-  std::chrono::milliseconds patience{5000};  // to receive a request's head, and to send a response
-  uint32_t threads = 4;
-  uint32_t waiting = 64;  // queued connections; further ones get 503
+  HttpLimits limits;
+  uint32_t threads = 4;   // that make answers
+  uint32_t waiting = 64;  // requests that wait for one; further ones get 503
 };
 
 class WebServer {
