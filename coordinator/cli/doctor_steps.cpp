@@ -9,6 +9,7 @@
 
 #include "common/base/files.h"
 #include "common/base/format.h"
+#include "common/base/json.h"
 #include "common/wire/listener.h"
 #include "coordinator/cli/doctor_server.h"
 
@@ -143,6 +144,10 @@ std::vector<DoctorStep> look_at_greeting(const DoctorPlan& plan, const Greeting&
   steps.push_back(std::abs(off) <= kMaxClockMs
                       ? good("clock", finding)
                       : bad("clock", finding, "set both clocks by NTP: certificates and tokens are dated"));
+  const auto status = parse_json(g.document);
+  const JsonValue* doubt = status ? status->find("clock_doubt") : nullptr;
+  if (steps.back().good && doubt && !doubt->text.empty())
+    steps.push_back(bad("retention", doubt->text, "set the coordinator's clock, or accept it as it says"));
   return steps;
 }
 
@@ -213,7 +218,10 @@ std::vector<DoctorStep> run_doctor(const DoctorPlan& plan,
     for (DoctorStep& step : look_at_greeting(plan, greet_server(plan, address->first, address->second)))
       if (!add(std::move(step))) return done;
   }
-  if (!plan.data.empty() && !add(look_at_data(plan.data))) return done;
+  if (!plan.data.empty() &&
+      (!add(look_at_data(plan.data)) ||
+       !add(look_at_kept_clock(plan.data, int64_t{std::time(nullptr)} * 1000, plan.accept_clock))))
+    return done;
   if ((plan.worker || plan.server.empty()) && !add(look_at_class(plan))) return done;
   add(look_at_machine(plan));
   return done;

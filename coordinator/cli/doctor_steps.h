@@ -15,8 +15,9 @@ struct DoctorPlan {
   std::string server;  // HOST:PORT; empty: check only this machine
   std::string token;
   TlsFiles tls;
-  std::string data;     // a coordinator's folder
-  bool worker = false;  // connect as a worker: check its token, certificate and resources
+  std::string data;           // a coordinator's folder
+  bool accept_clock = false;  // of that folder: believe this machine's clock
+  bool worker = false;        // connect as a worker: check its token, certificate and resources
   std::string worker_program;
 };
 
@@ -25,6 +26,10 @@ struct DoctorStep {
   bool good = true;
   std::string remedy;  // of a failed step
 };
+
+// doctor_data.cpp: whether the coordinator of a data folder believes the clock, by which it deletes old jobs;
+// or tells it to.
+DoctorStep look_at_kept_clock(const std::string& data, int64_t wall_ms, bool accept);
 
 // Runs the steps in order up to the first that fails; reports each when it is done.
 std::vector<DoctorStep> run_doctor(const DoctorPlan& plan,
