@@ -20,6 +20,9 @@ Expected<DoctorPlan> plan_of(const Arguments& a) {
   plan.server = or_variable(a, "server", "KILN_SERVER");
   plan.data = a.get("data");
   plan.authority = a.get("authority");
+  plan.accept_clock = a.has("accept-clock");
+  if (plan.accept_clock && plan.data.empty())
+    return fail(ErrorKind::kUsage, "--accept-clock needs --data DIR: the folder of the coordinator to tell");
   plan.worker = a.has("worker");
   plan.worker_program = worker_program();
   plan.tls = {or_variable(a, "ca", "KILN_CA"), or_variable(a, "certificate", "KILN_CERTIFICATE"),
@@ -76,6 +79,9 @@ Command doctor_command() {
        {"--data", "DIR", "a coordinator's data folder on this machine"},
        {"--authority", "FOLDER",
         "folder made by `kiln cert ca`: whether the coordinator knows what was revoked there"},
+       {"--accept-clock", "",
+        "with --data: this machine's clock is right, though it leapt; the coordinator deletes old jobs "
+        "again"},
        {"--worker", "", "connect as a worker does, and check the numeric class"},
        {"--json", "", "print the checks as JSON"}},
       false,

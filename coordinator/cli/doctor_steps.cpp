@@ -9,6 +9,7 @@
 
 #include "common/base/files.h"
 #include "common/base/format.h"
+#include "common/base/json.h"
 #include "common/tls/revocation.h"
 #include "common/wire/listener.h"
 #include "coordinator/cli/doctor_server.h"
@@ -167,6 +168,10 @@ std::vector<DoctorStep> look_at_greeting(const DoctorPlan& plan, const Greeting&
                       : bad("clock", finding, "set both clocks by NTP: certificates and tokens are dated"));
   if (const auto lists = number_of(g.document, "revoked_lists"))
     steps.push_back(look_at_revocations(plan, *lists, number_of(g.document, "revoked_serials").value_or(0)));
+  const auto status = parse_json(g.document);
+  const JsonValue* doubt = status ? status->find("clock_doubt") : nullptr;
+  if (steps.back().good && doubt && !doubt->text.empty())
+    steps.push_back(bad("retention", doubt->text, "set the coordinator's clock, or accept it as it says"));
   return steps;
 }
 
@@ -242,7 +247,10 @@ std::vector<DoctorStep> run_doctor(const DoctorPlan& plan,
     for (DoctorStep& step : look_at_greeting(plan, greet_server(plan, address->first, address->second)))
       if (!add(std::move(step))) return done;
   }
-  if (!plan.data.empty() && !add(look_at_data(plan.data))) return done;
+  if (!plan.data.empty() &&
+      (!add(look_at_data(plan.data)) ||
+       !add(look_at_kept_clock(plan.data, int64_t{std::time(nullptr)} * 1000, plan.accept_clock))))
+    return done;
   if ((plan.worker || plan.server.empty()) && !add(look_at_class(plan))) return done;
   add(look_at_machine(plan));
   return done;

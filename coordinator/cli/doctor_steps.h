@@ -15,9 +15,10 @@ struct DoctorPlan {
   std::string server;  // HOST:PORT; empty: check only this machine
   std::string token;
   TlsFiles tls;
-  std::string data;       // a coordinator's folder
-  std::string authority;  // a folder made by `kiln cert ca`: is its list of revoked certificates heard?
-  bool worker = false;    // connect as a worker: check its token, certificate and resources
+  std::string data;           // a coordinator's folder
+  std::string authority;      // a folder made by `kiln cert ca`: is its list of revoked certificates heard?
+  bool accept_clock = false;  // of the data folder: believe this machine's clock
+  bool worker = false;        // connect as a worker: check its token, certificate and resources
   std::string worker_program;
 };
 
@@ -26,6 +27,10 @@ struct DoctorStep {
   bool good = true;
   std::string remedy;  // of a failed step
 };
+
+// doctor_data.cpp: whether the coordinator of a data folder believes the clock, by which it deletes old jobs;
+// or tells it to.
+DoctorStep look_at_kept_clock(const std::string& data, int64_t wall_ms, bool accept);
 
 // Runs the steps in order up to the first that fails; reports each when it is done.
 std::vector<DoctorStep> run_doctor(const DoctorPlan& plan,

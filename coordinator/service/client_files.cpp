@@ -1,7 +1,6 @@
 #include "coordinator/service/client_files.h"
 
 #include "common/base/format.h"
-#include "coordinator/service/unix_time.h"
 
 namespace kiln {
 
@@ -22,8 +21,10 @@ Expected<uint64_t> ClientFiles::begin_upload(const Digest& digest, uint64_t size
   Upload& upload = it->second;
   if (upload.size != size)
     return fail(ErrorKind::kInvalidInput, text("'size' is {} and was {}", size, upload.size));
-  if (upload.error) {
-    const Error error = *std::exchange(upload.error, std::nullopt);
+  if (upload.error) {  // told once; whoever tries again begins anew, with what the disk has
+    const Error error = *upload.error;
+    uploads_.erase(it);
+    blobs_.abandon(digest);
     return tl::unexpected<Error>(error);
   }
   return upload.have;
@@ -46,12 +47,12 @@ void ClientFiles::refuse_piece(const Digest& digest, const std::string& why) {
   if (it != uploads_.end() && !it->second.error) it->second.error = Error{ErrorKind::kUnavailable, why};
 }
 
-Status ClientFiles::finish_upload(const Digest& digest) {
+Status ClientFiles::finish_upload(const Digest& digest, int64_t now_ms) {
   {
     const std::lock_guard lock(mutex_);
     const auto it = uploads_.find(digest);
     if (it == uploads_.end()) {
-      if (blobs_.use(digest, unix_ms())) return {};
+      if (blobs_.use(digest, now_ms)) return {};
       return fail(ErrorKind::kInvalidInput, text("no upload of {} was begun", digest.hex()));
     }
     if (it->second.error) {
@@ -59,7 +60,7 @@ Status ClientFiles::finish_upload(const Digest& digest) {
       return tl::unexpected<Error>(error);
     }
   }
-  const Status done = blobs_.finish(digest, unix_ms());
+  const Status done = blobs_.finish(digest, now_ms);
   if (done || done.error().kind == ErrorKind::kInvalidInput) {
     const std::lock_guard lock(mutex_);
     uploads_.erase(digest);

@@ -19,7 +19,7 @@ class ClientFiles {
   Expected<uint64_t> begin_upload(const Digest& digest, uint64_t size);
   void append(const ChunkPiece& piece);
   void refuse_piece(const Digest& digest, const std::string& why);
-  Status finish_upload(const Digest& digest);
+  Status finish_upload(const Digest& digest, int64_t now_ms);
 
   Status allow_download(const Digest& digest, uint64_t from);
   std::optional<uint64_t> take_download(const Digest& digest);  // start offset; nothing if not allowed

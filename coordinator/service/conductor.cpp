@@ -8,7 +8,6 @@
 #include "coordinator/service/job_settings.h"
 #include "coordinator/service/service_impl.h"
 #include "coordinator/service/turn.h"
-#include "coordinator/service/unix_time.h"
 
 namespace kiln {
 namespace fs = std::filesystem;
@@ -82,7 +81,7 @@ Expected<std::vector<FileRecord>> ServiceImpl::bake(const JobRecord& job, Active
   std::sort(files.begin(), files.end());
   std::vector<FileRecord> outputs;
   for (const fs::path& file : files) {
-    KILN_TRY(FileRecord record, blobs_->put_file(file, unix_ms()));
+    KILN_TRY(FileRecord record, blobs_->put_file(file, now_ms()));
     record.path = file.filename().string();
     outputs.push_back(std::move(record));
   }
@@ -177,7 +176,7 @@ void ServiceImpl::finish(JobId id, Active& active, const Expected<std::vector<Fi
         job.verification = active.verification;
         job.units_done = job.units_total = active.units;
         job.results = *outputs;
-        job.ended_ms = unix_ms();
+        job.ended_ms = now_ms();
         return {};
       });
       if (s) return note(id, "done");
@@ -195,7 +194,7 @@ void ServiceImpl::finish(JobId id, Active& active, const Expected<std::vector<Fi
   {
     const std::lock_guard lock(mutex_);
     who = active.who;
-    if (full) not_before_[id] = unix_ms() + kFullDiskPauseMs;
+    if (full) not_before_[id] = steady_ms() + kFullDiskPauseMs;
   }
   const std::string reason = cancelled ? text("cancelled by {}", who)
                              : stopped ? "the coordinator was stopped in order"
@@ -211,7 +210,7 @@ void ServiceImpl::finish(JobId id, Active& active, const Expected<std::vector<Fi
         std::replace_if(
             job.reason.begin(), job.reason.end(), [](unsigned char c) { return c < 32 || c == 127; }, ' ');
         if (stopped || full) job.preparations -= job.preparations > 0;
-        if (job_ended(job.state)) job.ended_ms = unix_ms();
+        if (job_ended(job.state)) job.ended_ms = now_ms();
         return {};
       },
       active);

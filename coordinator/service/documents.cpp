@@ -5,6 +5,7 @@
 
 #include "common/base/format.h"
 #include "coordinator/service/service_impl.h"
+#include "coordinator/service/turn.h"
 #include "coordinator/service/unix_time.h"
 
 namespace kiln {
@@ -37,7 +38,8 @@ double rays_per_second(const FarmStatus& status, JobId job) {
 void write_job(JsonWriter& w, ServiceImpl& service, const FarmStatus& status, const FarmJobs& farm,
                const JobRecord& job) {
   const std::string held = service.held_for();
-  const bool running = service.is_running(job.id);
+  // Also a job that an earlier coordinator left active and that cannot be taken up yet.
+  const bool running = service.is_running(job.id) || is_active(job.state);
   w.pair("id", job.id).pair("name", job.name).pair("user", job.user).pair("priority", job.priority);
   w.pair("state", std::string(job_state_name(job.state))).pair("paused", job.paused);
   w.pair("reason", running && !held.empty() ? "the disk cannot be written, work waits: " + held : job.reason);
@@ -140,7 +142,7 @@ std::string status_document(ServiceImpl& service) {
   JsonWriter w;
   w.begin_object().pair("release", service.settings().release).pair("epoch", service.store().epoch());
   w.pair("now_ms", unix_ms());
-  w.pair("held_for", service.held_for());
+  w.pair("held_for", service.held_for()).pair("clock_doubt", service.clock_doubt());
   if (const auto& tls = service.settings().farm.tls) {
     const RevocationLists::Extent revoked = tls->revocations();
     w.pair("revoked_lists", uint64_t{revoked.files}).pair("revoked_serials", uint64_t{revoked.serials});

@@ -5,13 +5,11 @@
 #include "common/base/log.h"
 #include "coordinator/service/service_impl.h"
 #include "coordinator/service/turn.h"
-#include "coordinator/service/unix_time.h"
 
 namespace kiln {
 namespace {
 
 constexpr auto kLook = std::chrono::seconds(1);
-constexpr int64_t kCollectMs = 3'600'000, kDayMs = 86'400'000;
 // High enough that a series of power cuts does not end a job, low enough that a scene that crashes
 // the coordinator does not block the others for long.
 constexpr uint32_t kMaxPreparations = 10;
@@ -20,7 +18,6 @@ constexpr const char* kGivenUp = "the coordinator died ten times in a row while 
 }  // namespace
 
 void ServiceImpl::keep() {
-  int64_t collected = unix_ms();
   while (!stopping_) {
     {
       std::unique_lock lock(mutex_);
@@ -36,12 +33,10 @@ void ServiceImpl::keep() {
       }
     }
     if (stopping_) return;
+    tend();
+    if (!held_for().empty() || !take_up_jobs()) continue;
     end_waits();
     begin_jobs();
-    if (unix_ms() - collected > kCollectMs) {
-      collect();
-      collected = unix_ms();
-    }
   }
 }
 
@@ -51,7 +46,7 @@ void ServiceImpl::end_waits() {
       if (job.state != JobState::kWaiting) return fail(ErrorKind::kUsage, "no longer waiting");
       job.state = end.failure.empty() ? JobState::kQueued : JobState::kFailed;
       job.reason = end.failure;
-      if (!end.failure.empty()) job.ended_ms = unix_ms();
+      if (!end.failure.empty()) job.ended_ms = now_ms();
       return {};
     });
     if (s) note(end.job, end.failure.empty() ? "the job it waited for is done" : end.failure);
@@ -66,7 +61,7 @@ void ServiceImpl::begin_jobs() {
     {
       const std::lock_guard lock(mutex_);
       if (active_.size() >= settings_.active_jobs) return;
-      const int64_t now = unix_ms();
+      const int64_t now = steady_ms();
       id = next_job(store_->jobs(), [&](JobId job) {
         const auto it = not_before_.find(job);
         return !active_.count(job) && (it == not_before_.end() || it->second <= now);
@@ -97,10 +92,10 @@ void ServiceImpl::begin_jobs() {
         return fail(ErrorKind::kUsage, "it was changed meanwhile");
       job.state = given_up ? JobState::kFailed : JobState::kPreparing;
       job.reason = given_up ? kGivenUp : "";
-      if (given_up) job.ended_ms = unix_ms();
+      if (given_up) job.ended_ms = now_ms();
       if (given_up) return {};
       ++job.preparations;
-      if (!job.started_ms) job.started_ms = unix_ms();
+      if (!job.started_ms) job.started_ms = now_ms();
       return {};
     });
     if (!s) {
@@ -117,16 +112,6 @@ void ServiceImpl::begin_jobs() {
     const std::lock_guard lock(mutex_);
     active->thread = std::thread([this, id, active] { conduct(id, *active); });
   }
-}
-
-void ServiceImpl::collect() {
-  const int64_t now = unix_ms();
-  const auto forgotten = store_->forget_ended(now - int64_t{settings_.keep_days} * kDayMs);
-  if (!forgotten) return log_warning(forgotten.error().message);
-  for (const JobId id : *forgotten)
-    note(0, text("job {} ended {} days ago and is forgotten", id, settings_.keep_days));
-  // An uploaded file must be submitted within a day.
-  blobs_->collect(referenced_blobs(store_->jobs()), now, kDayMs);
 }
 
 }  // namespace kiln

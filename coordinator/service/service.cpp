@@ -3,7 +3,6 @@
 #include "coordinator/service/client_session.h"
 #include "coordinator/service/service_impl.h"
 #include "coordinator/service/turn.h"
-#include "coordinator/service/unix_time.h"
 
 namespace kiln {
 namespace fs = std::filesystem;
@@ -35,16 +34,26 @@ Status ServiceImpl::open() {
   if (settings_.authority.empty()) settings_.authority = settings_.data / "authority";
   events_ = std::make_unique<EventLog>(store_->epoch());
   pool_ = std::make_unique<TaskPool>(kRequestThreads);
-  KILN_TRY_STATUS(take_up_jobs());
+  start_clock();
   KILN_TRY_STATUS(open_farm());
+  // On a disk that is full the service lists and sends what it has, and goes on by itself when there is
+  // space.
+  if (const Status writes = store_->probe(); !writes) {
+    log_warning(text("nothing is taken or handed out: {}", writes.error().message));
+    held_for_ = writes.error().message;
+    results_->suspect();
+  }
+  if (const Status taken = take_up_jobs(); !taken && taken.error().kind != ErrorKind::kNoSpace) return taken;
   collect();
   keeper_ = std::thread([this] { keep(); });
   open_ = true;
   return {};
 }
 
-// Jobs that were active when the last coordinator ended return to the queue and keep their results.
+// Jobs that were active when the last coordinator ended return to the queue and keep their results. On a full
+// disk the keeper tries again.
 Status ServiceImpl::take_up_jobs() {
+  if (taken_up_ || !held_for().empty()) return {};
   std::error_code ignored;
   fs::remove_all(settings_.data / "work", ignored);
   for (const JobRecord& job : store_->jobs()) {
@@ -56,6 +65,7 @@ Status ServiceImpl::take_up_jobs() {
     }));
     note(job.id, "the coordinator was started again: the job goes on with the results it has");
   }
+  taken_up_ = true;
   return {};
 }
 
@@ -136,7 +146,7 @@ std::string ServiceImpl::held_for() const {
 }
 
 void ServiceImpl::note(JobId job, const std::string& what) {
-  const int64_t now = unix_ms();
+  const int64_t now = now_ms();
   events_->add(now, job, what);
   if (job) store_->event(job, now, what);
 }
@@ -185,7 +195,7 @@ Status ServiceImpl::cancel(JobId id, const std::string& who) {
       return fail(ErrorKind::kUnavailable, text("job {} is just beginning: ask again", id));
     job.state = JobState::kCancelled;
     job.reason = reason;
-    job.ended_ms = unix_ms();
+    job.ended_ms = now_ms();
     return {};
   }));
   store_->drop_results(id, {});

@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
@@ -21,6 +22,8 @@ struct ServiceSettings {
   std::filesystem::path authority;  // signs enrolments if it has ca.key; empty: data/authority
   std::string release;
   StoreOptions store;
+  // Tests: the wall clock and the steady clock, ms; empty: the machine's.
+  std::function<int64_t()> wall_clock, steady_clock;
 };
 
 class Service {

@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "coordinator/farm/queue/blobs.h"
+#include "coordinator/farm/queue/observed_time.h"
 #include "coordinator/run/bake_run.h"
 #include "coordinator/service/durable_results.h"
 #include "coordinator/service/event_log.h"
@@ -46,7 +47,9 @@ class ServiceImpl final : public Service {
   const ServiceSettings& settings() const { return settings_; }
   bool stopping() const { return stopping_; }
   void note(JobId job, const std::string& text);
-  void wake();  // makes the keeper look at the queue
+  int64_t now_ms() const;           // for records, Unix ms
+  std::string clock_doubt() const;  // why nothing is collected; empty: the clock is believed
+  void wake();                      // makes the keeper look at the queue
   std::optional<BakeProgress> progress_of(JobId job) const;
   bool is_running(JobId job) const;
   // Changes the record and, if the job is active, the running job.
@@ -55,6 +58,9 @@ class ServiceImpl final : public Service {
   Status set_priority(JobId job, int32_t priority);
   Status retry(JobId job);
   Status forgive(const std::string& identity);
+  // Reads a result of a job that is done, before it is sent. If it is not what was published, the job is
+  // queued again and this fails (kUnavailable), saying so.
+  Status check_result(JobId job, const FileRecord& file);
 
  private:
   // A job that has a conductor.
@@ -72,6 +78,8 @@ class ServiceImpl final : public Service {
     uint64_t progress_at = 0;  // stored() when `preparations` was last set
   };
 
+  // lost_results.cpp
+  Status bake_again(const Digest& lost);  // every job that is done and has it among its results
   // service.cpp
   Status take_up_jobs();
   Status open_farm();
@@ -79,7 +87,15 @@ class ServiceImpl final : public Service {
   void keep();
   void begin_jobs();
   void end_waits();
+  // retention.cpp
+  void start_clock();
+  void tend();  // once a second
+  void observe_time();
+  void obey_acceptance(int64_t wall_ms);
   void collect();
+  void date_ends_anew(int64_t now_ms);
+  int64_t wall_ms() const;
+  int64_t steady_ms() const;
   // conductor.cpp
   void conduct(JobId id, Active& active);
   Expected<std::vector<FileRecord>> bake(const JobRecord& job, Active& active);
@@ -100,15 +116,21 @@ class ServiceImpl final : public Service {
   std::unique_ptr<TaskPool> pool_;
   std::unique_ptr<Farm> farm_;
   std::atomic<bool> open_{false}, stopping_{false};
+  bool taken_up_ = false;  // the jobs of the last coordinator are queued again
   bool stopped_ = false;
 
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   bool look_ = true;  // work for the keeper
   std::map<JobId, std::unique_ptr<Active>> active_;
-  std::map<JobId, int64_t> not_before_;  // unix ms: jobs stopped by a full disk
+  std::map<JobId, int64_t> not_before_;  // steady ms: jobs stopped by a full disk
   std::string held_for_;
   std::thread keeper_;
+
+  mutable std::mutex time_mutex_;
+  ObservedTime time_;
+  bool doubted_ = false;                                               // was said
+  int64_t next_clock_ = 0, next_collection_ = 0, next_idle_look_ = 0;  // steady ms
 };
 
 }  // namespace kiln

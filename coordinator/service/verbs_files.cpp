@@ -27,7 +27,7 @@ Expected<std::string> verb_upload(const Ask& ask) {
 Expected<std::string> verb_uploaded(const Ask& ask) {
   KILN_TRY_STATUS(only_fields(ask.document, {"digest"}));
   KILN_TRY(const Digest digest, digest_field(ask.document, "digest"));
-  KILN_TRY_STATUS(ask.files.finish_upload(digest));
+  KILN_TRY_STATUS(ask.files.finish_upload(digest, ask.service.now_ms()));
   return JsonWriter().begin_object().pair("digest", digest.hex()).end_object().take();
 }
 
@@ -54,6 +54,7 @@ Expected<std::string> verb_fetch(const Ask& ask) {
     if (!path.empty()) {
       if (static_cast<uint64_t>(from) > file.size)
         return fail(ErrorKind::kInvalidInput, text("'from': {} has {} bytes", path, file.size));
+      KILN_TRY_STATUS(ask.service.check_result(job->id, file));
       KILN_TRY_STATUS(ask.files.allow_download(file.digest, static_cast<uint64_t>(from)));
     }
     w.begin_object()

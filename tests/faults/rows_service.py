@@ -136,6 +136,36 @@ def disk_full_publish(lab):
     return with_full_disk(lab, "slow=20", nearly)
 
 
+@row("disk-full-start", "killed (SIGKILL) while it bakes, then started on a disk that is full to the last byte", quick=True)
+def disk_full_start(lab):
+    data = lab.folder / "data"
+    data.mkdir()
+    command("mount", "-t", "tmpfs", "-o", "size=1200m", "none", data)
+    service = Service(lab, data=data)
+    truth = service.truth()
+    for _ in range(2):
+        service.worker(lab.host(), stub="slow=40")
+    first = service.submit()
+    service.wait_state(first, "done")
+    second = service.submit()
+    service.wait_units(second, 10)
+    service.process.kill()
+    fill(data / "filler")
+    service.start()
+    if service.fetch(first) != truth:
+        raise Failed("what is fetched from the full disk is another map")
+    status, _, refusal = service.kiln("submit", service.scene(), *BAKE, check=False)
+    if status == 0:
+        raise Failed("a job was taken on a full disk")
+    held = service.job(second)
+    if "cannot be written" not in held["reason"]:
+        raise Failed(f"the job's reason is '{held['reason']}'")
+    os.remove(data / "filler")
+    service.finish(second, truth)
+    return f"results are listed and fetched; a new job: {refusal.strip()}; the other, {held['state']}, says: " \
+           f"{held['reason']}; with space again it goes on by itself"
+
+
 @row("two-coordinators", "a second kiln serve on one data folder", quick=True)
 def two_coordinators(lab):
     service = Service(lab)

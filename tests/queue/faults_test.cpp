@@ -166,6 +166,42 @@ TEST(StoreFaults, AnotherJobIsNotHurt) {
   EXPECT_TRUE(of_b.get_future().get());
 }
 
+// What is there can be read, nothing is taken, and with space again everything goes on.
+TEST(StoreFaults, OpensOnADiskThatIsFull) {
+  const MemoryDir dir;
+  FaultyDisk disk;
+  StoreOptions options;
+  options.faults = &disk;
+  JobId job = 0;
+  uint64_t epoch = 0;
+  {
+    const auto store = open_store(dir.path(), options);
+    job = *store->submit(sample_job());
+    ASSERT_TRUE(commit_now(*store, job, 1));
+    epoch = store->epoch();
+    disk.arm(Fault::kNoSpace, 0, int64_t{1} << 40);  // the log cannot be emptied at the end either
+  }
+  for (int opening = 0; opening < 2; ++opening) {
+    const auto store = open_store(dir.path(), options);
+    ASSERT_TRUE(store);
+    ASSERT_EQ(store->jobs().size(), 1u);
+    const auto rows = rows_of(*store, job);
+    ASSERT_EQ(rows.size(), 1u);
+    EXPECT_EQ(*store->read_result(rows[0]), sample_payload(1, 100));
+    EXPECT_EQ(store->submit(sample_job()).error().kind, ErrorKind::kNoSpace);
+    EXPECT_EQ(commit_now(*store, job, 2).error().kind, ErrorKind::kNoSpace);
+    EXPECT_FALSE(store->probe());
+    if (opening == 0) continue;  // it may end like that as well
+    disk.arm(Fault::kNone, 0, 0);
+    EXPECT_TRUE(store->probe());
+    ASSERT_TRUE(commit_now(*store, job, 2));
+    EXPECT_EQ(store->epoch(), epoch + 1);
+    EXPECT_NE(rows_of(*store, job)[1].epoch, rows[0].epoch);
+    EXPECT_TRUE(store->check()->empty());
+  }
+  EXPECT_EQ(open_store(dir.path())->epoch(), epoch + 2);
+}
+
 TEST(StoreFaults, ADiskThatIsReallyFull) {
   const TempDir dir;
   const fs::path disk = dir.path() / "disk";

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <fstream>
 
 namespace kiln::test {
 
@@ -63,6 +64,16 @@ Bytes sample_payload(uint64_t unit, size_t size) {
 
 UnitCommit sample_commit(JobId job, uint64_t unit, const Bytes& payload) {
   return {job, unit, unit * 31 + 7, sha256(payload), "worker-" + std::to_string(unit % 3), false};
+}
+
+void flip_bit(const std::filesystem::path& path) {
+  std::fstream file(path, std::ios::binary | std::ios::in | std::ios::out);
+  const auto middle = static_cast<std::streamoff>(std::filesystem::file_size(path) / 2);
+  file.seekg(middle);
+  const int byte = file.get();
+  file.seekp(middle);
+  file.put(static_cast<char>(byte ^ 4));
+  EXPECT_TRUE(file.good()) << path;
 }
 
 std::unique_ptr<Store> open_store(const std::filesystem::path& folder, const StoreOptions& options) {

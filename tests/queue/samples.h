@@ -27,6 +27,9 @@ JobRecord sample_job(const std::string& name = "kitchen");  // every field diffe
 Bytes sample_payload(uint64_t unit, size_t size);
 UnitCommit sample_commit(JobId job, uint64_t unit, const Bytes& payload);
 
+// Flips one bit in the middle of a file, in place, as a failing disk does.
+void flip_bit(const std::filesystem::path& file);
+
 std::unique_ptr<Store> open_store(const std::filesystem::path& folder, const StoreOptions& options = {});
 
 // Of a store that can be read.

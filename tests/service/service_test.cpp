@@ -234,6 +234,55 @@ TEST_F(ServiceJobs, HoldWhileTheDiskIsFull) {
   }
 }
 
+TEST_F(ServiceJobs, AreListedAndFetchedFromADiskThatIsFullAtTheStart) {
+  const fs::path small = dir_.path() / "small";
+  fs::create_directories(small);
+  if (::mount("none", small.c_str(), "tmpfs", 0, "size=40m") != 0)
+    GTEST_SKIP() << "mounting a small file system needs rights";
+  struct Unmount {
+    fs::path path;
+    ~Unmount() { ::umount2(path.c_str(), MNT_DETACH); }
+  } const unmount{small};
+  fs::create_directories(dir_.path() / "blobs");
+  fs::create_directory_symlink(dir_.path() / "blobs", small / "blobs");
+  ServiceHost host(small);
+  uint64_t done = 0, begun = 0;
+  {
+    const auto client = host.client();
+    done = submit(*client, with("tile-texels", "1"), "a");
+    ASSERT_EQ(wait_for_state(*client, done, "done failed"), "done");
+    begun = submit(*client, with("tile-texels", "2"), "b");
+    ASSERT_EQ(wait_for_state(*client, begun, "baking finishing done"), "baking");
+  }
+  host.service.reset();
+  {
+    auto store = Store::open(small, {});  // as a killed coordinator leaves it
+    ASSERT_TRUE((*store)->change(begun, [](JobRecord& job) -> Status {
+      job.state = JobState::kBaking;
+      return {};
+    }));
+  }
+  std::ofstream filler(small / "filler", std::ios::binary);
+  for (const size_t piece : {64u << 10, 4096u, 1u}) {
+    const std::string block(piece, 'x');
+    filler.clear();
+    while (filler << block << std::flush) {
+    }
+  }
+  filler.close();
+  host.restart();
+  const auto client = host.client();
+  ASSERT_TRUE(client);
+  expect_masters(fetched(*client, done, dir_.path() / "out"));
+  EXPECT_FALSE(host.service->held_for().empty());
+  EXPECT_NE(ask(*client, "job", text("{{\"id\":{}}}", begun)).find("reason")->text.find("cannot be written"),
+            std::string::npos);
+  EXPECT_NE(ask_error(*client, "submit", submission(snapshot_, "c")).find("full"), std::string::npos);
+  fs::remove(small / "filler");
+  ASSERT_EQ(wait_for_state(*client, begun, "done failed"), "done") << host.service->job(begun)->reason;
+  EXPECT_EQ(host.service->held_for(), "");
+}
+
 TEST_F(ServiceJobs, SurviveKillsOfTheCoordinator) {
   const CommandResult r = run_command(
       text("python3 {}/tests/service/kill_coordinator.py --bin {}/bin --kills 20 --seed 1 --scene {} 2>&1",

@@ -4,6 +4,7 @@
 #include "common/base/files.h"
 #include "common/scene/prepared.h"
 #include "tests/import/gltf_builder.h"
+#include "tests/queue/samples.h"
 
 namespace kiln::test {
 namespace {
@@ -61,7 +62,7 @@ Digest scene_digest(const fs::path& scene, const BakeSettings& settings) {
 
 std::unique_ptr<BlobStore> open_blobs(const fs::path& folder) {
   BlobOptions options;
-  options.keep_free = 0;
+  options.keep_free = options.keep_free_publishing = 0;
   return std::move(*BlobStore::open(folder, options));
 }
 
@@ -120,6 +121,30 @@ TEST(Snapshot, TheSameScenesAreKeptOnceAndChangesAreSeen) {
   for (size_t i = 0; i < first.files.size(); ++i) differ += first.files[i] == second.files[i] ? 0 : 1;
   EXPECT_EQ(differ, 1u);
   EXPECT_EQ(lay_out(first.files, *blobs, studio.dir.path() / "x").error().kind, ErrorKind::kInvalidInput);
+}
+
+// One flipped bit of a vertex is another lightmap: a file is laid out only if it is what was submitted.
+TEST(Snapshot, ADamagedBlobIsNotLaidOut) {
+  const Studio studio;
+  const auto snapshot = *take_snapshot(studio.scene, studio.settings);
+  const auto blobs = open_blobs(studio.dir.path() / "blobs");
+  ASSERT_TRUE(put_snapshot(snapshot, *blobs, 1));
+  const FileRecord& vertices = *std::find_if(snapshot.files.begin(), snapshot.files.end(),
+                                             [](const FileRecord& file) { return file.path == "x.bin"; });
+  flip_bit(blobs->path(vertices.digest));
+  const fs::path folder = studio.dir.path() / "out";
+  const Status damaged = lay_out(snapshot.files, *blobs, folder);
+  ASSERT_FALSE(damaged);
+  EXPECT_EQ(damaged.error().kind, ErrorKind::kInvalidInput);
+  for (const std::string& words : {std::string("x.bin"), vertices.digest.hex(), std::string("submit")})
+    EXPECT_NE(damaged.error().message.find(words), std::string::npos) << damaged.error().message;
+  EXPECT_FALSE(fs::exists(folder)) << "half of a scene is left";
+  // It was set aside, so that whoever has the file is asked for it.
+  EXPECT_FALSE(blobs->has(vertices.digest));
+  ASSERT_TRUE(put_snapshot(snapshot, *blobs, 2));
+  const Status again = lay_out(snapshot.files, *blobs, folder);
+  ASSERT_TRUE(again) << again.error().message;
+  EXPECT_EQ(sha256(*read_file(folder / "x.bin")), vertices.digest);
 }
 
 TEST(Snapshot, NothingOutsideIsReadOrWritten) {

@@ -124,7 +124,11 @@ Status ServiceClientImpl::download(const Wanted& wanted, const fs::path& file, c
   KILN_TRY(const Digest digest, digest_of(part));
   if (digest != wanted.digest) {
     fs::remove(part, code);
-    return fail(ErrorKind::kIo, text("{} was damaged on its way: fetch it again", wanted.path));
+    // The coordinator read its copy before it sent it.
+    return fail(ErrorKind::kIo,
+                text("{} was damaged on its way, or what an earlier try left of it in {} was (it "
+                     "is removed): fetch it again",
+                     wanted.path, file.parent_path().string()));
   }
   fs::rename(part, file, code);
   if (code) return fail(ErrorKind::kIo, text("cannot name {}: {}", file.string(), code.message()));

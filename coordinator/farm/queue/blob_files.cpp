@@ -49,6 +49,12 @@ Expected<HashedFile> copy_file(const OpenFile& in, const OpenFile& out, DiskCall
   });
 }
 
+bool is_file_at(const OpenFile& file, const fs::path& path) {
+  struct stat by_file, by_name;
+  return ::fstat(file.number(), &by_file) == 0 && ::stat(path.c_str(), &by_name) == 0 &&
+         by_file.st_dev == by_name.st_dev && by_file.st_ino == by_name.st_ino;
+}
+
 bool set_last_use(const fs::path& path, int64_t now_ms) {
   timespec times[2];
   times[0].tv_nsec = UTIME_OMIT;

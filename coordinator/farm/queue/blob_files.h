@@ -10,8 +10,9 @@
 
 namespace kiln {
 
-inline constexpr const char* kPartEnding = ".part";  // an upload under way
-inline constexpr const char* kCopyEnding = ".copy";  // a copy under way
+inline constexpr const char* kPartEnding = ".part";       // an upload under way
+inline constexpr const char* kCopyEnding = ".copy";       // a copy under way
+inline constexpr const char* kDamagedFolder = "damaged";  // blobs that were set aside
 
 struct HashedFile {
   Digest digest;
@@ -20,6 +21,9 @@ struct HashedFile {
 Expected<HashedFile> hash_file(const OpenFile& file);
 // Fails (kInvalidInput) if `in` has more than `most` bytes.
 Expected<HashedFile> copy_file(const OpenFile& in, const OpenFile& out, DiskCalls& disk, uint64_t most);
+
+// Whether `path` names that file still.
+bool is_file_at(const OpenFile& file, const std::filesystem::path& path);
 
 bool set_last_use(const std::filesystem::path& path, int64_t now_ms);  // false if there is no such file
 std::optional<int64_t> last_use(const std::filesystem::path& path);    // ms

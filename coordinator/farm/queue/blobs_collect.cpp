@@ -6,9 +6,20 @@
 namespace kiln {
 namespace fs = std::filesystem;
 
+void BlobStore::collect_damaged(int64_t now_ms) {
+  constexpr int64_t kMonthMs = int64_t{30} * 86'400'000;  // for whoever looks into the disk's failure
+  for (const fs::path& file : list_folder(folder_ / kDamagedFolder)) {
+    const auto used = last_use(file);
+    std::error_code ignored;
+    if (used && now_ms - *used > kMonthMs) fs::remove(file, ignored);
+  }
+}
+
 BlobStore::Collected BlobStore::collect(const std::set<Digest>& referenced, int64_t now_ms, int64_t keep_ms) {
   Collected collected;
+  collect_damaged(now_ms);
   for (const fs::path& folder : list_folder(folder_)) {
+    if (folder.filename() == kDamagedFolder) continue;
     for (const fs::path& file : list_folder(folder)) {
       const bool part = file.extension() == kPartEnding;
       const auto digest = Digest::from_hex((part ? file.stem() : file.filename()).string());

@@ -1,5 +1,6 @@
 #include "coordinator/farm/queue/disk_calls.h"
 
+#include <sys/statvfs.h>
 #include <unistd.h>
 
 namespace kiln {
@@ -12,6 +13,12 @@ int DiskCalls::sync(int file) {
 }
 int DiskCalls::truncate(int file, off_t size) {
   return ::ftruncate(file, size);
+}
+int DiskCalls::free_bytes(const char* folder, uint64_t& bytes) {
+  struct statvfs status {};
+  const int code = ::statvfs(folder, &status);
+  bytes = uint64_t{status.f_bavail} * status.f_frsize;
+  return code;
 }
 
 DiskCalls& real_disk_calls() {

@@ -4,6 +4,7 @@
 #include <sys/types.h>
 
 #include <cstddef>
+#include <cstdint>
 
 namespace kiln {
 
@@ -14,6 +15,7 @@ class DiskCalls {
   virtual ssize_t write_at(int file, const void* data, size_t size, off_t offset);  // pwrite
   virtual int sync(int file);                                                       // fdatasync
   virtual int truncate(int file, off_t size);
+  virtual int free_bytes(const char* folder, uint64_t& bytes);  // statvfs: what this user may still write
 };
 
 DiskCalls& real_disk_calls();

@@ -1,5 +1,6 @@
 #include "coordinator/farm/queue/group_writer.h"
 
+#include <algorithm>
 #include <chrono>
 #include <future>
 #include <set>
@@ -48,8 +49,13 @@ std::optional<WorkerRecord> GroupTransaction::worker(const std::string& identity
   return it != changes_.workers.end() ? std::optional(it->second) : cache_.worker(identity);
 }
 
-GroupWriter::GroupWriter(Database database, Spool spool, RecordCache& cache, const StoreOptions& options)
-    : database_(std::move(database)), spool_(std::move(spool)), cache_(cache), options_(options) {
+GroupWriter::GroupWriter(Database database, Spool spool, RecordCache& cache, const StoreOptions& options,
+                         FirstWrite first)
+    : database_(std::move(database)),
+      spool_(std::move(spool)),
+      cache_(cache),
+      options_(options),
+      first_(std::move(first)) {
   thread_ = std::thread([this] { run(); });
 }
 
@@ -111,8 +117,18 @@ std::vector<Operation> GroupWriter::take_group(std::unique_lock<std::mutex>&) {
   return group;
 }
 
+bool GroupWriter::begin_writing(std::span<Operation> group) {
+  if (!first_) return true;
+  if (std::all_of(group.begin(), group.end(), [](const Operation& o) { return o.reads; })) return true;
+  const Status status = first_(database_);
+  if (status) first_ = nullptr;
+  for (Operation& operation : group)
+    if (!status && !operation.reads) operation.status = status;
+  return status.has_value();
+}
+
 void GroupWriter::write_group(std::vector<Operation>& group) {
-  write_payloads(group);
+  if (begin_writing(group)) write_payloads(group);
   std::vector<Operation*> open;
   for (Operation& operation : group)
     if (operation.status) open.push_back(&operation);

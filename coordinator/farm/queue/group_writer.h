@@ -63,7 +63,10 @@ struct Operation {
 
 class GroupWriter {
  public:
-  GroupWriter(Database database, Spool spool, RecordCache& cache, const StoreOptions& options);
+  // What must be written before anything else; tried before each group that writes, until it succeeds.
+  using FirstWrite = std::function<Status(Database&)>;
+  GroupWriter(Database database, Spool spool, RecordCache& cache, const StoreOptions& options,
+              FirstWrite first);
   ~GroupWriter() { stop(); }
 
   void give(Operation operation);
@@ -79,6 +82,7 @@ class GroupWriter {
   void run();
   std::vector<Operation> take_group(std::unique_lock<std::mutex>& lock);
   void write_group(std::vector<Operation>& group);
+  bool begin_writing(std::span<Operation> group);  // false: the group's writes have failed
   void write_payloads(std::span<Operation> group);
   Status make_room_in_log(std::span<const Operation> group);
   // One transaction. Changes nothing on failure.
@@ -89,6 +93,7 @@ class GroupWriter {
   Spool spool_;
   RecordCache& cache_;
   const StoreOptions options_;
+  FirstWrite first_;     // empty: done
   bool warned_ = false;  // about a log that cannot be emptied
 
   std::mutex mutex_;

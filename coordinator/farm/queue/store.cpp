@@ -40,24 +40,33 @@ Status check_database(Database& database) {
                    database.path().string(), verdict));
 }
 
+// The first write of a store's life.
+Status begin_life(Database& database, uint64_t epoch, const std::string& release) {
+  KILN_TRY_STATUS(database.begin());
+  Status status = Tables(database).set_epoch(epoch, release);
+  if (status) status = database.commit();
+  if (!status) {
+    database.rollback();
+    return status;
+  }
+  // If a sync failed before the last exit, the log may exist only in the kernel's memory: this writes all of
+  // it again.
+  return database.checkpoint();
+}
+
 Expected<StoreImpl::Loaded> load(Database& database, const std::string& release) {
   Tables tables(database);
   StoreImpl::Loaded loaded;
   KILN_TRY(loaded.jobs, tables.load_jobs());
   KILN_TRY(loaded.workers, tables.load_workers());
-  KILN_TRY_STATUS(database.begin());
-  auto epoch = tables.raise_epoch(release);
-  if (epoch) {
-    if (Status status = database.commit(); !status) epoch = tl::unexpected<Error>(status.error());
+  KILN_TRY(const uint64_t last, tables.load_epoch());
+  loaded.epoch = last + 1;
+  if (Status status = begin_life(database, loaded.epoch, release); !status) {
+    if (status.error().kind != ErrorKind::kNoSpace) return tl::unexpected<Error>(status.error());
+    log_warning(
+        text("the store can be read, and takes nothing until there is space: {}", status.error().message));
+    loaded.begins = [epoch = loaded.epoch, release](Database& d) { return begin_life(d, epoch, release); };
   }
-  if (!epoch) {
-    database.rollback();
-    return tl::unexpected<Error>(epoch.error());
-  }
-  loaded.epoch = *epoch;
-  // If a sync failed before the last exit, the log may exist only in the kernel's memory: this writes all of
-  // it again.
-  KILN_TRY_STATUS(database.checkpoint());
   return loaded;
 }
 
@@ -81,7 +90,8 @@ Expected<std::unique_ptr<Store>> Store::open(const fs::path& given, const StoreO
   KILN_TRY(StoreImpl::Loaded loaded, load(database, options.release));
   KILN_TRY_STATUS(sync_folder(real_disk_calls(), folder));
   KILN_TRY(const auto ends, Tables(database).load_spool_ends(kSpoolHead));
-  KILN_TRY_STATUS(lock.sign());
+  if (const Status status = lock.sign(); !status && status.error().kind != ErrorKind::kNoSpace)
+    return tl::unexpected<Error>(status.error());
   fresh.keep();
   for (const std::string& fault : tidy_spool(spool, ends)) log_warning(fault);
   return std::unique_ptr<Store>(
@@ -99,7 +109,7 @@ StoreImpl::StoreImpl(fs::path folder, const StoreOptions& options, FolderLock lo
       writer_(std::move(database),
               Spool(spool_, epoch_, options.spool_file_bytes,
                     options.faults ? *options.faults : real_disk_calls()),
-              cache_, options_) {}
+              cache_, options_, std::move(loaded.begins)) {}
 
 void StoreImpl::close() {
   writer_.stop();

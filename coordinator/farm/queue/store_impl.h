@@ -17,6 +17,7 @@ class StoreImpl final : public Store {
     std::map<JobId, JobRecord> jobs;
     std::map<std::string, WorkerRecord> workers;
     uint64_t epoch = 0;
+    GroupWriter::FirstWrite begins;  // still to be done: the disk was full
   };
   StoreImpl(std::filesystem::path folder, const StoreOptions& options, FolderLock lock, Database database,
             Loaded loaded);

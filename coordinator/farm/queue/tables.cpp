@@ -5,9 +5,12 @@
 
 namespace kiln {
 
-Expected<uint64_t> Tables::raise_epoch(const std::string& release) {
-  KILN_TRY_STATUS(database_.run("UPDATE about SET value=value+1 WHERE key='epoch'"));
-  KILN_TRY_STATUS(database_.run("UPDATE about SET value=?1 WHERE key='release'", std::string_view(release)));
+Status Tables::set_epoch(uint64_t epoch, const std::string& release) {
+  KILN_TRY_STATUS(database_.run("UPDATE about SET value=?1 WHERE key='epoch'", epoch));
+  return database_.run("UPDATE about SET value=?1 WHERE key='release'", std::string_view(release));
+}
+
+Expected<uint64_t> Tables::load_epoch() {
   Query query = database_.ask("SELECT value FROM about WHERE key='epoch'");
   KILN_TRY(const bool row, query.next());
   if (!row) return fail(ErrorKind::kIo, text("{} has no epoch: it is damaged", database_.path().string()));

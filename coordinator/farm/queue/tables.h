@@ -15,7 +15,8 @@ class Tables {
  public:
   explicit Tables(Database& database) : database_(database) {}
 
-  Expected<uint64_t> raise_epoch(const std::string& release);
+  Expected<uint64_t> load_epoch();
+  Status set_epoch(uint64_t epoch, const std::string& release);
 
   Expected<JobId> add_job(const JobRecord& job);
   // `described`: scene, settings and lists may also differ from the stored ones.

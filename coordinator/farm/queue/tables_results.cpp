@@ -64,8 +64,10 @@ Status Tables::revoke_answer(JobId job, uint64_t unit, const Digest& digest) {
 }
 
 Status Tables::note_unproven(JobId job) {
+  // A job that is baked again has no results of its first bake.
+  KILN_TRY_STATUS(database_.run("DELETE FROM unproven WHERE job=?1", job));
   return database_.run(
-      "INSERT OR REPLACE INTO unproven SELECT job,worker,count(*) FROM unit_results "
+      "INSERT INTO unproven SELECT job,worker,count(*) FROM unit_results "
       "WHERE job=?1 AND settled=1 AND verified=0 GROUP BY worker",
       job);
 }

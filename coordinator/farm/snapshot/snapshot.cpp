@@ -32,7 +32,10 @@ Expected<Snapshot> take_snapshot(const fs::path& scene, const BakeSettings& sett
 Status put_snapshot(const Snapshot& snapshot, BlobStore& blobs, int64_t now_ms) {
   for (size_t i = 0; i < snapshot.files.size(); ++i) {
     const FileRecord& file = snapshot.files[i];
-    if (blobs.use(file.digest, now_ms)) continue;
+    if (blobs.use(file.digest, now_ms)) {
+      KILN_TRY(const BlobState state, blobs.verify(file.digest));
+      if (state == BlobState::kIntact) continue;
+    }
     KILN_TRY(const FileRecord stored, blobs.put_file(snapshot.sources[i], now_ms));
     if (stored.digest != file.digest)
       return fail(

@@ -42,10 +42,10 @@ Expected<Snapshot> take_snapshot(const std::filesystem::path& scene, const BakeS
 Status put_snapshot(const Snapshot& snapshot, BlobStore& blobs, int64_t now_ms);
 
 // Creates the files in `folder`, which is created and must be empty: hard links to the blobs where the file
-// system allows, else copies. They are read-only. Fails (kInvalidInput) on a path that leaves the folder and
-// on a missing blob.
-Status lay_out(const std::vector<FileRecord>& files, const BlobStore& blobs,
-               const std::filesystem::path& folder);
+// system allows, else copies. They are for reading. Each is read and held against its digest: a damaged blob
+// is set aside. Fails (kInvalidInput) on a path that leaves the folder and on a missing or damaged blob,
+// naming the file and the way out; then nothing is left.
+Status lay_out(const std::vector<FileRecord>& files, BlobStore& blobs, const std::filesystem::path& folder);
 
 // A snapshot's settings for files laid out in `folder`; options whose value is not a path of the snapshot are
 // unchanged.
