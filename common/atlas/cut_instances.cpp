@@ -1,10 +1,20 @@
 // Gives instances on which other surfaces stand their own charts, cut along the contacts.
 #include "common/atlas/layout.h"
+#include "common/base/check.h"
 #include "common/base/format.h"
 #include "common/base/parallel.h"
 #include "common/contacts/contacts.h"
 
 namespace kiln {
+
+void warn_of_no_contacts(Atlas& atlas) {
+  KILN_CHECK(atlas.contacts.empty());
+  atlas.warnings.push_back(text(
+      "more than {} million pairs of triangles lie within each other's reach, so charts were not cut where "
+      "surfaces stand on others, and light can leak under these: copies that fill one place, if not meant, "
+      "are to be taken out of the model",
+      kMaxPairs / 1'000'000));
+}
 
 Status cut_at_contacts(const Scene& scene, std::span<const double> texel, const AtlasSettings& settings,
                        Atlas& atlas) {
@@ -12,6 +22,7 @@ Status cut_at_contacts(const Scene& scene, std::span<const double> texel, const 
   Contacts contacts = finder.find([&] { return !settings.check(); });
   KILN_TRY_STATUS(settings.check());
   atlas.contacts = std::move(contacts.lines);
+  if (contacts.given_up) warn_of_no_contacts(atlas);
   const size_t count = scene.instances.size();
   std::vector<MeshCharts> cut(count);
   std::vector<size_t> refused(count);

@@ -20,6 +20,9 @@ Expected<Atlas> pack_layout(const Scene& scene, const AtlasSettings& settings);
 Status cut_at_contacts(const Scene& scene, std::span<const double> texel, const AtlasSettings& settings,
                        Atlas& atlas);
 
+// Warns that the search for contacts was given up.
+void warn_of_no_contacts(Atlas& atlas);
+
 // Assigns an empty set of charts to these instances.
 void take_charts_away(const Scene& scene, std::span<const uint8_t> receives, Atlas& atlas);
 

@@ -186,7 +186,9 @@ std::vector<double> texel_sizes(const Scene& scene, const Atlas& atlas) {
 Status note_contacts(const Scene& scene, const AtlasSettings& settings, Atlas& atlas) {
   const std::vector<double> texel = texel_sizes(scene, atlas);
   const ContactFinder finder(scene, texel, settings.threads);
-  atlas.contacts = finder.find([&] { return !settings.check(); }).lines;
+  Contacts contacts = finder.find([&] { return !settings.check(); });
+  atlas.contacts = std::move(contacts.lines);
+  if (contacts.given_up) warn_of_no_contacts(atlas);
   return settings.check();
 }
 

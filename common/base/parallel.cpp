@@ -5,6 +5,9 @@
 
 #include <algorithm>
 #include <atomic>
+#include <exception>
+#include <mutex>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -25,12 +28,27 @@ uint64_t memory_bytes() {
 void parallel_for(size_t count, const std::function<void(size_t)>& body, unsigned threads) {
   const size_t n = std::min<size_t>(count, threads ? threads : hardware_threads());
   std::atomic<size_t> next{0};
+  std::exception_ptr thrown;
+  std::mutex mutex;
   auto run = [&] {
-    for (size_t i = next++; i < count; i = next++) body(i);
+    try {
+      for (size_t i = next++; i < count; i = next++) body(i);
+    } catch (...) {  // a thread that ends by an exception would end the program
+      const std::lock_guard lock(mutex);
+      if (!thrown) thrown = std::current_exception();
+      next = count;
+    }
   };
-  std::vector<std::jthread> team;
-  for (size_t t = 1; t < n; ++t) team.emplace_back(run);
-  run();
+  {
+    std::vector<std::jthread> team;
+    try {
+      team.reserve(n);
+      for (size_t t = 1; t < n; ++t) team.emplace_back(run);
+    } catch (const std::system_error&) {  // no more threads are to be had: those that run do the work
+    }
+    run();
+  }
+  if (thrown) std::rethrow_exception(thrown);
 }
 
 }  // namespace kiln

@@ -12,7 +12,8 @@ unsigned hardware_threads();  // processors this process may use, at least 1
 
 uint64_t memory_bytes();  // physical memory of this machine
 
-// Calls body(i) once for each i in [0, count), on up to `threads` threads (0: all).
+// Calls body(i) once for each i in [0, count), on up to `threads` threads (0: all). If
+// one throws, the rest is left and the first exception reaches the caller.
 void parallel_for(size_t count, const std::function<void(size_t)>& body, unsigned threads = 0);
 
 // Calls body(begin, end) for runs that cover [0, count): for bodies with costly set-up or little work per

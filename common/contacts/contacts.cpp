@@ -6,11 +6,14 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
+#include <cstring>
 #include <numeric>
 #include <optional>
 #include <tuple>
 #include <unordered_map>
 
+#include "common/base/check.h"
 #include "common/base/parallel.h"
 #include "common/contacts/triangle_tree.h"
 #include "common/unwrap/charts.h"
@@ -124,20 +127,28 @@ class ContactFinder::Search {
       const auto count = static_cast<uint32_t>(scene.meshes[scene.instances[i].mesh].triangles.size());
       for (uint32_t t = 0; t < count; ++t) triangles_.push_back(world_triangle(scene, i, t));
     }
-    tree_.emplace(triangles_);
+    find_distinct();
+    tree_.emplace(distinct_);
   }
 
-  std::vector<Found> run(const std::function<bool()>& is_stopped) const {
+  // Whether there are too many pairs depends on their sum alone, so it is the same for any number of threads.
+  std::vector<Found> run(const std::function<bool()>& is_stopped, uint64_t max_pairs, bool& given_up) const {
+    const uint64_t most = max_pairs + kPairsOfTriangle * triangles_.size();
+    std::atomic<uint64_t> pairs{0};
     constexpr size_t kChunk = 1024;
     std::vector<std::vector<Found>> parts((triangles_.size() + kChunk - 1) / kChunk);
     parallel_for(
         parts.size(),
         [&](size_t part) {
           if (is_stopped && is_stopped()) return;
-          for (size_t i = part * kChunk; i < std::min(triangles_.size(), (part + 1) * kChunk); ++i)
-            look_at(triangles_[i], parts[part]);
+          for (size_t i = part * kChunk; i < std::min(triangles_.size(), (part + 1) * kChunk); ++i) {
+            if (pairs > most) return;
+            pairs += look_at(triangles_[i], parts[part]);
+          }
         },
         threads_);
+    given_up = pairs > most;
+    if (given_up) return {};
     std::vector<Found> all;
     for (auto& part : parts) all.insert(all.end(), part.begin(), part.end());
     return all;
@@ -159,7 +170,7 @@ class ContactFinder::Search {
   bool is_buried(const DVec3& at, const DVec3& up, double texel) const {
     double inner = 1e300, outer = 1e300, end = 1e300;
     tree_->for_each_hit(at, up, end, [&](uint32_t index, double distance) {
-      const WorldTriangle& t = triangles_[index];
+      const WorldTriangle& t = distinct_[index];
       if (!scene_.instances[t.instance].cast) return;
       const DVec3 c(t.corner[0]);
       const double facing = dot(up, cross(DVec3(t.corner[1]) - c, DVec3(t.corner[2]) - c));
@@ -178,18 +189,56 @@ class ContactFinder::Search {
     return count;
   }
 
-  void look_at(const WorldTriangle& on, std::vector<Found>& found) const {
-    if (!scene_.instances[on.instance].receive) return;
+  // Of triangles that are one surface in the world, only the first is asked for: a thousand copies of a wall
+  // on one place would make a million contacts of one line.
+  void find_distinct() {
+    KILN_CHECK(triangles_.size() < uint64_t{1} << 32);
+    std::vector<uint32_t> order(triangles_.size());
+    std::iota(order.begin(), order.end(), 0u);
+    // What is asked of a triangle besides its corners.
+    const auto kind = [&](const WorldTriangle& t) {
+      return blocks_[t.instance] | double_sided_[t.instance] << 1 | mirrored_[t.instance] << 2 |
+             scene_.instances[t.instance].cast << 3;
+    };
+    const auto compare = [&](uint32_t a, uint32_t b) {
+      const WorldTriangle &s = triangles_[a], &t = triangles_[b];
+      const int bytes = std::memcmp(s.corner, t.corner, sizeof s.corner);
+      return bytes ? bytes : kind(s) - kind(t);
+    };
+    std::sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) {
+      const int difference = compare(a, b);
+      return difference ? difference < 0 : a < b;
+    });
+    std::vector<uint32_t> firsts;
+    std::vector<bool> repeated(triangles_.size());  // by triangle, of the firsts
+    for (size_t i = 0; i < order.size(); ++i) {
+      if (i > 0 && compare(order[i - 1], order[i]) == 0)
+        repeated[firsts.back()] = true;
+      else
+        firsts.push_back(order[i]);
+    }
+    std::sort(firsts.begin(), firsts.end());
+    for (const uint32_t first : firsts) {
+      distinct_.push_back(triangles_[first]);
+      repeated_.push_back(repeated[first]);
+    }
+  }
+
+  // Returns the number of triangles that were near it.
+  uint64_t look_at(const WorldTriangle& on, std::vector<Found>& found) const {
+    if (!scene_.instances[on.instance].receive) return 0;
     const Ground ground(on, mirrored_[on.instance]);
-    if (ground.flat()) return;
+    if (ground.flat()) return 0;
+    uint64_t pairs = 0;
     const double texel = texel_[on.instance];
     Box3 box = on.box();
     box.low -= DVec3(kContactGap * texel);
     box.high += DVec3(kContactGap * texel);
     const double slack = 1e-4 * texel * std::sqrt(std::max(ground.g11, ground.g22) / ground.det);
     tree_->for_each(box, [&](uint32_t index) {
-      const WorldTriangle& by = triangles_[index];
-      if (!blocks_[by.instance] || &by == &on) return;
+      ++pairs;
+      const WorldTriangle& by = distinct_[index];
+      if (!blocks_[by.instance]) return;
       DVec3 ends[2];
       if (!rising_line(ground, by, texel, ends)) return;
       DVec2 a = ground.barycentrics(ends[0]), b = ground.barycentrics(ends[1]);
@@ -201,11 +250,13 @@ class ContactFinder::Search {
       }
       if (length(ground.at(a) - ground.at(b)) < kMinLength * texel) return;
       // The next face of a surface that bends upwards is not a contact.
-      if (on.instance == by.instance && common_corners(on, by) == 2 && on_a_side(a, b)) return;
+      const bool own = on.instance == by.instance && !repeated_[index];
+      if (own && common_corners(on, by) == 2 && on_a_side(a, b)) return;
       if (b.x < a.x || (b.x == a.x && b.y < a.y)) std::swap(a, b);
       found.push_back(
           {on.instance, {on.triangle, a, b}, {Vec3(ground.at(a)), Vec3(ground.at(b)), Vec3(ground.normal)}});
     });
+    return pairs;
   }
   static bool on_a_side(const DVec2& a, const DVec2& b) {
     constexpr double kNear = 1e-6;
@@ -219,7 +270,9 @@ class ContactFinder::Search {
   std::vector<uint32_t> first_;
   std::vector<bool> mirrored_, blocks_, double_sided_;
   std::vector<WorldTriangle> triangles_;
-  std::optional<TriangleTree> tree_;
+  std::vector<WorldTriangle> distinct_;  // without those that lie on an earlier one corner by corner
+  std::vector<bool> repeated_;           // by distinct triangle: other instances have it too
+  std::optional<TriangleTree> tree_;     // of the distinct ones
 };
 
 namespace {
@@ -273,9 +326,9 @@ bool ContactFinder::is_buried(uint32_t instance, uint32_t triangle, const DVec2&
   return search_->is_buried(instance, triangle, b);
 }
 
-Contacts ContactFinder::find(const std::function<bool()>& is_stopped) const {
-  const std::vector<Found> found = search_->run(is_stopped);
+Contacts ContactFinder::find(const std::function<bool()>& is_stopped, uint64_t max_pairs) const {
   Contacts contacts;
+  const std::vector<Found> found = search_->run(is_stopped, max_pairs, contacts.given_up);
   contacts.of_instance.resize(search_->instances());
   for (size_t i = 0, end; i < found.size(); i = end) {
     const uint32_t instance = found[i].instance;

@@ -28,7 +28,12 @@ struct ContactLine {
 struct Contacts {
   std::vector<std::vector<Contact>> of_instance;
   std::vector<ContactLine> lines;
+  bool given_up = false;  // too many pairs of triangles are near each other: there are no contacts
 };
+
+// A floor with a million things on it has millions of pairs; a thousand times more is one place filled with
+// copies. Besides, any scene may have kPairsOfTriangle for each of its triangles.
+constexpr uint64_t kMaxPairs = uint64_t{1} << 30, kPairsOfTriangle = 256;
 
 class ContactFinder {
  public:
@@ -36,12 +41,13 @@ class ContactFinder {
   ContactFinder(const Scene& scene, std::span<const double> texel, unsigned threads);
   ~ContactFinder();
 
-  // Finds the contacts of all instances. Surfaces that rise less than kContactRise texels, hover more than
-  // kContactGap texels above the surface, touch it over less than kContactReach texels in all (the foot of a
-  // chair) or let light through make no contact. The result does not depend on the number of threads.
-  // `is_stopped` may be called from any thread; once it returns true the search stops and the result is
-  // incomplete.
-  Contacts find(const std::function<bool()>& is_stopped = {}) const;
+  // Finds the contacts of all instances. Triangles that lie on each other corner by corner make one contact.
+  // Surfaces that rise less than kContactRise texels, hover more than kContactGap texels above the surface,
+  // touch it over less than kContactReach texels in all (the foot of a chair) or let light through make no
+  // contact. The result does not depend on the number of threads. `is_stopped` may be called from any thread;
+  // once it returns true the search stops and the result is incomplete. Given up beyond `max_pairs` pairs of
+  // near triangles and kPairsOfTriangle for each triangle.
+  Contacts find(const std::function<bool()>& is_stopped = {}, uint64_t max_pairs = kMaxPairs) const;
 
   // Whether a ray upwards from just above a point of an instance's triangle hits a back face first.
   bool is_buried(uint32_t instance, uint32_t triangle, const DVec2& barycentrics) const;

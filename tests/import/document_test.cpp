@@ -94,7 +94,7 @@ TEST(Document, DataUris) {
   ASSERT_TRUE(write_file_atomic(path, buffer("data:application/octet-stream;base64,AQID/w==", 4)));
   const auto document = read_gltf_document(path);
   ASSERT_TRUE(document) << document.error().message;
-  EXPECT_EQ(document->buffers[0], (Bytes{std::byte{1}, std::byte{2}, std::byte{3}, std::byte{255}}));
+  EXPECT_EQ(*document->buffers[0], (Bytes{std::byte{1}, std::byte{2}, std::byte{3}, std::byte{255}}));
   EXPECT_SAYS(message_of_text(buffer("data:;base64,AQID", 4)), "byteLength says 4 bytes, its data has 3");
   EXPECT_SAYS(message_of_text(buffer("data:;base64,A*ID", 3)), "character 1 of its base64 text");
   EXPECT_SAYS(message_of_text(buffer("data:text,abc", 3)), "is not base64");

@@ -1,4 +1,6 @@
 // Which surfaces count as standing on others, and how charts are cut there.
+#include "common/contacts/contacts.h"
+
 #include "common/atlas/atlas.h"
 #include "tests/analytic/scene_maker.h"
 
@@ -136,6 +138,46 @@ TEST(Contacts, AForestOfWallsIsRefusedWithItsName) {
   EXPECT_EQ(atlas.of_instance(0).chart_count, 1u);
   ASSERT_FALSE(atlas.warnings.empty());
   EXPECT_NE(atlas.warnings.back().find("'mesh0'"), std::string::npos) << atlas.warnings.back();
+}
+
+// Copies of a room on one place: each floor has one line for a wall, not one for each copy of it.
+TEST(Contacts, CopiesOnOnePlaceMakeOneContactEach) {
+  const auto contacts_of_each = [](size_t copies) {
+    Floor f;
+    f.maker.quad({3.1f, -1, -1}, {0, 0, 10}, {0, 3, 0}, f.white);
+    f.maker.quad({0, 0, 5.3f}, {3.1f, 0, 0}, {0, 3, 0}, f.white);
+    const std::vector<Instance> room = f.maker.scene().instances;
+    for (size_t i = 1; i < copies; ++i)
+      f.maker.scene().instances.insert(f.maker.scene().instances.end(), room.begin(), room.end());
+    const std::vector<double> texel(room.size() * copies, kTexel);
+    const Contacts contacts = ContactFinder(f.maker.scene(), texel, 2).find();
+    EXPECT_FALSE(contacts.given_up);
+    for (size_t i = 0; i < contacts.of_instance.size(); ++i)
+      EXPECT_EQ(contacts.of_instance[i].size(), contacts.of_instance[i % room.size()].size()) << i;
+    EXPECT_EQ(f.charts(), 3u);
+    return contacts.of_instance[0].size();
+  };
+  const size_t one = contacts_of_each(1);
+  EXPECT_GE(one, 4u);
+  EXPECT_EQ(contacts_of_each(2), one);
+  EXPECT_EQ(contacts_of_each(400), one);
+}
+
+// Copies that are a hair apart lie in each other's reach all the same: a count, not a time, ends that.
+TEST(Contacts, TooManyPairsAreGivenUp) {
+  Floor f;
+  for (int i = 0; i < 400; ++i)
+    f.maker.quad({3.1f + 1e-5f * static_cast<float>(i), -1, -1}, {0, 0, 10}, {0, 3, 0}, f.white);
+  const std::vector<double> texel(f.maker.scene().instances.size(), kTexel);
+  for (const unsigned threads : {1u, 2u}) {
+    const ContactFinder finder(f.maker.scene(), texel, threads);
+    const Contacts none = finder.find({}, 0);
+    EXPECT_TRUE(none.given_up);
+    EXPECT_TRUE(none.lines.empty());
+    const Contacts all = finder.find();
+    EXPECT_FALSE(all.given_up);
+    EXPECT_FALSE(all.lines.empty());
+  }
 }
 
 }  // namespace

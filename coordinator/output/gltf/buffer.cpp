@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string_view>
@@ -125,10 +126,13 @@ tl::unexpected<Error> lost(std::string what) {
 Expected<GltfBuffer> GltfBuffer::merge(Json& doc, const GltfDocument& document) {
   GltfBuffer b;
   std::vector<size_t> begin;
-  for (const Bytes& bytes : document.buffers) {
-    b.bytes_.resize((b.bytes_.size() + 15) & ~size_t{15});
-    begin.push_back(b.bytes_.size());
-    b.bytes_.insert(b.bytes_.end(), bytes.begin(), bytes.end());
+  std::map<const Bytes*, size_t> known;  // buffers of one file share its bytes
+  for (const auto& bytes : document.buffers) {
+    const auto [at, is_new] = known.try_emplace(bytes.get(), (b.bytes_.size() + 15) & ~size_t{15});
+    begin.push_back(at->second);
+    if (!is_new) continue;
+    b.bytes_.resize(at->second);
+    b.bytes_.insert(b.bytes_.end(), bytes->begin(), bytes->end());
   }
   if (doc.contains("bufferViews"))
     for (Json& view : doc["bufferViews"]) {

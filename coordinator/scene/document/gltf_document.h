@@ -3,11 +3,13 @@
 #pragma once
 
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "common/base/bytes.h"
 #include "common/base/status.h"
+#include "coordinator/scene/document/budget.h"
 
 namespace kiln {
 
@@ -24,12 +26,15 @@ struct GltfDocument {
   std::string structure;       // the same without "buffers" and "images", so that parsing it loads no files
   std::vector<std::string> extensions_used, extensions_required;
   std::vector<GltfImage> images;
-  std::vector<Bytes> buffers;  // by index of "buffers", each at least byteLength long; empty: a fallback
-                               // buffer of EXT_meshopt_compression, which has no data by design
+  // By index of "buffers", each at least byteLength long; those that name one file share its bytes. Empty: a
+  // fallback buffer of EXT_meshopt_compression, which has no data by design.
+  std::vector<std::shared_ptr<const Bytes>> buffers;
+  std::shared_ptr<ImportBudget> budget;  // what the import of this file may still take; never null once read
 };
 
 // Reads .gltf (external and data: buffers) or .glb. Errors (kInvalidInput) name the file and the element:
-// truncated or corrupt GLB, missing .bin, wrong lengths, JSON that does not parse.
+// truncated or corrupt GLB, missing .bin, wrong lengths, JSON that does not parse, more than its budget
+// allows.
 Expected<GltfDocument> read_gltf_document(const std::filesystem::path& path);
 
 // One binary glTF file of a JSON text and a single buffer.

@@ -93,7 +93,7 @@ Expected<Bytes> read_uri(const fs::path& folder, const std::string& uri) {
   if (uri.starts_with("data:")) return decode_data_uri(uri);
   KILN_TRY(const fs::path path, resolve_uri(folder, uri));
   std::error_code code;
-  if (!fs::is_regular_file(path, code)) return bad(text("missing file {}", shortened(uri)));
+  if (!fs::exists(path, code)) return bad(text("missing file {}", shortened(uri)));
   return read_file(path);
 }
 

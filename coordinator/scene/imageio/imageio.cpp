@@ -19,6 +19,8 @@ namespace {
 
 constexpr uint32_t kMaxSide = 16384;
 constexpr uint64_t kMaxDecodedBytes = uint64_t{1} << 30;
+// A megabyte of PNG can hold a gigabyte of one colour.
+constexpr uint64_t kAnyColours = uint64_t{256} << 20, kAnyRadiance = uint64_t{512} << 20, kTimesTheFile = 64;
 constexpr uint64_t kMaxFileBytes = uint64_t{1} << 32;
 
 tl::unexpected<Error> bad(const std::string& name, const std::string& what) {
@@ -67,6 +69,23 @@ struct OpenImage {
   OpenImage(OpenImage&&) = default;
 };
 
+Status check_size(const OIIO::ImageSpec& spec, size_t channel_bytes, size_t file_bytes,
+                  const std::string& name) {
+  if (spec.width < 1 || spec.height < 1 || spec.depth > 1 || spec.nchannels < 1)
+    return bad(name, text("it has {} x {} texels of {} channels", spec.width, spec.height, spec.nchannels));
+  const auto width = static_cast<uint64_t>(spec.width), height = static_cast<uint64_t>(spec.height);
+  const uint64_t bytes = width * height * static_cast<uint64_t>(spec.nchannels) * channel_bytes;
+  if (width > kMaxSide || height > kMaxSide || bytes > kMaxDecodedBytes)
+    return bad(name, text("{} x {} texels are more than the limits (16384 a side, 1 GiB)", width, height));
+  const uint64_t any = channel_bytes == 1 ? kAnyColours : kAnyRadiance;
+  if (bytes > any + kTimesTheFile * file_bytes)
+    return bad(name,
+               text("{} x {} texels would take {} MiB, more than a file of {} KiB may take ({} MiB and {} "
+                    "times its size): scale it down",
+                    width, height, bytes >> 20, (file_bytes >> 10) + 1, any >> 20, kTimesTheFile));
+  return {};
+}
+
 Expected<OpenImage> open_image(std::span<const std::byte> file, const std::string& name,
                                size_t channel_bytes) {
   set_up_library();
@@ -85,24 +104,20 @@ Expected<OpenImage> open_image(std::span<const std::byte> file, const std::strin
   config["oiio:UnassociatedAlpha"] = 1;  // glTF's alpha is not premultiplied
   if (!image.input->open(std::string("image.") + format, spec, config))
     return bad(name, text("it does not decode: {}", last_line(image.input->geterror())));
-  if (spec.width < 1 || spec.height < 1 || spec.depth > 1 || spec.nchannels < 1)
-    return bad(name, text("it has {} x {} texels of {} channels", spec.width, spec.height, spec.nchannels));
+  KILN_TRY_STATUS(check_size(spec, channel_bytes, file.size(), name));
   image.width = static_cast<uint32_t>(spec.width);
   image.height = static_cast<uint32_t>(spec.height);
   image.channels = std::min(4u, static_cast<uint32_t>(spec.nchannels));
-  if (image.width > kMaxSide || image.height > kMaxSide ||
-      uint64_t{image.width} * image.height * spec.nchannels * channel_bytes > kMaxDecodedBytes)
-    return bad(name, text("{} x {} texels are more than the limits (16384 a side, 1 GiB)", image.width,
-                          image.height));
   return image;
 }
 
+// Every channel of every texel as a T.
 template <class T>
-Expected<std::vector<T>> read_texels(OpenImage& image, OIIO::TypeDesc type, const std::string& name) {
-  std::vector<T> texels(size_t{image.width} * image.height * image.channels);
+Status read_texels(OpenImage& image, OIIO::TypeDesc type, const std::string& name, std::span<T> texels) {
+  KILN_CHECK(texels.size() == size_t{image.width} * image.height * image.channels);
   if (!image.input->read_image(0, 0, 0, static_cast<int>(image.channels), type, texels.data()))
     return bad(name, text("it does not decode: {}", last_line(image.input->geterror())));
-  return texels;
+  return {};
 }
 
 Status check_radiance(const std::vector<float>& rgb, uint32_t width, const std::string& name) {
@@ -118,16 +133,18 @@ Status check_radiance(const std::vector<float>& rgb, uint32_t width, const std::
 
 }  // namespace
 
-Expected<Texture> decode_image(std::span<const std::byte> file, const std::string& name) {
+Expected<Texture> decode_image(std::span<const std::byte> file, const std::string& name,
+                               MemoryGate::Hold* hold) {
   KILN_TRY(OpenImage image, open_image(file, name, 1));
-  KILN_TRY(const std::vector<uint8_t> texels, read_texels<uint8_t>(image, OIIO::TypeDesc::UINT8, name));
   Texture texture;
   texture.name = name;
   texture.width = image.width;
   texture.height = image.height;
   texture.channels = image.channels;
-  texture.texels.resize(texels.size());
-  std::memcpy(texture.texels.data(), texels.data(), texels.size());
+  const size_t bytes = size_t{image.width} * image.height * image.channels;
+  if (hold) hold->take(2 * bytes);
+  texture.texels.resize(bytes);
+  KILN_TRY_STATUS(read_texels<std::byte>(image, OIIO::TypeDesc::UINT8, name, texture.texels));
   return texture;
 }
 
@@ -135,7 +152,8 @@ Expected<Texture> read_environment(const std::filesystem::path& path) {
   const std::string name = path.string();
   KILN_TRY(const Bytes file, read_file(path, kMaxFileBytes));
   KILN_TRY(OpenImage image, open_image(file, name, 4));
-  KILN_TRY(const std::vector<float> texels, read_texels<float>(image, OIIO::TypeDesc::FLOAT, name));
+  std::vector<float> texels(size_t{image.width} * image.height * image.channels);
+  KILN_TRY_STATUS(read_texels<float>(image, OIIO::TypeDesc::FLOAT, name, texels));
   const std::string_view format = format_of(file);
   const bool coded = format != "hdr" && format != "openexr";
   const uint32_t colours = image.channels >= 3 ? 3 : 1;

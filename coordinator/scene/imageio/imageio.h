@@ -8,15 +8,20 @@
 #include "common/base/bytes.h"
 #include "common/base/status.h"
 #include "common/image/image.h"
+#include "coordinator/scene/imageio/memory_gate.h"
 
 namespace kiln {
 
 // Decodes an 8- or 16-bit colour image (PNG, JPEG, ...) to kUnorm8, 1 to 4 channels. `name` is for
-// messages. Images above 16384 texels a side or 1 GiB decoded are refused before they are decoded.
-Expected<Texture> decode_image(std::span<const std::byte> file, const std::string& name);
+// messages. Refused before they are decoded: images above 16384 texels a side, above 1 GiB, or above 256 MiB
+// and 64 times the file, which only a picture of next to nothing is. `hold` takes memory for the texels and a
+// copy.
+Expected<Texture> decode_image(std::span<const std::byte> file, const std::string& name,
+                               MemoryGate::Hold* hold = nullptr);
 
 // Reads an equirectangular HDR or EXR (or any image) as kFloat32 RGB, in the file's own unit, linear.
-// Errors (kInvalidInput) name the file and the first texel that is NaN, infinite or negative.
+// Up to 1 GiB, and 512 MiB and 64 times the file. Errors (kInvalidInput) name the file and the first texel
+// that is NaN, infinite or negative.
 Expected<Texture> read_environment(const std::filesystem::path& path);
 
 // Writes 8-bit RGB (3 bytes a texel, row 0 on top) as PNG, by rename.

@@ -9,9 +9,6 @@
 namespace kiln {
 namespace {
 
-// Accessors without a buffer view are zeros by the specification; nothing in the file bounds their count.
-constexpr size_t kMaxZeros = size_t{1} << 24;
-
 template <class T>
 T load(const std::byte* p) {
   T value;
@@ -129,7 +126,7 @@ Expected<std::span<const std::byte>> view_bytes(const ImportContext& context, in
   if (view.buffer < 0 || static_cast<size_t>(view.buffer) >= buffers.size())
     return context.bad(
         text("buffer view {}: buffer {} does not exist, there are {}", index, view.buffer, buffers.size()));
-  const Bytes& buffer = buffers[static_cast<size_t>(view.buffer)];
+  const Bytes& buffer = *buffers[static_cast<size_t>(view.buffer)];
   if (buffer.empty() && view.compressed)
     return context.bad(text(
         "buffer view {}: EXT_meshopt_compression is not supported and its fallback buffer is empty", index));
@@ -145,8 +142,9 @@ Expected<FloatArray> read_floats(const ImportContext& context, int accessor) {
   FloatArray out;
   out.components = a.components;
   if (a.buffer_view < 0) {
-    if (a.count > kMaxZeros)
-      return context.bad(text("{}: {} elements without a buffer view are too many", source.who, a.count));
+    // Zeros by the specification: nothing in the file bounds their count.
+    KILN_TRY_STATUS(context.document.budget->take(a.count * a.components * sizeof(float),
+                                                  "accessors without a buffer view"));
     out.values.assign(a.count * a.components, 0.0f);
   } else {
     KILN_TRY(const Elements elements, locate(context, source.who, a.buffer_view,

@@ -146,6 +146,7 @@ Expected<std::vector<PlacedLight>> read_area_lights(const ImportContext& context
     const GltfValue* light = kiln ? kiln->find("light") : nullptr;
     if (!light) continue;
     KILN_TRY(Record record, AreaLightReader(context, at, *light).read());
+    KILN_TRY_STATUS(take_light(context, record));
     lights.push_back({at.node, std::move(record)});
   }
   return lights;

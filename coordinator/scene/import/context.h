@@ -23,7 +23,7 @@ struct ImportContext {
 using ImportNotes = std::vector<ImportNote>;
 void add_note(ImportNotes& notes, ImportNote::Kind kind, std::string what);
 
-// "mesh 3 'wall'": how messages name an element.
+// "mesh 3 'wall'": how messages name an element. The end of a long name is left out.
 std::string element(const char* kind, size_t index, const std::string& name);
 
 // Collects the elements to which one finding applies and writes one sentence:

@@ -7,13 +7,18 @@
 
 namespace kiln {
 
-Status check_extent(const ImportContext& context, const MeshPlace& place, const Mesh& mesh) {
-  constexpr double kFarthest = 1e15;
-  DVec3 low(mesh.positions[0]), high = low;
+MeshBounds::MeshBounds(const Mesh& mesh) {
+  if (!mesh.positions.empty()) low = high = DVec3(mesh.positions[0]);
   for (const Vec3& p : mesh.positions) {
     low = glm::min(low, DVec3(p));
     high = glm::max(high, DVec3(p));
   }
+}
+
+Status check_extent(const ImportContext& context, const MeshPlace& place, const Mesh& mesh,
+                    const MeshBounds& bounds) {
+  constexpr double kFarthest = 1e15;
+  const auto& [low, high] = bounds;
   for (int corner = 0; corner < 8; ++corner) {
     const DVec3 at = place.to_world.point(
         {corner & 1 ? high.x : low.x, corner & 2 ? high.y : low.y, corner & 4 ? high.z : low.z});
@@ -22,6 +27,13 @@ Status check_extent(const ImportContext& context, const MeshPlace& place, const 
                               node_name(context, place.node), mesh.name, kFarthest));
   }
   return {};
+}
+
+Status take_instance(const ImportContext& context, const MeshPlace& place, const Mesh& mesh) {
+  constexpr uint64_t kInstance = 512, kTriangle = 160;  // in the layout and the plan, measured
+  return context.document.budget->take(
+      kInstance + 2 * context.model.nodes[place.node].name.size() + kTriangle * mesh.triangles.size(),
+      "its objects, counted wherever they stand,");
 }
 
 Instance instance_of(const ImportContext& context, const MeshPlace& place, uint32_t primitive,
@@ -67,11 +79,16 @@ Expected<Display> read_display(const ImportContext& context, const Levels& level
       }
   }
   KILN_TRY(std::vector<PrimitiveResult> primitives, read_primitives(context, requests));
-  for (PrimitiveResult& p : primitives) display.meshes.push_back(std::move(p.mesh));
+  std::vector<MeshBounds> bounds;
+  for (PrimitiveResult& p : primitives) {
+    bounds.emplace_back(p.mesh);
+    display.meshes.push_back(std::move(p.mesh));
+  }
   for (const Use& use : uses) {
     const Mesh& mesh = display.meshes[use.request];
     if (mesh.triangles.empty()) continue;
-    KILN_TRY_STATUS(check_extent(context, use.place, mesh));
+    KILN_TRY_STATUS(check_extent(context, use.place, mesh, bounds[use.request]));
+    KILN_TRY_STATUS(take_instance(context, use.place, mesh));
     if (display.sets[use.set].sources.empty())
       return context.bad(text("{}: there is no triangle to bake in its {}", display.sets[use.set].name,
                               display.sets[use.set].baked));

@@ -87,6 +87,9 @@ Expected<CubeFace> read_face(const ImportContext& context, int image) {
   if (decoded.width != decoded.height)
     return context.bad(text("{}: {} x {} texels are not a cube's face", image_name(context, image),
                             decoded.width, decoded.height));
+  if (decoded.width > kMaxFace)
+    return context.bad(text("{}: {} texels a side; a cube's faces of up to {} are read",
+                            image_name(context, image), decoded.width, kMaxFace));
   CubeFace face;
   face.size = decoded.width;
   face.texels.resize(size_t{face.size} * face.size);
@@ -108,9 +111,9 @@ Expected<std::array<CubeFace, 6>> read_faces(const ImportContext& context, const
   for (size_t i = 0; i < 6; ++i) {
     const double image = (*images)[i];
     KILN_TRY(faces[i], read_face(context, image >= 0 && image < 1e9 ? static_cast<int>(image) : -1));
-    if (faces[i].size != faces[0].size || faces[i].size > kMaxFace)
-      return context.bad(text("the cube's faces have {} and {} texels a side (equal sizes up to {} are read)",
-                              faces[0].size, faces[i].size, kMaxFace));
+    if (faces[i].size != faces[0].size)
+      return context.bad(text("the cube's faces have {} and {} texels a side, which must be equal",
+                              faces[0].size, faces[i].size));
   }
   return faces;
 }

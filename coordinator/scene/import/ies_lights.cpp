@@ -55,6 +55,8 @@ Expected<Profile> read_profile(const ImportContext& context, const GltfValue& li
   out.table = std::move(*table);
   if (out.table.tilted)
     add_note(notes, Kind::kApproximated, text("{}: its factors for tilted lamps are not used", who));
+  KILN_TRY_STATUS(
+      context.document.budget->take(out.table.candela.size() * sizeof(float), "its IES profiles"));
   Texture candela;
   candela.name = who;
   candela.width = static_cast<uint32_t>(out.table.vertical.size());
@@ -126,6 +128,7 @@ Expected<std::vector<PlacedLight>> read_ies_lights(const ImportContext& context,
       KILN_TRY(profiles[index], read_profile(context, lights->items[slot], slot, textures, notes));
     }
     KILN_TRY(Record record, make_record(context, at, use->second, lights->items[slot], profiles[index]));
+    KILN_TRY_STATUS(take_light(context, record));
     if (rigid_part(at.to_world, record.to_world))
       placed.push_back({at.node, std::move(record)});
     else

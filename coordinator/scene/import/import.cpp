@@ -61,34 +61,39 @@ Expected<Used> find_used(const ImportContext& context, const std::vector<MeshPla
   return used;
 }
 
-void read_materials(const ImportContext& context, Used& used, Scene& scene, ImportNotes& notes) {
+Status read_materials(const ImportContext& context, Used& used, Scene& scene, ImportNotes& notes) {
   TextureSet textures;
   for (const int material : used.materials)
     scene.materials.push_back(read_material(context, material, textures, notes));
-  scene.textures = textures.decode(context, notes);
+  KILN_TRY(scene.textures, textures.decode(context, notes));
   for (Record& material : scene.materials) resolve_textures(material, textures);
   for (PrimitiveRequest& request : used.primitives) {
     const int material = context.model.meshes[request.mesh].primitives[request.primitive].material;
     request.keep_uv0 = uses_uv_set(scene.materials[used.material_slot.at(material)], 0);
   }
+  return {};
 }
 
 Status place_instances(const ImportContext& context, const std::vector<MeshPlace>& places, const Used& used,
                        std::vector<PrimitiveResult> primitives, Scene& scene,
                        std::vector<uint32_t>& group_of_instance) {
   std::vector<int64_t> mesh_of(primitives.size(), -1);
+  std::vector<MeshBounds> bounds;
   for (size_t i = 0; i < primitives.size(); ++i) {
     if (primitives[i].mesh.triangles.empty()) continue;
     mesh_of[i] = static_cast<int64_t>(scene.meshes.size());
+    bounds.emplace_back(primitives[i].mesh);
     scene.meshes.push_back(std::move(primitives[i].mesh));
   }
   for (const MeshPlace& place : places) {
     const auto& file_primitives = context.model.meshes[place.mesh].primitives;
     for (uint32_t p = 0; p < file_primitives.size(); ++p) {
-      const int64_t mesh = mesh_of[used.primitive_slot.at({place.mesh, p})];
-      if (mesh < 0) continue;
-      KILN_TRY_STATUS(check_extent(context, place, scene.meshes[static_cast<size_t>(mesh)]));
-      scene.instances.push_back(instance_of(context, place, p, static_cast<uint32_t>(mesh)));
+      const int64_t found = mesh_of[used.primitive_slot.at({place.mesh, p})];
+      if (found < 0) continue;
+      const auto mesh = static_cast<uint32_t>(found);
+      KILN_TRY_STATUS(check_extent(context, place, scene.meshes[mesh], bounds[mesh]));
+      KILN_TRY_STATUS(take_instance(context, place, scene.meshes[mesh]));
+      scene.instances.push_back(instance_of(context, place, p, mesh));
       scene.instances.back().material = used.material_slot.at(file_primitives[p].material);
       group_of_instance.push_back(place.group);
     }
@@ -141,7 +146,9 @@ Status read_all_lights(const ImportContext& context, const std::vector<PlacedNod
 }
 
 // Cameras serve as viewpoints of previews and may control density.
-void read_cameras(const ImportContext& context, const std::vector<PlacedNode>& nodes, ImportResult& result) {
+Status read_cameras(const ImportContext& context, const std::vector<PlacedNode>& nodes,
+                    ImportResult& result) {
+  constexpr uint64_t kCamera = 256;
   for (const PlacedNode& at : nodes) {
     const int index = context.model.nodes[at.node].camera;
     if (index < 0 || static_cast<size_t>(index) >= context.model.cameras.size()) continue;
@@ -155,8 +162,10 @@ void read_cameras(const ImportContext& context, const std::vector<PlacedNode>& n
     if (file.aspect >= 1e-2 && file.aspect <= 1e2) viewpoint.aspect = static_cast<float>(file.aspect);
     result.density.cameras.push_back(viewpoint);
     if (camera.name.empty()) camera.name = text("camera {}", index);
+    KILN_TRY_STATUS(context.document.budget->take(kCamera + camera.name.size(), "its cameras"));
     result.cameras.push_back(std::move(camera));
   }
+  return {};
 }
 
 }  // namespace
@@ -183,7 +192,7 @@ Expected<ImportResult> import_scene(const std::filesystem::path& path, const Bak
     places.insert(places.end(), some.begin(), some.end());
   }
   KILN_TRY(Used used, find_used(context, places));
-  read_materials(context, used, scene, result.notes);
+  KILN_TRY_STATUS(read_materials(context, used, scene, result.notes));
   KILN_TRY(std::vector<PrimitiveResult> primitives, read_primitives(context, used.primitives));
   note_primitives(context, used.primitives, primitives, result.notes);
   std::vector<uint32_t> group_of_instance;
@@ -195,7 +204,7 @@ Expected<ImportResult> import_scene(const std::filesystem::path& path, const Bak
   reduce_to_density(scene, settings, most_density_factor(result.density, settings), result.notes);
   KILN_TRY_STATUS(read_all_lights(context, nodes, scene, result.display, result.notes));
   warn_of_lumens(context, scene, result.notes);
-  read_cameras(context, nodes, result);
+  KILN_TRY_STATUS(read_cameras(context, nodes, result));
   if (auto checked = check_scene(scene); !checked) return context.bad(checked.error().message);
   return result;
 }

@@ -87,6 +87,8 @@ Expected<std::vector<MeshPlace>> place_meshes(const ImportContext& context,
       continue;
     }
     KILN_TRY(const InstanceArrays arrays, read_arrays(context, at.node, extension->second));
+    KILN_TRY_STATUS(context.document.budget->take(arrays.count * 2 * sizeof(MeshPlace),
+                                                  "the places of EXT_mesh_gpu_instancing"));
     for (size_t i = 0; i < arrays.count; ++i)
       KILN_TRY_STATUS(place(at.node, mesh, at.to_world * instance_transform(arrays, i)));
   }

@@ -3,6 +3,7 @@
 #include "coordinator/scene/import/levels.h"
 
 #include <algorithm>
+#include <map>
 
 #include "common/base/format.h"
 
@@ -30,6 +31,8 @@ class LevelReader {
     const size_t count = context_.model.nodes.size();
     level_of_.assign(count, kNone), proxy_of_.assign(count, kNone), set_of_.assign(count, kNone);
     for (uint32_t node = 0; node < count; ++node) KILN_TRY_STATUS(read_request(node));
+    is_root_.assign(count, false);
+    for (const uint32_t root : tree_.roots) is_root_[root] = true;
     for (uint32_t set = 0; set < requests_.size(); ++set) KILN_TRY_STATUS(claim(set));
     KILN_TRY_STATUS(check_nesting());
     out_.baked.emplace_back();
@@ -65,8 +68,10 @@ class LevelReader {
   ImportNotes& notes_;
   NodeTree tree_;
   std::vector<Request> requests_;
+  std::map<std::string_view, std::vector<uint32_t>> named_;  // the first two nodes of a name, once asked for
   std::vector<uint32_t> set_of_, level_of_,
       proxy_of_;                              // by node: set, or kNone; of a lower level; of a proxy
+  std::vector<bool> is_root_;                 // by node
   std::vector<std::optional<Affine>> at_;     // by node: transform above a proxy placed in the scene
   std::vector<std::optional<Affine>> above_;  // by set: transform above its node, if placed
   std::vector<uint32_t> role_at_or_above_;    // by node: node, or kNone
@@ -78,17 +83,16 @@ class LevelReader {
 Expected<uint32_t> LevelReader::read_proxy(uint32_t node, const GltfValue& value) {
   const auto& nodes = context_.model.nodes;
   if (value.kind == GltfValue::Kind::kWord) {
-    uint32_t found = kNone;
-    for (uint32_t i = 0; i < nodes.size(); ++i) {
-      if (nodes[i].name != value.word) continue;
-      if (found != kNone)
-        return bad(text("{}: extras.kiln.proxy is '{}', which {} and {} are called: give an index",
-                        name(node), value.word, name(found), name(i)));
-      found = i;
-    }
-    if (found == kNone)
+    if (named_.empty())
+      for (uint32_t i = 0; i < nodes.size(); ++i)
+        if (std::vector<uint32_t>& same = named_[nodes[i].name]; same.size() < 2) same.push_back(i);
+    const auto found = named_.find(value.word);
+    if (found == named_.end())
       return bad(text("{}: extras.kiln.proxy is '{}', and no node is called so", name(node), value.word));
-    return found;
+    if (found->second.size() > 1)
+      return bad(text("{}: extras.kiln.proxy is '{}', which {} and {} are called: give an index", name(node),
+                      value.word, name(found->second[0]), name(found->second[1])));
+    return found->second[0];
   }
   const double n = value.kind == GltfValue::Kind::kNumber ? value.number : -1;
   if (!(n >= 0 && n < static_cast<double>(nodes.size()) && n == std::floor(n)))
@@ -154,8 +158,7 @@ Status LevelReader::claim(uint32_t set) {
     level_of_[level] = set;
     // It replaces its node: if also placed elsewhere, it would be drawn twice.
     const int parent = tree_.parent[level];
-    const bool is_root = !context_.model.scenes.empty() &&
-                         std::find(tree_.roots.begin(), tree_.roots.end(), level) != tree_.roots.end();
+    const bool is_root = !context_.model.scenes.empty() && is_root_[level];
     if (parent != tree_.parent[r.node] && (parent != NodeTree::kNone || is_root))
       return bad(text("{} is a level of {} and is placed elsewhere: it must have the same parent or none",
                       name(level), name(r.node)));
@@ -215,11 +218,15 @@ Status LevelReader::walk_scene(uint32_t root) {
 }
 
 Status LevelReader::place_below(uint32_t root, const Affine& above, std::vector<PlacedNode>& out) {
-  return walk_nodes(context_, root, above, [&](const PlacedNode& at, const Affine&) {
+  const size_t before = out.size();
+  KILN_TRY_STATUS(walk_nodes(context_, root, above, [&](const PlacedNode& at, const Affine&) {
     if (at.node != root && proxy_of_[at.node] != kNone) return false;
     out.push_back(at);
     return true;
-  });
+  }));
+  // A proxy that stands nowhere is placed once for each of its nodes.
+  return context_.document.budget->take((out.size() - before) * 2 * sizeof(PlacedNode),
+                                        "its levels of detail");
 }
 
 Status LevelReader::check_not_repeated(uint32_t set, const std::vector<PlacedNode>& nodes) {

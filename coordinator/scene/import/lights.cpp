@@ -69,6 +69,13 @@ Expected<std::string> bake_word(const ImportContext& context, const std::string&
   return bake->word;
 }
 
+Status take_light(const ImportContext& context, const Record& light) {
+  constexpr uint64_t kLight = 1024;
+  uint64_t bytes = kLight + 2 * light.name.size();
+  for (const Property& property : light.properties) bytes += property.numbers.size() * sizeof(double);
+  return context.document.budget->take(bytes, "its lights");
+}
+
 Expected<std::vector<PlacedLight>> read_lights(const ImportContext& context,
                                                const std::vector<PlacedNode>& nodes, ImportNotes& notes) {
   std::vector<PlacedLight> lights;
@@ -82,6 +89,7 @@ Expected<std::vector<PlacedLight>> read_lights(const ImportContext& context,
       return context.bad(text("{}: light {} does not exist, there are {}", node_name(context, at.node), index,
                               context.model.lights.size()));
     KILN_TRY(Record record, read_light(context, at.node, static_cast<size_t>(index), notes));
+    KILN_TRY_STATUS(take_light(context, record));
     const bool aimed = rigid_part(at.to_world, record.to_world);
     if (!aimed) record.to_world[3] = Vec3(at.to_world.origin);
     if (is_dark(record))

@@ -17,6 +17,9 @@ struct PlacedLight {
 Expected<std::vector<PlacedLight>> read_lights(const ImportContext& context,
                                                const std::vector<PlacedNode>& nodes, ImportNotes& notes);
 
+// Counts a light of the file towards the import's memory: one profile may be named by a million lamps.
+Status take_light(const ImportContext& context, const Record& light);
+
 // The suns of the settings: -z of to_world points from the light to the scene.
 std::vector<Record> sun_lights(const BakeSettings& settings);
 

@@ -160,12 +160,28 @@ Expected<PrimitiveResult> read_primitive(const ImportContext& context, const Pri
   return result;
 }
 
+uint64_t bytes_of(const Mesh& mesh) {
+  return mesh.positions.size() * sizeof(Vec3) + mesh.normals.size() * sizeof(Vec3) +
+         (mesh.uv[0].size() + mesh.uv[1].size()) * sizeof(Vec2) + mesh.colors.size() * sizeof(Vec4) +
+         mesh.triangles.size() * (sizeof(UVec3) + sizeof(uint32_t)) + mesh.name.size();
+}
+
+Status take_meshes(const ImportContext& context, uint64_t bytes) {
+  return context.document.budget->take(bytes, "its meshes");
+}
+
 }  // namespace
 
 Expected<std::vector<PrimitiveResult>> read_primitives(const ImportContext& context,
                                                        const std::vector<PrimitiveRequest>& requests) {
   std::vector<Expected<PrimitiveResult>> read(requests.size());
-  parallel_for(requests.size(), [&](size_t i) { read[i] = read_primitive(context, requests[i]); });
+  parallel_for(requests.size(), [&](size_t i) {
+    if (context.document.budget->is_spent()) return;
+    read[i] = read_primitive(context, requests[i]);
+    // What is kept of it; what it took while it was read is bounded by the file.
+    if (read[i]) static_cast<void>(take_meshes(context, bytes_of(read[i]->mesh)));
+  });
+  KILN_TRY_STATUS(take_meshes(context, 0));  // one refusal, whichever thread met it
   std::vector<PrimitiveResult> results;
   for (auto& one : read) {
     if (!one) return tl::unexpected<Error>(std::move(one).error());

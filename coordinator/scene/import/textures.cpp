@@ -15,6 +15,7 @@ namespace {
 // Diffuse transport averages over metres, so finer texels only cost memory; an alpha mask cuts visible shadow
 // shapes, so it keeps more.
 constexpr uint32_t kMaxSide = 1024, kMaxMaskSide = 2048;
+constexpr uint64_t kDecodedAtOnce = uint64_t{512} << 20;  // bytes, by all threads
 
 // The alpha channel, or 1 if there is none.
 Texture only_alpha(const Texture& in) {
@@ -61,12 +62,16 @@ int source_of(const GltfTexture& texture) {
   return other >= 0 ? other : texture.source;
 }
 
+Status take_textures(const ImportContext& context, uint64_t bytes) {
+  return context.document.budget->take(bytes, "the textures of its materials");
+}
+
 struct Decoded {
   Texture texture;
   bool reduced = false;
 };
 
-Expected<Decoded> decode_one(const ImportContext& context, const TextureRequest& request) {
+Expected<Decoded> decode_one(const ImportContext& context, const TextureRequest& request, MemoryGate& gate) {
   const GltfModel& model = context.model;
   if (request.texture < 0 || static_cast<size_t>(request.texture) >= model.textures.size())
     return context.bad(
@@ -77,8 +82,10 @@ Expected<Decoded> decode_one(const ImportContext& context, const TextureRequest&
     return context.bad(text("{} has no image in a format that is supported",
                             element("texture", static_cast<size_t>(request.texture), file_texture.name)));
   KILN_TRY(const Bytes bytes, read_image_bytes(context, source));
+  MemoryGate::Hold hold(gate);
   KILN_TRY(Texture texture,
-           decode_image(bytes, text("{}: {}", context.document.path.string(), image_name(context, source))));
+           decode_image(bytes, text("{}: {}", context.document.path.string(), image_name(context, source)),
+                        &hold));
   const auto& image = context.document.images[static_cast<size_t>(source)];
   texture.name = !image.name.empty() ? image.name : text("image {}", source);
   if (file_texture.sampler >= 0 && static_cast<size_t>(file_texture.sampler) < model.samplers.size()) {
@@ -92,7 +99,9 @@ Expected<Decoded> decode_one(const ImportContext& context, const TextureRequest&
   const bool reduced = std::max(texture.width, texture.height) > limit;
   if (request.role == TextureRequest::Role::kAlpha) texture = only_alpha(texture);
   const uint32_t channels = channels_of(request, texture);
-  return Decoded{reduce_texture(with_channels(std::move(texture), channels), limit), reduced};
+  Decoded out{reduce_texture(with_channels(std::move(texture), channels), limit), reduced};
+  KILN_TRY_STATUS(take_textures(context, out.texture.texels.size()));
+  return out;
 }
 
 }  // namespace
@@ -119,15 +128,18 @@ Expected<Bytes> read_image_bytes(const ImportContext& context, int image) {
 }
 
 int32_t TextureSet::add(const TextureRequest& request) {
-  const auto found = std::find(requests_.begin(), requests_.end(), request);
-  if (found != requests_.end()) return static_cast<int32_t>(found - requests_.begin());
-  requests_.push_back(request);
-  return static_cast<int32_t>(requests_.size() - 1);
+  const auto [slot, is_new] = slots_.try_emplace(request, static_cast<int32_t>(requests_.size()));
+  if (is_new) requests_.push_back(request);
+  return slot->second;
 }
 
-std::vector<Texture> TextureSet::decode(const ImportContext& context, ImportNotes& notes) {
+Expected<std::vector<Texture>> TextureSet::decode(const ImportContext& context, ImportNotes& notes) {
   std::vector<Expected<Decoded>> decoded(requests_.size());
-  parallel_for(requests_.size(), [&](size_t i) { decoded[i] = decode_one(context, requests_[i]); });
+  MemoryGate gate(kDecodedAtOnce);
+  parallel_for(requests_.size(), [&](size_t i) {
+    if (!context.document.budget->is_spent()) decoded[i] = decode_one(context, requests_[i], gate);
+  });
+  KILN_TRY_STATUS(take_textures(context, 0));  // one refusal, whichever thread met it
   std::vector<Texture> textures;
   Finding reduced;
   index_.assign(requests_.size(), -1);

@@ -1,6 +1,7 @@
 // Textures used by materials: collected first, then decoded once each, in parallel.
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -21,13 +22,15 @@ class TextureSet {
  public:
   // A slot for the request; equal requests share one.
   int32_t add(const TextureRequest& request);
-  // Decodes all slots. A texture that is missing or broken is a warning and gets no index.
-  std::vector<Texture> decode(const ImportContext& context, ImportNotes& notes);
+  // Decodes all slots. A texture that is missing or broken is a warning and gets no index. Error: all of them
+  // together are more than the import's budget.
+  Expected<std::vector<Texture>> decode(const ImportContext& context, ImportNotes& notes);
   // After decode: the index into its result, or -1.
   int32_t index_of(int32_t slot) const { return index_[static_cast<size_t>(slot)]; }
 
  private:
   std::vector<TextureRequest> requests_;
+  std::map<TextureRequest, int32_t> slots_;
   std::vector<int32_t> index_;
 };
 
