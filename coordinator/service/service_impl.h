@@ -12,6 +12,7 @@
 
 #include "coordinator/farm/queue/blobs.h"
 #include "coordinator/run/bake_run.h"
+#include "coordinator/service/audit_log.h"
 #include "coordinator/service/durable_results.h"
 #include "coordinator/service/event_log.h"
 #include "coordinator/service/people.h"
@@ -46,6 +47,9 @@ class ServiceImpl final : public Service {
   const ServiceSettings& settings() const { return settings_; }
   bool stopping() const { return stopping_; }
   void note(JobId job, const std::string& text);
+  // The request has been carried out: who asked for what goes to the audit log.
+  void audit(const Caller& caller, const std::string& verb, const JsonValue& document,
+             const std::string& reply);
   void wake();  // makes the keeper look at the queue
   std::optional<BakeProgress> progress_of(JobId job) const;
   bool is_running(JobId job) const;
@@ -73,6 +77,7 @@ class ServiceImpl final : public Service {
   // service.cpp
   Status take_up_jobs();
   Status open_farm();
+  void write_audit(const std::string& line);
   // keeper.cpp
   void keep();
   void begin_jobs();
@@ -94,6 +99,7 @@ class ServiceImpl final : public Service {
   std::unique_ptr<Store> store_;
   std::unique_ptr<BlobStore> blobs_;
   std::unique_ptr<EventLog> events_;
+  std::unique_ptr<AuditLog> audit_;
   std::shared_ptr<DurableResultStore> results_;
   std::unique_ptr<TaskPool> pool_;
   std::unique_ptr<Farm> farm_;
