@@ -17,6 +17,7 @@ const char* access_name(Access access);
 struct Caller {
   std::string user;
   Access access = Access::kEnrol;
+  std::string peer{};  // "address:port"
 };
 
 // `tls`: the connection is encrypted. Then the token does not count, and a client without a

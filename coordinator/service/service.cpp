@@ -32,6 +32,7 @@ Status ServiceImpl::open() {
   KILN_TRY(blobs_, BlobStore::open(settings_.data / "blobs", {}));
   KILN_TRY(tokens_, service_tokens(settings_.data));
   if (settings_.authority.empty()) settings_.authority = settings_.data / "authority";
+  audit_ = std::make_unique<AuditLog>(fs::absolute(settings_.data) / "audit.jsonl");
   events_ = std::make_unique<EventLog>(store_->epoch());
   pool_ = std::make_unique<TaskPool>(kRequestThreads);
   start_clock();
@@ -89,8 +90,12 @@ Status ServiceImpl::open_farm() {
                               ClientLink& link) -> Expected<std::unique_ptr<ClientTalk>> {
     if (!open_ || stopping_)
       return fail(ErrorKind::kUnavailable, "the coordinator is starting or stopping: try again");
-    KILN_TRY(const Caller caller, recognise(hello, identity, settings_.farm.tls != nullptr, tokens_));
+    KILN_TRY(Caller caller, recognise(hello, identity, settings_.farm.tls != nullptr, tokens_));
+    caller.peer = link.peer();
     return std::unique_ptr<ClientTalk>(std::make_unique<ClientSession>(*this, caller, link));
+  };
+  farm.on_revoked = [this](const PeerIdentity& whose, const std::string& peer) {
+    pool_->give([this, line = revocation_line(unix_ms(), whose, peer)] { write_audit(line); });
   };
   KILN_TRY(farm_, Farm::start(farm, results_));
   for (const WorkerRecord& worker : store_->workers())
@@ -149,6 +154,19 @@ void ServiceImpl::note(JobId job, const std::string& what) {
   const int64_t now = now_ms();
   events_->add(now, job, what);
   if (job) store_->event(job, now, what);
+}
+
+void ServiceImpl::audit(const Caller& caller, const std::string& verb, const JsonValue& document,
+                        const std::string& reply) {
+  // A submission that misses files changes nothing yet.
+  if (verb == "submit" && reply.find("\"id\"") == reply.npos) return;
+  write_audit(audit_line(unix_ms(), caller, verb, document, reply));
+}
+
+void ServiceImpl::write_audit(const std::string& line) {
+  if (const Status s = audit_->append(line); !s)
+    log_error(text("a change is not in the audit log: {}; it was {}", s.error().message,
+                   std::string_view(line).substr(0, line.size() - 1)));
 }
 
 void ServiceImpl::wake() {

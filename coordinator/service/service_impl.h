@@ -13,6 +13,7 @@
 #include "coordinator/farm/queue/blobs.h"
 #include "coordinator/farm/queue/observed_time.h"
 #include "coordinator/run/bake_run.h"
+#include "coordinator/service/audit_log.h"
 #include "coordinator/service/durable_results.h"
 #include "coordinator/service/event_log.h"
 #include "coordinator/service/people.h"
@@ -49,7 +50,10 @@ class ServiceImpl final : public Service {
   void note(JobId job, const std::string& text);
   int64_t now_ms() const;           // for records, Unix ms
   std::string clock_doubt() const;  // why nothing is collected; empty: the clock is believed
-  void wake();                      // makes the keeper look at the queue
+  // The request has been carried out: who asked for what goes to the audit log.
+  void audit(const Caller& caller, const std::string& verb, const JsonValue& document,
+             const std::string& reply);
+  void wake();  // makes the keeper look at the queue
   std::optional<BakeProgress> progress_of(JobId job) const;
   bool is_running(JobId job) const;
   // Changes the record and, if the job is active, the running job.
@@ -83,6 +87,7 @@ class ServiceImpl final : public Service {
   // service.cpp
   Status take_up_jobs();
   Status open_farm();
+  void write_audit(const std::string& line);
   // keeper.cpp
   void keep();
   void begin_jobs();
@@ -112,6 +117,7 @@ class ServiceImpl final : public Service {
   std::unique_ptr<Store> store_;
   std::unique_ptr<BlobStore> blobs_;
   std::unique_ptr<EventLog> events_;
+  std::unique_ptr<AuditLog> audit_;
   std::shared_ptr<DurableResultStore> results_;
   std::unique_ptr<TaskPool> pool_;
   std::unique_ptr<Farm> farm_;

@@ -1,30 +1,31 @@
 #include "coordinator/service/verbs.h"
 
 #include "common/base/format.h"
+#include "coordinator/service/service_impl.h"
 
 namespace kiln {
 
 std::span<const Verb> verb_table() {
   // ROOM: a verb has its line here and its function in one of verbs_*.cpp.
   static constexpr Verb kVerbs[] = {
-      {"submit", Access::kSubmit, verb_submit},
-      {"upload", Access::kSubmit, verb_upload},
-      {"uploaded", Access::kSubmit, verb_uploaded},
-      {"jobs", Access::kRead, verb_jobs},
-      {"job", Access::kRead, verb_job},
-      {"fetch", Access::kRead, verb_fetch},
-      {"cancel", Access::kSubmit, verb_cancel},
-      {"pause", Access::kSubmit, verb_pause},
-      {"resume", Access::kSubmit, verb_resume},
-      {"priority", Access::kSubmit, verb_priority},
-      {"retry", Access::kSubmit, verb_retry},
-      {"forget", Access::kSubmit, verb_forget},
-      {"why", Access::kRead, verb_why},
-      {"workers", Access::kRead, verb_workers},
-      {"forgive", Access::kAdmin, verb_forgive},
-      {"status", Access::kRead, verb_status},
-      {"events", Access::kRead, verb_events},
-      {"enrol", Access::kEnrol, verb_enrol},
+      {"submit", Access::kSubmit, true, verb_submit},
+      {"upload", Access::kSubmit, false, verb_upload},
+      {"uploaded", Access::kSubmit, false, verb_uploaded},
+      {"jobs", Access::kRead, false, verb_jobs},
+      {"job", Access::kRead, false, verb_job},
+      {"fetch", Access::kRead, false, verb_fetch},
+      {"cancel", Access::kSubmit, true, verb_cancel},
+      {"pause", Access::kSubmit, true, verb_pause},
+      {"resume", Access::kSubmit, true, verb_resume},
+      {"priority", Access::kSubmit, true, verb_priority},
+      {"retry", Access::kSubmit, true, verb_retry},
+      {"forget", Access::kSubmit, true, verb_forget},
+      {"why", Access::kRead, false, verb_why},
+      {"workers", Access::kRead, false, verb_workers},
+      {"forgive", Access::kAdmin, true, verb_forgive},
+      {"status", Access::kRead, false, verb_status},
+      {"events", Access::kRead, false, verb_events},
+      {"enrol", Access::kEnrol, true, verb_enrol},
   };
   return kVerbs;
 }
@@ -43,6 +44,7 @@ Expected<std::string> answer(ServiceImpl& service, const Caller& caller, const s
     auto reply = verb.answer({service, caller, *root, files});
     if (!reply && reply.error().kind == ErrorKind::kInvalidInput)
       return fail(ErrorKind::kInvalidInput, text("{}: {}", name, reply.error().message));
+    if (reply && verb.changes) service.audit(caller, name, *root, *reply);
     return reply;
   }
   return fail(ErrorKind::kUsage, text("this coordinator has no verb '{}'", name.substr(0, 64)));

@@ -23,6 +23,7 @@ struct Ask {
 struct Verb {
   const char* name;
   Access access;
+  bool changes;                                 // what it did goes to the audit log
   Expected<std::string> (*answer)(const Ask&);  // returns a JSON document
 };
 

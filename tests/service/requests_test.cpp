@@ -1,6 +1,10 @@
 // What is refused, and in which words.
 #include <sys/stat.h>
 
+#include <fstream>
+#include <sstream>
+
+#include "common/base/files.h"
 #include "common/base/format.h"
 #include "coordinator/service/verbs.h"
 #include "tests/bake/scene_gltf.h"
@@ -97,6 +101,69 @@ TEST_F(Requests, EverythingThatServeMakesIsItsOwnersAlone) {
   }
   EXPECT_EQ(mode_of(data), 0700u);
   EXPECT_GE(files, 5u) << result.output;
+}
+
+std::vector<JsonValue> audit_of(const fs::path& file) {
+  const auto bytes = read_file(file);
+  std::vector<JsonValue> lines;
+  std::istringstream words(bytes ? std::string(reinterpret_cast<const char*>(bytes->data()), bytes->size())
+                                 : "");
+  for (std::string line; std::getline(words, line);) {
+    const auto value = parse_json(line);
+    EXPECT_TRUE(value) << line;
+    if (value) lines.push_back(*value);
+  }
+  return lines;
+}
+
+std::string member(const JsonValue& line, const char* name) {
+  const JsonValue* value = line.find(name);
+  return !value            ? ""
+         : value->is_whole ? (value->negative ? "-" : "") + std::to_string(value->whole)
+                           : value->text;
+}
+
+TEST_F(Requests, WhoChangedWhatIsALineEach) {
+  const auto ada = host_.client("submit.token", "ada"), root = host_.client("admin.token", "ro\\ot"),
+             reader = host_.client("read.token", "eve");
+  const uint64_t id = submit(*ada, snapshot_, "k", ",\"name\":\"a \\\"room\\\"\"");
+  const std::string document = text("{{\"id\":{}}}", id);
+  ask(*reader, "jobs", "{}");
+  ask_error(*reader, "cancel", document);
+  ask(*ada, "priority", text("{{\"id\":{},\"priority\":-7}}", id));
+  ask(*ada, "pause", document);
+  ask(*root, "cancel", document);
+  ask_error(*root, "forgive", R"({"worker":"render7"})");  // which nobody knows
+  const fs::path file = host_.settings.data / "audit.jsonl";
+  EXPECT_EQ(mode_of(file), 0600u);
+  const auto lines = audit_of(file);
+  std::vector<std::string> said;
+  for (const JsonValue& line : lines)
+    said.push_back(member(line, "user") + " " + member(line, "access") + " " + member(line, "verb") + " " +
+                   member(line, "job") + " " + member(line, "priority") + member(line, "name") +
+                   member(line, "worker"));
+  const std::string job = std::to_string(id);
+  EXPECT_EQ(said, (std::vector<std::string>{
+                      "ada submit submit " + job + " a \"room\"", "ada submit priority " + job + " -7",
+                      "ada submit pause " + job + " ", "ro\\ot admin cancel " + job + " "}));
+  for (const JsonValue& line : lines) {
+    EXPECT_EQ(member(line, "time").size(), std::string("2027-03-01T12:00:00.123Z").size());
+    EXPECT_EQ(member(line, "peer").rfind("127.0.0.1:", 0), 0u);
+  }
+  // A rotation renames the file; a crash may leave half a line.
+  fs::rename(file, dir_.path() / "audit.1");
+  ask(*root, "retry", document);
+  EXPECT_EQ(audit_of(dir_.path() / "audit.1").size(), 4u);
+  ASSERT_EQ(audit_of(file).size(), 1u);
+  host_.service.reset();
+  std::ofstream(file, std::ios::app) << "{\"time\":";
+  host_.restart();
+  ask(*host_.client("admin.token", "root"), "cancel", document);
+  std::ifstream whole(file);
+  std::string first, half, last;
+  std::getline(whole, first), std::getline(whole, half), std::getline(whole, last);
+  EXPECT_EQ(half, "{\"time\":");
+  EXPECT_EQ(member(parse_json(last).value_or(JsonValue()), "verb"), "cancel") << last;
 }
 
 TEST_F(Requests, EachVerbRefusesDocumentsThatAreNotItsOwn) {

@@ -37,6 +37,8 @@ struct FarmSettings {
   bool comes_back = false;       // at the end workers are not dismissed: they wait for the next coordinator
   bool others_may_come = false;  // a job refused by all present workers waits for others instead of failing
   ClientPort clients;            // handles clients; empty: refused
+  // A connected peer was cut off, for its certificate was revoked. On the farm's thread.
+  std::function<void(const PeerIdentity& whose, const std::string& peer)> on_revoked;
 };
 
 struct FarmProgress {

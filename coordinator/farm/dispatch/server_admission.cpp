@@ -123,6 +123,7 @@ bool Server::cut_off(Session& session) {
   if (!revoked || !*revoked) return false;  // an unreadable list is logged, and lets nobody in
   const std::string reason =
       text("the certificate of {} (serial {}) was revoked: ask for a new one", who.name, who.serial);
+  if (settings_.on_revoked) settings_.on_revoked(who, session.peer());
   if (session_of(session.worker()) == &session) {
     expel(session.worker(), reason, Parting::kCut);
   } else {

@@ -14,7 +14,7 @@ namespace kiln {
 class OpenFile {
  public:
   OpenFile() = default;
-  OpenFile(std::filesystem::path path, int flags);  // as open(2), close-on-exec, mode 0644
+  OpenFile(std::filesystem::path path, int flags);  // as open(2), close-on-exec, mode 0600
   ~OpenFile() { close(); }
   OpenFile(OpenFile&& other) noexcept;
   OpenFile& operator=(OpenFile&& other) noexcept;
