@@ -40,6 +40,7 @@ struct Command {
 int run_command_line(int argc, char** argv, const std::vector<Command>& commands);
 
 // The commands of this program, one file each.
+Command backup_command();
 Command bake_command();
 Command encode_command();
 Command plan_command();

@@ -21,8 +21,10 @@ Expected<DoctorPlan> plan_of(const Arguments& a) {
   plan.data = a.get("data");
   plan.authority = a.get("authority");
   plan.accept_clock = a.has("accept-clock");
-  if (plan.accept_clock && plan.data.empty())
-    return fail(ErrorKind::kUsage, "--accept-clock needs --data DIR: the folder of the coordinator to tell");
+  plan.deep = a.has("deep");
+  plan.backup = a.get("backup");
+  if ((plan.accept_clock || plan.deep) && plan.data.empty())
+    return fail(ErrorKind::kUsage, "--accept-clock and --deep need --data DIR, a coordinator's folder");
   plan.worker = a.has("worker");
   plan.worker_program = worker_program();
   plan.tls = {or_variable(a, "ca", "KILN_CA"), or_variable(a, "certificate", "KILN_CERTIFICATE"),
@@ -82,6 +84,10 @@ Command doctor_command() {
        {"--accept-clock", "",
         "with --data: this machine's clock is right, though it leapt; the coordinator deletes old jobs "
         "again"},
+       {"--deep", "",
+        "with --data, no coordinator running: read the database and every stored byte; sets damaged files "
+        "aside"},
+       {"--backup", "DIR", "a folder that `kiln backup` made: read all of it"},
        {"--worker", "", "connect as a worker does, and check the numeric class"},
        {"--json", "", "print the checks as JSON"}},
       false,

@@ -247,9 +247,11 @@ std::vector<DoctorStep> run_doctor(const DoctorPlan& plan,
     for (DoctorStep& step : look_at_greeting(plan, greet_server(plan, address->first, address->second)))
       if (!add(std::move(step))) return done;
   }
+  if (!plan.backup.empty() && !add(look_at_backup(plan.backup))) return done;
   if (!plan.data.empty() &&
       (!add(look_at_data(plan.data)) ||
-       !add(look_at_kept_clock(plan.data, int64_t{std::time(nullptr)} * 1000, plan.accept_clock))))
+       !add(look_at_kept_clock(plan.data, int64_t{std::time(nullptr)} * 1000, plan.accept_clock)) ||
+       (plan.deep && !add(look_at_store(plan.data)))))
     return done;
   if ((plan.worker || plan.server.empty()) && !add(look_at_class(plan))) return done;
   add(look_at_machine(plan));

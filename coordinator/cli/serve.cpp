@@ -81,7 +81,10 @@ Expected<std::unique_ptr<WebServer>> start_web(const Arguments& a, Service& serv
   sources.jobs = [&service] { return service.jobs(); };
   sources.job = [&service](JobId id) { return service.job(id); };
   sources.events = [&service](JobId id) { return service.events_of(id); };
-  sources.store = [&service] { return StoreHealth{service.log_bytes(), service.held_for()}; };
+  sources.store = [&service] {
+    const BlobStore::Verified verified = service.verified();
+    return StoreHealth{service.log_bytes(), service.held_for(), verified.bytes, verified.damaged};
+  };
   sources.release = s.release;
   return WebServer::start(web, std::move(sources));
 }
@@ -114,6 +117,8 @@ Expected<ServiceSettings> read_settings(const Arguments& a) {
   s.active_jobs = static_cast<uint32_t>(active);
   KILN_TRY(const int64_t days, number_of_option(a, "keep-days", 30, 1, 36500));
   s.keep_days = static_cast<uint32_t>(days);
+  KILN_TRY(const int64_t scrub, number_of_option(a, "scrub", 8, 0, 100000));
+  s.scrub_mib_s = static_cast<uint32_t>(scrub);
   KILN_TRY(const int64_t audit, number_of_option(a, "audit-first", 10, 0, 100000));
   s.farm.rules.audit_first = static_cast<uint32_t>(audit);
   s.farm.rules.audit_seed = std::strtoull(random_hex(8).c_str(), nullptr, 16);
@@ -224,6 +229,9 @@ Command serve_command() {
         "answers of a new worker that a second worker checks; later ones are checked at random; 0: trust "
         "workers [10]"},
        {"--keep-days", "D", "days to keep ended jobs and their results [30]"},
+       {"--scrub", "MIB",
+        "MiB a second at which all that is stored is read once a week and held against its digest; 0: never "
+        "[8]"},
        {"--log", "FORMAT", "text or json [text]"},
        {"--verbose", "", "log normal events too, not only problems"}},
       false,

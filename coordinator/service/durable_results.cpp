@@ -95,6 +95,12 @@ void DurableResultStore::suspect() {
   give({[this](Store::Callback done) { done(store_.probe()); }, {}});
 }
 
+void DurableResultStore::hold(const std::string& reason) {
+  held_ = true;
+  hooks_.on_hold(reason);
+  suspect();
+}
+
 uint64_t DurableResultStore::stored(JobId job) const {
   const std::lock_guard lock(mutex_);
   const auto it = stored_.find(job);
@@ -141,7 +147,6 @@ std::string DurableResultStore::write(std::deque<Operation>& batch) {
 }
 
 void DurableResultStore::run() {
-  bool held = false;
   auto pause = kFirstPause;
   std::unique_lock lock(mutex_);
   for (;;) {
@@ -156,13 +161,11 @@ void DurableResultStore::run() {
     lock.unlock();
     const std::string reason = write(batch);
     if (reason.empty()) {
-      if (held) hooks_.on_hold("");
-      held = false;
+      if (held_.exchange(false)) hooks_.on_hold("");
       pause = kFirstPause;
       lock.lock();
     } else {
-      if (!held) hooks_.on_hold(reason);
-      held = true;
+      if (!held_.exchange(true)) hooks_.on_hold(reason);
       lock.lock();
       queue_.insert(queue_.begin(), std::make_move_iterator(batch.begin()),
                     std::make_move_iterator(batch.end()));

@@ -38,6 +38,8 @@ class DurableResultStore final : public ResultStore {
 
   // Another write failed: everything is held until the disk accepts a probe.
   void suspect();
+  // The same where a write has failed for certain: on_hold(reason) now, and again when a probe succeeds.
+  void hold(const std::string& reason);
   uint64_t stored(JobId job) const;  // answers since this process started
   // Waits until everything submitted is written. Do not call while the disk may refuse.
   bool drain(std::chrono::milliseconds patience);
@@ -61,6 +63,7 @@ class DurableResultStore final : public ResultStore {
   std::deque<Operation> queue_;
   std::map<JobId, uint64_t> stored_;
   bool stopping_ = false, busy_ = false;
+  std::atomic<bool> held_{false};
   std::thread thread_;
 };
 

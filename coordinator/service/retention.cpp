@@ -4,6 +4,7 @@
 #include "common/base/format.h"
 #include "common/base/json.h"
 #include "common/base/log.h"
+#include "coordinator/farm/queue/backup.h"
 #include "coordinator/service/service_impl.h"
 #include "coordinator/service/unix_time.h"
 
@@ -65,6 +66,7 @@ void ServiceImpl::start_clock() {
 
 void ServiceImpl::tend() {
   observe_time();
+  obey_backup_request();
   const int64_t now = steady_ms();
   if (now >= next_collection_) {
     if (const std::string doubt = clock_doubt(); !doubt.empty()) log_warning(doubt);
@@ -109,6 +111,26 @@ void ServiceImpl::obey_acceptance(int64_t wall) {
                           utc_text(*accepted), utc_text(wall)));
   const std::lock_guard lock(time_mutex_);
   if (same) time_.accept();
+}
+
+// On a thread of its own, because it may copy for long while jobs go on.
+void ServiceImpl::obey_backup_request() {
+  if (backing_up_) return;
+  const auto folder = take_backup_request(settings_.data);
+  if (!folder) return;
+  if (backup_.joinable()) backup_.join();
+  backing_up_ = true;
+  backup_ = std::thread([this, folder = *folder] {
+    const auto made = back_up(*store_, *blobs_, folder, [this] { return !stopping_; });
+    const std::string said = made
+                                 ? text("a backup of {} jobs and {} files was made in {}", made->jobs,
+                                        made->files, folder.string())
+                                 : text("the backup in {} failed: {}", folder.string(), made.error().message);
+    made ? log_info(said) : log_warning(said);
+    note(0, said);
+    if (const Status told = answer_backup(settings_.data, made); !told) log_warning(told.error().message);
+    backing_up_ = false;
+  });
 }
 
 // Jobs that ended while the clock was wrong would never grow old.

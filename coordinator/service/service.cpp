@@ -41,12 +41,12 @@ Status ServiceImpl::open() {
   // space.
   if (const Status writes = store_->probe(); !writes) {
     log_warning(text("nothing is taken or handed out: {}", writes.error().message));
-    held_for_ = writes.error().message;
-    results_->suspect();
+    results_->hold(writes.error().message);
   }
   if (const Status taken = take_up_jobs(); !taken && taken.error().kind != ErrorKind::kNoSpace) return taken;
   collect();
   keeper_ = std::thread([this] { keep(); });
+  if (settings_.scrub_mib_s) scrubber_ = std::thread([this] { scrub(); });
   open_ = true;
   return {};
 }
@@ -109,6 +109,8 @@ bool ServiceImpl::stop(std::chrono::milliseconds patience) {
   stopping_ = true;
   wake();
   if (keeper_.joinable()) keeper_.join();  // no job is started from here on
+  if (scrubber_.joinable()) scrubber_.join();
+  if (backup_.joinable()) backup_.join();
   if (pool_) pool_->stop();
   {
     std::unique_lock lock(mutex_);

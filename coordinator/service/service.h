@@ -10,6 +10,7 @@
 #include <string>
 
 #include "coordinator/farm/dispatch/farm.h"
+#include "coordinator/farm/queue/blobs.h"
 #include "coordinator/farm/queue/store.h"
 
 namespace kiln {
@@ -19,6 +20,7 @@ struct ServiceSettings {
   FarmSettings farm;  // `token` is the workers'; `clients` is set by the service
   uint32_t active_jobs = 4;
   uint32_t keep_days = 30;          // for ended jobs and their results
+  uint32_t scrub_mib_s = 8;         // at which all that is stored is read once a week; 0: never
   std::filesystem::path authority;  // signs enrolments if it has ca.key; empty: data/authority
   std::string release;
   StoreOptions store;
@@ -44,6 +46,7 @@ class Service {
   virtual std::vector<JobEvent> events_of(JobId id) = 0;  // oldest first
   virtual std::string held_for() const = 0;               // why the disk accepts no writes; empty: it does
   virtual uint64_t log_bytes() = 0;                       // size of the database's log
+  virtual BlobStore::Verified verified() const = 0;       // what was read back of stored files
 };
 
 // The workers' token, in the first line of its file. A further line "NAME TOKEN" is a token of NAME's own,

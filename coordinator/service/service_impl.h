@@ -1,6 +1,6 @@
 // Internal to coordinator/service. Threads: the farm's (handles clients), the pool's (answers
-// requests), one conductor for each active job, the keeper (starts and deletes jobs), the writer of
-// results.
+// requests), one conductor for each active job, the keeper (starts and deletes jobs), the scrubber
+// (reads what is stored), the writer of results.
 #pragma once
 
 #include <atomic>
@@ -38,6 +38,7 @@ class ServiceImpl final : public Service {
   }
   std::string held_for() const override;
   uint64_t log_bytes() override { return store_->wal_size(); }
+  BlobStore::Verified verified() const override { return blobs_->verified(); }
 
   // For the handlers of requests.
   Store& store() { return *store_; }
@@ -92,6 +93,11 @@ class ServiceImpl final : public Service {
   void keep();
   void begin_jobs();
   void end_waits();
+  // scrub.cpp
+  void scrub();  // the scrubber's thread
+  void scrub_blobs(const ReadPace& pace);
+  void scrub_spool(const ReadPace& pace);
+  void tell_of_damaged_input(const Digest& lost);
   // retention.cpp
   void start_clock();
   void tend();  // once a second
@@ -99,6 +105,7 @@ class ServiceImpl final : public Service {
   void obey_acceptance(int64_t wall_ms);
   void collect();
   void date_ends_anew(int64_t now_ms);
+  void obey_backup_request();
   int64_t wall_ms() const;
   int64_t steady_ms() const;
   // conductor.cpp
@@ -131,7 +138,9 @@ class ServiceImpl final : public Service {
   std::map<JobId, std::unique_ptr<Active>> active_;
   std::map<JobId, int64_t> not_before_;  // steady ms: jobs stopped by a full disk
   std::string held_for_;
-  std::thread keeper_;
+  std::thread keeper_, scrubber_;
+  std::thread backup_;  // the keeper's
+  std::atomic<bool> backing_up_{false};
 
   mutable std::mutex time_mutex_;
   ObservedTime time_;

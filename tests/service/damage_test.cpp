@@ -1,6 +1,9 @@
 // Bytes that rot on the coordinator's disk: noticed when they are read, never baked and never given out.
+#include <thread>
+
 #include "common/base/files.h"
 #include "common/base/format.h"
+#include "coordinator/cli/doctor_steps.h"
 #include "tests/bake/scene_gltf.h"
 #include "tests/queue/samples.h"
 #include "tests/service/service_host.h"
@@ -91,6 +94,42 @@ TEST_F(ServiceDamage, ADamagedResultIsBakedAgain) {
   for (const JobEvent& event : host.service->events_of(id))
     said += event.text.find("baked again") != event.text.npos;
   EXPECT_EQ(said, 2u);  // once each
+}
+
+TEST_F(ServiceDamage, RotIsFoundBeforeAnybodyAsks) {
+  ServiceHost host(dir_.path() / "data");
+  uint64_t id = 0;
+  std::map<std::string, std::string> before;
+  {
+    const auto client = host.client();
+    id = submit(*client, snapshot_, "a");
+    ASSERT_EQ(wait_for_state(*client, id, "done failed"), "done");
+    before = fetched(*client, id, dir_.path() / "before");
+  }
+  const std::string master = "charts.json";
+  ASSERT_TRUE(before.count(master));
+  host.service.reset();
+  flip_bit(blob(before.at(master)));
+  const DoctorStep step = look_at_store(host.settings.data.string());
+  EXPECT_FALSE(step.good);
+  EXPECT_NE(step.finding.find(text("result {} of job {} is damaged", master, id)), std::string::npos)
+      << step.finding;
+  fs::rename(dir_.path() / "data/blobs/damaged" / before.at(master), blob(before.at(master)));
+  host.settings.scrub_mib_s = 1000;
+  host.restart();
+  const auto client = host.client();
+  bool again = false;  // nobody fetches: the scrubber finds it
+  for (int i = 0; i < 600 && !again; ++i) {
+    for (const JobEvent& event : host.service->events_of(id))
+      again = again || event.text.find("baked again") != event.text.npos;
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  }
+  ASSERT_TRUE(again);
+  EXPECT_EQ(host.service->verified().damaged, 1u);
+  ASSERT_EQ(wait_for_state(*client, id, "done failed"), "done");
+  EXPECT_EQ(fetched(*client, id, dir_.path() / "after").at(master), before.at(master));
+  host.service.reset();
+  EXPECT_TRUE(look_at_store(host.settings.data.string()).good);
 }
 
 }  // namespace

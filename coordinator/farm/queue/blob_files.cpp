@@ -37,8 +37,11 @@ Expected<HashedFile> read_pieces(const OpenFile& file, const Take& take) {
 
 }  // namespace
 
-Expected<HashedFile> hash_file(const OpenFile& file) {
-  return read_pieces(file, [](std::span<const std::byte>, uint64_t) { return Status(); });
+Expected<HashedFile> hash_file(const OpenFile& file, const ReadPace& pace) {
+  return read_pieces(file, [&](std::span<const std::byte> data, uint64_t) -> Status {
+    if (!pace || pace(data.size())) return {};
+    return fail(ErrorKind::kUnavailable, text("{} was not read to its end", file.path().string()));
+  });
 }
 
 Expected<HashedFile> copy_file(const OpenFile& in, const OpenFile& out, DiskCalls& disk, uint64_t most) {

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 
 #include "common/base/hash.h"
@@ -18,7 +19,9 @@ struct HashedFile {
   Digest digest;
   uint64_t size = 0;
 };
-Expected<HashedFile> hash_file(const OpenFile& file);
+// Called with the bytes of each piece that was read; false ends the reading (kUnavailable).
+using ReadPace = std::function<bool(uint64_t bytes)>;
+Expected<HashedFile> hash_file(const OpenFile& file, const ReadPace& pace = {});
 // Fails (kInvalidInput) if `in` has more than `most` bytes.
 Expected<HashedFile> copy_file(const OpenFile& in, const OpenFile& out, DiskCalls& disk, uint64_t most);
 

@@ -56,18 +56,23 @@ bool BlobStore::use(const Digest& digest, int64_t now_ms) {
   return set_last_use(path(digest), now_ms);
 }
 
-Expected<BlobState> BlobStore::verify(const Digest& digest) {
+Expected<BlobState> BlobStore::verify(const Digest& digest, const ReadPace& pace) {
   const fs::path whole = path(digest);
   const OpenFile file(whole, O_RDONLY);
   if (!file.is_open()) {
     if (errno == ENOENT) return BlobState::kMissing;
     return system_error("open", whole);
   }
-  const auto hashed = hash_file(file);
+  const auto hashed = hash_file(file, [&](uint64_t bytes) {
+    verified_bytes_ += bytes;
+    return !pace || pace(bytes);
+  });
   if (hashed && hashed->digest == digest) return BlobState::kIntact;
+  if (!hashed && hashed.error().kind == ErrorKind::kUnavailable) return tl::unexpected<Error>(hashed.error());
   const std::lock_guard lock(mutex_);
   // Another thread may have replaced it since, or set it aside.
   if (!is_file_at(file, whole)) return BlobState::kDamaged;
+  ++damaged_;
   const fs::path aside = damaged_path(digest);
   std::error_code code;
   fs::create_directory(aside.parent_path(), code);

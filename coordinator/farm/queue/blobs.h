@@ -5,6 +5,7 @@
 // Thread-safe. finish(), put_file() and verify() read the whole file without blocking other calls.
 #pragma once
 
+#include <atomic>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -16,6 +17,7 @@
 
 #include "common/base/hash.h"
 #include "common/base/status.h"
+#include "coordinator/farm/queue/blob_files.h"
 #include "coordinator/farm/queue/disk_calls.h"
 #include "coordinator/farm/queue/records.h"
 
@@ -46,7 +48,13 @@ class BlobStore {
   bool use(const Digest& digest, int64_t now_ms);
   // Reads all of the blob and compares its digest. A damaged one, or one that the disk cannot read, is moved
   // to damaged_path(), with one log line. Fails (kIo) if it cannot be opened.
-  Expected<BlobState> verify(const Digest& digest);
+  // If `pace` ends the reading: kUnavailable.
+  Expected<BlobState> verify(const Digest& digest, const ReadPace& pace = {});
+  // Totals of verify() since this object was made.
+  struct Verified {
+    uint64_t bytes = 0, damaged = 0;
+  };
+  Verified verified() const { return {verified_bytes_, damaged_}; }
   std::filesystem::path damaged_path(const Digest& digest) const;
 
   // An upload: begin, append until complete, finish. begin() returns the bytes already present from an
@@ -103,6 +111,7 @@ class BlobStore {
   mutable std::mutex mutex_;
   std::map<Digest, Upload> uploads_;
   uint64_t next_copy_ = 0;
+  std::atomic<uint64_t> verified_bytes_{0}, damaged_{0};
 };
 
 // The digests of inputs and results referenced by records.

@@ -150,6 +150,17 @@ Status Database::checkpoint() {
   return {};
 }
 
+// SQLite's online backup, in one step: this connection is the only writer.
+Status Database::copy_to(const fs::path& path) {
+  KILN_TRY(Database copy, open(path));
+  sqlite3_backup* backup = sqlite3_backup_init(copy.handle_, "main", handle_, "main");
+  if (!backup) return copy.error(sqlite3_errcode(copy.handle_));
+  const int stepped = sqlite3_backup_step(backup, -1), finished = sqlite3_backup_finish(backup);
+  if (stepped != SQLITE_DONE) return copy.error(stepped);
+  if (finished != SQLITE_OK) return copy.error(finished);
+  return copy.checkpoint();
+}
+
 tl::unexpected<Error> Database::error(int code) const {
   const std::string reason = handle_ ? sqlite3_errmsg(handle_) : sqlite3_errstr(code);
   ErrorKind kind = ErrorKind::kInternal;

@@ -87,7 +87,8 @@ class Database {
   uint64_t last_id() const;
   uint64_t changes() const;  // rows of the last statement
   uint64_t wal_size() const;
-  Status checkpoint();  // all of the log into the file, and the log emptied
+  Status copy_to(const std::filesystem::path& path);  // as it is now, into a new file, synced
+  Status checkpoint();                                // all of the log into the file, and the log emptied
 
   const std::filesystem::path& path() const { return path_; }
   tl::unexpected<Error> error(int code) const;

@@ -116,6 +116,11 @@ class Store {
   // Ends a quarantine and resets trust. Fails (kInvalidInput) on an unknown identity.
   virtual Status forgive(const std::string& identity) = 0;
 
+  // Copies the database to a file and makes links to all spool files in a folder on the same file system, as
+  // they are at one moment between writes; the jobs of that moment. For backup.h.
+  virtual Expected<std::vector<JobRecord>> copy_now(const std::filesystem::path& database,
+                                                    const std::filesystem::path& links) = 0;
+
   // --- health
   // Writes and syncs a little through the spool and the database; success means that writing works (again).
   virtual Status probe() = 0;

@@ -63,6 +63,9 @@ class StoreImpl final : public Store {
                   Callback done) override;
   Status forgive(const std::string& identity) override;
 
+  Expected<std::vector<JobRecord>> copy_now(const std::filesystem::path& database,
+                                            const std::filesystem::path& links) override;
+
   Status probe() override;
   Status flush() override;
   Status compact() override;

@@ -142,6 +142,10 @@ std::string write_metrics(const WebSources& sources) {
   e.metric("kiln_store_wal_bytes", "gauge", "Size of the database's log.").sample(store.wal_bytes);
   e.metric("kiln_store_held", "gauge", "1 while the disk cannot be written and no units are handed out.")
       .sample(held ? 1 : 0);
+  e.metric("kiln_store_verified_bytes_total", "counter", "Bytes of stored files held against their digest.")
+      .sample(store.verified_bytes);
+  e.metric("kiln_store_damaged_blobs_total", "counter", "Stored files that were damaged and set aside.")
+      .sample(store.damaged_blobs);
   return e.take();
 }
 

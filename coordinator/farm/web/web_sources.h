@@ -13,7 +13,8 @@ namespace kiln {
 
 struct StoreHealth {
   uint64_t wal_bytes = 0;
-  std::string held_for;  // why the store cannot write; empty: it can
+  std::string held_for;                            // why the store cannot write; empty: it can
+  uint64_t verified_bytes = 0, damaged_blobs = 0;  // of stored files that were read back
 };
 
 struct WebSources {
