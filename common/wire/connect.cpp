@@ -1,5 +1,6 @@
 #include <charconv>
 
+#include "common/base/check.h"
 #include "common/base/format.h"
 #include "common/wire/connection_impl.h"
 #include "common/wire/handshake.h"
@@ -42,6 +43,7 @@ struct Connecting : std::enable_shared_from_this<Connecting> {
     finish(asio::error::timed_out);
   }
   void deliver(Expected<std::unique_ptr<Connection>> result) {
+    KILN_CHECK(!done);  // it calls back once
     done = true;
     timer.cancel();
     shake.reset();

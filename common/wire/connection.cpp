@@ -2,6 +2,7 @@
 
 #include <sys/socket.h>
 
+#include "common/base/check.h"
 #include "common/base/format.h"
 #include "common/wire/connection_impl.h"
 
@@ -32,6 +33,7 @@ void Connection::Impl::write_next() {
     self->leaving.stop();
     if (code) return self->shut(wire_words(code, self->tls ? &self->check : nullptr));
     const bool was_full = self->queued >= self->budget;
+    KILN_CHECK(!self->queue.empty() && self->queued >= self->queue.front().size());
     self->queued -= self->queue.front().size();
     self->queue.pop_front();
     if (self->closing && self->queue.empty()) return self->linger_then_shut();
@@ -58,6 +60,7 @@ void Connection::Impl::linger_then_shut() {
 
 void Connection::Impl::report(const std::string& reason) {
   // Handlers own this connection's owner: release them before they run.
+  KILN_CHECK(shut_down);
   const Handlers last = std::exchange(handlers, {});
   if (last.on_closed) last.on_closed(reason);
 }
@@ -125,6 +128,7 @@ Connection::~Connection() {
 }
 
 void Connection::start(Handlers handlers, size_t budget) {
+  KILN_CHECK(handlers.on_frame && !impl_->handlers.on_frame);
   impl_->handlers = std::move(handlers);
   impl_->budget = budget;
   impl_->read_header();
@@ -133,6 +137,7 @@ void Connection::start(Handlers handlers, size_t budget) {
 void Connection::send(const Message& message) {
   if (impl_->closing || impl_->shut_down) return;
   Bytes frame = encode(message);
+  KILN_CHECK(frame.size() >= kFrameHeaderBytes);
   if (impl_->queued + frame.size() > kMaxQueuedBytes) {
     asio::post(impl_->socket.get_executor(), [impl = impl_] { impl->shut("the peer stopped reading"); });
     return;
@@ -143,10 +148,12 @@ void Connection::send(const Message& message) {
 }
 
 void Connection::accept_data(uint32_t max_bytes) {
+  KILN_CHECK(max_bytes <= kMaxDataBytes);
   impl_->payload_limit = max_bytes;
 }
 
 void Connection::set_limits(PeerLimits limits) {
+  KILN_CHECK(limits.memory && limits.patience.count() > 0);
   impl_->limits = std::move(limits);
 }
 

@@ -1,6 +1,7 @@
 // A connection's reading half: frames, their limits and deadlines.
 #include <algorithm>
 
+#include "common/base/check.h"
 #include "common/base/format.h"
 #include "common/wire/connection_impl.h"
 
@@ -30,6 +31,7 @@ void Connection::Impl::read_header() {
 }
 
 void Connection::Impl::on_first_bytes(size_t size) {
+  KILN_CHECK(size >= 1 && size <= head.size());
   if (size == head.size()) return on_header();
   read(asio::buffer(head) + size, head.size() - size,
        [self = shared_from_this(), size](asio::error_code code, size_t more) {
@@ -69,6 +71,7 @@ void Connection::Impl::expect_payload() {
 
 // An announced length costs nothing until its bytes arrive.
 void Connection::Impl::read_payload() {
+  KILN_CHECK(arrived <= header.length && payload.size() == arrived);
   if (arrived == header.length) return on_message();
   if (limits && arrived >= kUnreservedBytes && !share) return wait_for_memory();
   const size_t next = std::max<size_t>(kUnreservedBytes, arrived);  // doubles what is there
@@ -83,6 +86,7 @@ void Connection::Impl::read_payload() {
 }
 
 void Connection::Impl::wait_for_memory() {
+  KILN_CHECK(limits && !share && arrived < header.length);
   arriving.stop();  // waiting for others is not the peer's delay
   const auto go_on = [weak = weak_from_this()] {
     const auto self = weak.lock();
@@ -97,6 +101,7 @@ void Connection::Impl::wait_for_memory() {
 
 void Connection::Impl::on_message() {
   arriving.stop();
+  KILN_CHECK(payload.size() == header.length);
   if (auto good = check_frame_payload(header, payload); !good) return shut(good.error().message);
   // A closing connection still reads, so that the peer's last bytes do not turn our close into a reset
   // that would destroy the reason we sent.

@@ -1,5 +1,6 @@
 #include "common/wire/event_loop.h"
 
+#include "common/base/check.h"
 #include "common/wire/event_loop_impl.h"
 
 namespace kiln {
@@ -57,6 +58,7 @@ void Timer::cancel() {
 
 void Timer::after(std::chrono::milliseconds delay, std::function<void()> handler) {
   cancel();
+  KILN_CHECK(handler != nullptr);
   impl_->timer.expires_after(delay);
   impl_->timer.async_wait(
       [impl = impl_, round = impl_->round, run = std::move(handler)](asio::error_code code) {

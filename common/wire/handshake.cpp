@@ -2,6 +2,7 @@
 
 #include <sys/socket.h>
 
+#include "common/base/check.h"
 #include "common/base/format.h"
 
 namespace kiln {
@@ -12,6 +13,7 @@ Handshake::Handshake(std::shared_ptr<Connection::Impl> connection, std::shared_p
       timer_(connection_->socket.get_executor()) {}
 
 void Handshake::start(std::chrono::milliseconds deadline, Done done, std::function<void()> ended) {
+  KILN_CHECK(done && !done_);
   done_ = std::move(done);
   ended_ = std::move(ended);
   timer_.expires_after(deadline);
@@ -65,6 +67,7 @@ void Handshake::shake(asio::ssl::stream_base::handshake_type side) {
 }
 
 void Handshake::finish() {
+  KILN_CHECK(connection_ && connection_->tls);
   connection_->identity = kiln::peer_identity(*connection_->tls);
   const Done done = std::exchange(done_, nullptr);
   const std::string peer = connection_->peer;
@@ -74,6 +77,7 @@ void Handshake::finish() {
 }
 
 void Handshake::refuse(const std::string& reason, Bytes last_words) {
+  KILN_CHECK(done_ && connection_);
   const Done done = std::exchange(done_, nullptr);
   const std::string peer = connection_->peer;
   // An alert is on its way: as in Connection, wait for the peer to close first.

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <list>
 
+#include "common/base/check.h"
 #include "common/base/format.h"
 #include "common/base/log.h"
 #include "common/wire/connection_impl.h"
@@ -85,6 +86,7 @@ struct Listener::Impl : std::enable_shared_from_this<Listener::Impl> {
              turned_away));
   }
   void make_room() {
+    KILN_CHECK(!half_open.empty());
     const auto left = half_open.front()->begun() + options.half_open_grace - std::chrono::steady_clock::now();
     if (left > left.zero()) return accept_after(left);
     const std::shared_ptr<Handshake> oldest = half_open.front();
@@ -94,6 +96,7 @@ struct Listener::Impl : std::enable_shared_from_this<Listener::Impl> {
   void take(std::shared_ptr<Connection::Impl> connection) {
     if (!options.tls) return on_accept(std::make_unique<Connection>(std::move(connection)));
     const auto shake = std::make_shared<Handshake>(std::move(connection), options.tls);
+    KILN_CHECK(half_open.size() < options.max_half_open);
     half_open.push_back(shake);
     shake->serve(
         options.admit_strangers, options.handshake_deadline,
