@@ -103,6 +103,20 @@ TEST_F(Requests, EverythingThatServeMakesIsItsOwnersAlone) {
   EXPECT_GE(files, 5u) << result.output;
 }
 
+TEST_F(Requests, ThePagesTokenOpensNothingElse) {
+  const fs::path data = dir_.path() / "pages", file = dir_.path() / "token";
+  ASSERT_TRUE(write_private_file(file, "one-token-for-everything\n"));
+  const auto serve = [&](const std::string& more) {
+    return run_command("timeout 60 '" + (binary_dir() / "bin/kiln").string() + "' serve --data '" +
+                       data.string() + "' --listen 127.0.0.1:0 --http 127.0.0.1:0 " + more);
+  };
+  const auto same = serve("--token-file '" + file.string() + "' --http-token-file '" + file.string() + "'");
+  EXPECT_EQ(same.exit_status, 2);
+  EXPECT_NE(same.output.find("is the workers' token too"), std::string::npos) << same.output;
+  for (const char* name : {"submit.token", "admin.token", "worker.token"})
+    EXPECT_EQ(serve("--http-token-file '" + (data / name).string() + "'").exit_status, 2) << name;
+}
+
 std::vector<JsonValue> audit_of(const fs::path& file) {
   const auto bytes = read_file(file);
   std::vector<JsonValue> lines;
@@ -152,6 +166,7 @@ TEST_F(Requests, WhoChangedWhatIsALineEach) {
   }
   // A rotation renames the file; a crash may leave half a line.
   fs::rename(file, dir_.path() / "audit.1");
+  EXPECT_EQ(wait_for_state(*root, id, "cancelled"), "cancelled");
   ask(*root, "retry", document);
   EXPECT_EQ(audit_of(dir_.path() / "audit.1").size(), 4u);
   ASSERT_EQ(audit_of(file).size(), 1u);

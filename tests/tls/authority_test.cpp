@@ -126,6 +126,22 @@ TEST(Tokens, RefusalsDoNotTellWhatIsWrong) {
   EXPECT_EQ(refusal(token.text(), test::now()), words);
 }
 
+TEST(Tokens, TakeNobodysName) {
+  Farm farm;
+  const auto ada = issue(farm.ca_dir(), {"ada", {Role::kSubmit}}, farm.path() / "ada", test::now());
+  const auto token = *make_token(farm.ca_dir(), Role::kWorker, 2, 24, test::now());
+  const auto join = [&](const std::string& name, int64_t at) {
+    const auto got = redeem_token(farm.ca_dir(), token.text(), make_key_and_request(name)->request, at);
+    return got ? "got one" : got.error().message;
+  };
+  EXPECT_SAYS(join("ada", test::now()), "ada has a certificate until");
+  EXPECT_EQ(parse_token_file(text_of(farm.ca_dir() / "tokens"))->front().uses, 2u) << "it costs no use";
+  EXPECT_EQ(join("eve", test::now()), "got one");
+  EXPECT_SAYS(join("eve", test::now()), "join under another name");
+  ASSERT_TRUE(revoke(farm.ca_dir(), ada->identity.serial, test::now()));
+  EXPECT_EQ(join("ada", test::now()), "got one");
+}
+
 // Many at once, each with its own request: as many certificates as uses.
 TEST(Tokens, AreNotSpentTwiceByThoseWhoComeAtOnce) {
   Farm farm;

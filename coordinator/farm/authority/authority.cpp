@@ -69,6 +69,7 @@ std::string issued_line(const Certificate& c) {
 Expected<std::string> sign_and_note(const fs::path& dir, const std::string& request, const IssueWish& wish,
                                     int64_t now) {
   KILN_TRY_STATUS(check_days(wish.days));
+  if (wish.new_name) KILN_TRY_STATUS(check_new_name(dir, wish.name, now));
   KILN_TRY(const KeyAndCertificate authority, read_authority(dir));
   auto ca = read_certificate(authority.certificate);
   if (!ca)
@@ -195,6 +196,20 @@ Expected<std::vector<IssuedRecord>> read_issued(const fs::path& dir) {
     rest.remove_prefix(std::min(end + 1, rest.size()));
   }
   return records;
+}
+
+Status check_new_name(const fs::path& dir, const std::string& name, int64_t now) {
+  KILN_TRY(const std::vector<IssuedRecord> issued, read_issued(dir));
+  KILN_TRY(const std::string list, read_list(dir / "revoked"));
+  KILN_TRY(const auto revoked, parse_revoked(list));
+  for (const IssuedRecord& record : issued)
+    if (record.name == name && record.not_after >= now && !revoked.count(record.serial))
+      return fail(
+          ErrorKind::kUsage,
+          text("{} has a certificate until {}: join under another name (--name), or have the old one revoked "
+               "(`kiln cert revoke {}`)",
+               name, date_text(record.not_after), name));
+  return {};
 }
 
 Expected<std::vector<IssuedRecord>> revoke(const fs::path& dir, const std::string& serial_or_name,

@@ -26,6 +26,7 @@ struct IssueWish {
   std::vector<Role> roles;
   std::vector<std::string> hosts{};
   int64_t days = 365;
+  bool new_name = false;  // nobody may have a certificate of this name that is good (check_new_name)
 };
 
 // Makes a key and a certificate in the folder `out`: ca.pem, cert.pem, key.pem; for a coordinator, which
@@ -42,6 +43,9 @@ struct IssuedRecord {
   int64_t not_after = 0;
 };
 Expected<std::vector<IssuedRecord>> read_issued(const std::filesystem::path& dir);
+// Fails (kUsage) if a certificate of this name has neither expired nor been revoked: names decide whose jobs
+// and whose votes they are, so a machine that joins by itself may not take another's.
+Status check_new_name(const std::filesystem::path& dir, const std::string& name, int64_t now);
 
 // Adds a serial to `revoked`, or those of all unexpired certificates of a name. Returns the newly revoked
 // ones. Fails (kUsage) if nothing issued here matches.

@@ -42,8 +42,8 @@ Expected<Certificate> read_ca(const fs::path& dir, std::string& pem) {
   return std::move(*ca);
 }
 
-// Decrements the token's uses, on disk.
-Expected<Role> take_use(const fs::path& dir, const JoinToken& token, int64_t now) {
+// Decrements the token's uses, on disk; a name that is taken costs none.
+Expected<Role> take_use(const fs::path& dir, const JoinToken& token, const std::string& name, int64_t now) {
   KILN_TRY(const AuthorityLock lock, AuthorityLock::take(dir));
   KILN_TRY(std::vector<TokenRecord> records, read_tokens(dir));
   const auto at =
@@ -60,6 +60,7 @@ Expected<Role> take_use(const fs::path& dir, const JoinToken& token, int64_t now
                 "this join token is not valid here, or no longer: ask for a new one (`kiln cert "
                 "token`)");
   }
+  KILN_TRY_STATUS(check_new_name(dir, name, now));  // told to holders of a good token only
   const Role role = at->role;
   --at->uses;
   KILN_TRY_STATUS(write_private_file(dir / "tokens", print_token_file(records)));
@@ -93,8 +94,8 @@ Expected<Enrolment> redeem_token(const fs::path& dir, const std::string& typed, 
   KILN_TRY(const std::string name, request_name(request));  // before a use is spent
   Enrolment enrolment;
   KILN_TRY_STATUS(read_ca(dir, enrolment.authority).map([](const auto&) {}));
-  KILN_TRY(const Role role, take_use(dir, token, now));
-  KILN_TRY(enrolment.certificate, sign(dir, request, {name, {role}, {}, kEnrolledDays}, now));
+  KILN_TRY(const Role role, take_use(dir, token, name, now));
+  KILN_TRY(enrolment.certificate, sign(dir, request, {name, {role}, {}, kEnrolledDays, true}, now));
   return enrolment;
 }
 

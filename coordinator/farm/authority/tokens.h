@@ -44,7 +44,8 @@ struct Enrolment {
 };
 // Uses the token once and signs the request (sign_request) for the name it states, for 365 days. The use is
 // on disk before the certificate exists: a crash in between loses a use but never allows one twice. Errors
-// (kUsage) do not reveal whether the token never existed, expired or is used up; the log does.
+// (kUsage) do not reveal whether the token never existed, expired or is used up; the log does. A name that
+// another good certificate has is refused (check_new_name).
 Expected<Enrolment> redeem_token(const std::filesystem::path& dir, const std::string& token,
                                  const std::string& request, int64_t now);
 
