@@ -45,6 +45,7 @@ TEST_F(Backup, OfARunningCoordinatorHasItsJobsResultsAndUnits) {
     EXPECT_NE(again.exit_status, 0);
     EXPECT_NE(again.output.find("is not empty"), std::string::npos) << again.output;
     EXPECT_FALSE(fs::exists(host.settings.data / "work/backup"));
+    EXPECT_EQ(fs::status(copy).permissions(), fs::perms::owner_all);
   }
   const DoctorStep whole = look_at_backup(copy.string());
   EXPECT_TRUE(whole.good) << whole.finding;

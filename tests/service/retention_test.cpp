@@ -1,4 +1,6 @@
 // Ended jobs are forgotten by their age, whatever the clock reads at a start.
+#include <thread>
+
 #include "common/base/format.h"
 #include "coordinator/cli/doctor_steps.h"
 #include "coordinator/farm/queue/observed_time.h"
@@ -14,7 +16,7 @@ class Retention : public testing::Test {
  protected:
   Retention() : host_(dir_.path() / "data", 0) {
     host_.settings.wall_clock = [this] { return wall_.load(); };
-    host_.settings.steady_clock = [] { return int64_t{7}; };
+    host_.settings.steady_clock = [this] { return steady_.load(); };
     std::filesystem::remove_all(dir_.path() / "data");
     host_.restart();
     write_scene_glb(small_room(), dir_.path() / "room.glb");
@@ -35,7 +37,7 @@ class Retention : public testing::Test {
   std::string doubt() { return ask(*host_.client(), "status", "{}").find("clock_doubt")->text; }
 
   TempDir dir_;
-  std::atomic<int64_t> wall_ = kStart;
+  std::atomic<int64_t> wall_ = kStart, steady_ = 7;
   ServiceHost host_;
   Snapshot snapshot_;
   int keys_ = 0;
@@ -96,6 +98,25 @@ TEST_F(Retention, ALeapIsBelievedOnceAPersonAcceptsIt) {
   restart_at(wall_ + 60 * kDay);
   EXPECT_TRUE(host_.service->job(other));
   EXPECT_NE(doubt(), "");
+}
+
+TEST_F(Retention, AnAnnouncedUploadWithoutBytesIsDropped) {
+  const auto idle = host_.client();
+  const FileRecord& file = snapshot_.files[0];
+  const std::string hex = file.digest.hex();
+  const auto part = dir_.path() / "data/blobs" / hex.substr(0, 2) / (hex + ".part");
+  ask(*idle, "upload", text("{{\"digest\":\"{}\",\"size\":{}}}", hex, file.size));
+  ASSERT_TRUE(std::filesystem::exists(part));
+  for (int i = 0; i < 400 && std::filesystem::exists(part); ++i) {
+    steady_ += 11 * 60'000;
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  }
+  EXPECT_FALSE(std::filesystem::exists(part));
+  EXPECT_NE(ask_error(*idle, "uploaded", text("{{\"digest\":\"{}\"}}", hex)).find("dropped"),
+            std::string::npos);
+  // It may be sent again, by anybody.
+  const Status sent = host_.client()->upload(snapshot_.sources[0], file.digest, file.size, {});
+  EXPECT_TRUE(sent) << sent.error().message;
 }
 
 }  // namespace

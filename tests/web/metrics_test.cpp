@@ -63,6 +63,7 @@ TEST(Metrics, KeepTheFormat) {
   EXPECT_EQ(e.samples.at("kiln_rays_total"), 987654321);
   EXPECT_EQ(e.samples.at("kiln_send_queue_bytes"), 77);
   EXPECT_EQ(e.samples.at("kiln_store_held"), 0);
+  EXPECT_EQ(e.samples.at("kiln_store_damaged_blobs_total"), 0);
   EXPECT_EQ(e.samples.at("kiln_job_pass_units_done{job=\"2\",user=\"a\\\"d\\\\a\\nb\"}"), 300);
   EXPECT_EQ(e.types.at("kiln_results_total"), "counter");
 }

@@ -93,6 +93,9 @@ Expected<BackedUp> copy_all(Store& store, BlobStore& blobs, const fs::path& fold
                             const GoesOn& goes_on) {
   BackedUp made;
   KILN_TRY_STATUS(make_folder(real_disk_calls(), folder));
+  std::error_code code;
+  fs::permissions(folder, fs::perms::owner_all, code);  // scenes and results are their owner's
+  if (code) return system_error("close to others", folder, code);
   KILN_TRY_STATUS(make_folder(real_disk_calls(), links));
   KILN_TRY(const std::vector<JobRecord> jobs, store.copy_now(folder / "kiln.db", links));
   made.jobs = jobs.size();
@@ -102,7 +105,7 @@ Expected<BackedUp> copy_all(Store& store, BlobStore& blobs, const fs::path& fold
     KILN_TRY_STATUS(check_going_on(goes_on));
     KILN_TRY_STATUS(copy_blob(digest, blobs, folder / "blobs", made));
   }
-  if (std::error_code code; fs::exists(store.folder() / "clock", code))
+  if (fs::exists(store.folder() / "clock", code))
     KILN_TRY_STATUS(copy_synced(store.folder() / "clock", folder / "clock").map([](const HashedFile&) {}));
   KILN_TRY_STATUS(write_file_atomic(folder / kMark, document_of(made)));
   return made;
