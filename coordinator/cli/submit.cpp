@@ -72,7 +72,8 @@ Expected<int> submit_scene(const Arguments& a, const BakeSettings& settings) {
   if (a.has("output") && !a.has("wait"))
     return fail(ErrorKind::kUsage, "-o needs --wait; or use `kiln fetch` later");
   const bool quiet = a.has("json");
-  KILN_TRY(const Snapshot snapshot, take_snapshot(a.get("scene"), settings));
+  KILN_TRY(const Snapshot snapshot,
+           take_snapshot(a.get("scene"), settings, {a.has("allow-outside"), !a.has("config")}));
   KILN_TRY(const std::string document, manifest(a, snapshot));
   KILN_TRY(const std::unique_ptr<ServiceClient> client, connect_service(a));
   KILN_TRY(const uint64_t id, submit(*client, document, snapshot, quiet));
@@ -100,21 +101,24 @@ int run(const Arguments& a, const BakeSettings& settings) {
 }  // namespace
 
 Command submit_command() {
-  return {
-      "submit",
-      "Submit a scene to a coordinator's queue; files that it already has are not sent again",
-      "kiln submit scene.glb --texels-per-metre 8 --name hall --priority 10 --wait -o out",
-      with_service_options({{"scene", "SCENE", "glTF 2.0 file (.gltf or .glb)", true},
-                            {"--name", "NAME", "display name of the job [the scene's file]"},
-                            {"--priority", "P", "-100 to 100 [0]"},
-                            {"--after", "IDS", "jobs that must finish first, separated by commas"},
-                            {"--quorum", "Q", "workers that must agree on every unit [1]"},
-                            {"--on-poison", "WORD",
-                             "when a unit fails on every worker: fail the job, or skip the unit [fail]"},
-                            {"--wait", "", "wait until the job has ended; the exit status is its outcome"},
-                            {"-o,--output", "DIR", "with --wait: fetch the results"}}),
-      true,
-      run};
+  return {"submit",
+          "Submit a scene to a coordinator's queue; files that it already has are not sent again",
+          "kiln submit scene.glb --texels-per-metre 8 --name hall --priority 10 --wait -o out",
+          with_service_options(
+              {{"scene", "SCENE", "glTF 2.0 file (.gltf or .glb)", true},
+               {"--name", "NAME", "display name of the job [the scene's file]"},
+               {"--priority", "P", "-100 to 100 [0]"},
+               {"--after", "IDS", "jobs that must finish first, separated by commas"},
+               {"--quorum", "Q", "workers that must agree on every unit [1]"},
+               {"--on-poison", "WORD",
+                "when a unit fails on every worker: fail the job, or skip the unit [fail]"},
+               {"--allow-outside", "",
+                "send files outside the scene's folder too, which the scene leads to by links or "
+                "names in SCENE.kiln.json"},
+               {"--wait", "", "wait until the job has ended; the exit status is its outcome"},
+               {"-o,--output", "DIR", "with --wait: fetch the results"}}),
+          true,
+          run};
 }
 
 }  // namespace kiln
