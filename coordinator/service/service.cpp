@@ -41,6 +41,7 @@ Status ServiceImpl::take_up_jobs() {
       j.reason = "the coordinator was started again";
       return {};
     }));
+    if (const int64_t pause = finishing_pause_ms(job)) not_before_[job.id] = unix_ms() + pause;
     note(job.id, "the coordinator was started again: the job goes on with the results it has");
   }
   return {};
@@ -184,6 +185,10 @@ Status ServiceImpl::set_paused(JobId id, bool paused) {
     if (job_ended(job.state))
       return fail(ErrorKind::kUsage, text("job {} is {} and cannot be {}", id, job_state_name(job.state),
                                           paused ? "paused" : "resumed"));
+    if (is_kept(job) && !paused) {  // to resume it is to try it again
+      job.preparations = kFinishings;
+      job.reason.clear();
+    }
     job.paused = paused;
     changed = job;
     return {};
@@ -212,12 +217,14 @@ Status ServiceImpl::set_priority(JobId id, int32_t priority) {
 
 Status ServiceImpl::retry(JobId id) {
   KILN_TRY_STATUS(store_->change(id, [&](JobRecord& job) -> Status {
-    if (job.state != JobState::kFailed && job.state != JobState::kCancelled)
+    const bool kept = is_kept(job);
+    if (job.state != JobState::kFailed && job.state != JobState::kCancelled && !kept)
       return fail(ErrorKind::kUsage, text("job {} is {}: only failed and cancelled jobs are tried again", id,
                                           job_state_name(job.state)));
-    job.state = job.after.empty() ? JobState::kQueued : JobState::kWaiting;
+    job.preparations = has_finished_baking(job) && job.state != JobState::kCancelled ? kFinishings : 0;
+    job.state = job.after.empty() || kept ? JobState::kQueued : JobState::kWaiting;
     job.reason.clear();
-    job.preparations = 0;
+    if (kept) job.paused = false;
     job.ended_ms = 0;
     return {};
   }));

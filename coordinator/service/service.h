@@ -9,6 +9,7 @@
 
 #include "coordinator/farm/dispatch/farm.h"
 #include "coordinator/farm/queue/store.h"
+#include "coordinator/service/scene_check.h"
 
 namespace kiln {
 
@@ -20,6 +21,8 @@ struct ServiceSettings {
   std::filesystem::path authority;  // signs enrolments if it has ca.key; empty: data/authority
   std::string release;
   StoreOptions store;
+  std::string check_program;  // kiln, to prepare scenes apart; empty: they are prepared in this process alone
+  PrepareLimits prepare;
 };
 
 class Service {
