@@ -1,6 +1,7 @@
 #include "common/base/files.h"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -33,6 +34,14 @@ tl::unexpected<Error> os_error(std::string_view doing, const fs::path& path) {
   return fail(kind, text("cannot {} {}: {}", doing, path.string(), std::strerror(code)));
 }
 
+const char* kind_of(mode_t mode) {
+  return S_ISDIR(mode)                    ? "a folder"
+         : S_ISFIFO(mode)                 ? "a pipe"
+         : S_ISSOCK(mode)                 ? "a socket"
+         : S_ISCHR(mode) || S_ISBLK(mode) ? "a device"
+                                          : "something else";
+}
+
 fs::path temporary_beside(const fs::path& path) {
   // Same extension, because image writers choose the format by it.
   return path.parent_path() /
@@ -62,16 +71,18 @@ Status write_bytes(const fs::path& path, std::span<const std::byte> data, int fl
 }  // namespace
 
 Expected<Bytes> read_file(const fs::path& path, uint64_t max_bytes) {
-  std::error_code code;
-  if (!fs::is_regular_file(path, code))
+  const File file(path, O_RDONLY | O_NONBLOCK);  // opening a pipe would wait for its writer
+  struct stat about {};
+  if (file.fd() < 0 && errno != ENOENT && errno != ENOTDIR && errno != ENXIO) return os_error("open", path);
+  if (file.fd() >= 0 ? ::fstat(file.fd(), &about) != 0 : ::stat(path.c_str(), &about) != 0)
     return fail(ErrorKind::kInvalidInput, text("{}: no such file", path.string()));
-  const uint64_t size = fs::file_size(path, code);
-  if (code) return fail(ErrorKind::kIo, text("cannot read {}: {}", path.string(), code.message()));
+  if (!S_ISREG(about.st_mode))
+    return fail(ErrorKind::kInvalidInput,
+                text("{}: it is {}, not a file", path.string(), kind_of(about.st_mode)));
+  const auto size = static_cast<uint64_t>(about.st_size);
   if (size > max_bytes)
     return fail(ErrorKind::kInvalidInput,
                 text("{}: {} bytes, more than the limit of {}", path.string(), size, max_bytes));
-  File file(path, O_RDONLY);
-  if (file.fd() < 0) return os_error("open", path);
   Bytes data(size);
   uint64_t done = 0;
   while (done < size) {

@@ -34,6 +34,7 @@ struct Command {
   bool takes_settings = false;  // every row of settings_table() is an option, and --config
   std::function<int(const Arguments&, const BakeSettings&)> run;  // exit status
   bool scene_job_file = true;  // read SCENE.kiln.json; false: another source has the same settings
+  bool hidden = false;         // not listed: this program runs it itself
 };
 
 // Parses the command line and runs the command. Wrong usage: a message on standard error and 2.
@@ -49,6 +50,7 @@ Command bench_command();
 Command cert_command();
 Command doctor_command();
 Command serve_command();
+Command check_scene_command();
 Command submit_command();
 Command jobs_command();
 Command watch_command();

@@ -85,7 +85,9 @@ std::string job_file_of(const Parsed& p, const Arguments& arguments) {
   const std::filesystem::path beside =
       std::filesystem::path(arguments.get("scene")).replace_extension(".kiln.json");
   std::error_code code;
-  return std::filesystem::is_regular_file(beside, code) ? beside.string() : std::string();
+  // Whatever is there: reading it says what is wrong with a pipe or a link to nowhere.
+  return std::filesystem::exists(std::filesystem::symlink_status(beside, code)) ? beside.string()
+                                                                                : std::string();
 }
 
 Expected<BakeSettings> gather_settings(const Parsed& p, const Arguments& arguments) {
@@ -114,6 +116,7 @@ int run_parsed(const Parsed& p) {
     if (on) arguments.values.emplace_back(name, "");
   const auto settings = gather_settings(p, arguments);
   if (!settings) return report_error(settings.error());
+  if (!p.config.empty()) arguments.values.emplace_back("config", p.config);
   return p.command->run(arguments, *settings);
 }
 
@@ -150,6 +153,7 @@ int run_command_line(int argc, char** argv, const std::vector<Command>& commands
   for (const Command& c : commands) {
     CLI::App* sub = app.add_subcommand(c.name, c.about);
     sub->footer("Example:\n  " + c.example);
+    if (c.hidden) sub->group("");
     all.push_back(std::make_unique<Parsed>(Parsed{sub, &c, {}, {}, {}, {}}));
     declare(*all.back());
   }
@@ -160,8 +164,18 @@ int run_command_line(int argc, char** argv, const std::vector<Command>& commands
     app.exit(e);
     return asked ? 0 : 2;
   }
-  for (const auto& p : all)
-    if (p->app->parsed()) return run_parsed(*p);
+  try {
+    for (const auto& p : all)
+      if (p->app->parsed()) return run_parsed(*p);
+  } catch (const std::bad_alloc&) {
+    return report_error(
+        {ErrorKind::kNoSpace,
+         "memory ran out: close other programs, or give it less to do (a smaller scene, a lower "
+         "--texels-per-metre)"});
+  } catch (const std::exception& e) {
+    return report_error(
+        {ErrorKind::kInternal, text("{}: an error that should not be: please report it", e.what())});
+  }
   return 2;
 }
 

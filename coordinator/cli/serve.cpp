@@ -99,6 +99,20 @@ TlsFiles tls_files(const Arguments& a) {
   return {a.get("ca"), a.get("certificate"), a.get("key"), {authority_of(a) / "revoked"}};
 }
 
+// Of the machine's memory by default a quarter: the coordinator takes as much again for a job that has
+// passed.
+Status read_prepare_limits(const Arguments& a, ServiceSettings& s) {
+  const auto quarter = static_cast<int64_t>(memory_bytes() >> 22);
+  KILN_TRY(const int64_t mib,
+           number_of_option(a, "prepare-memory", std::max<int64_t>(1024, quarter), 64, 1 << 24));
+  KILN_TRY(const int64_t seconds, number_of_option(a, "prepare-time", 3600, 1, 1'000'000));
+  s.prepare = {static_cast<uint64_t>(mib) << 20, seconds * 1000};
+  std::error_code code;
+  s.check_program = std::filesystem::read_symlink("/proc/self/exe", code).string();
+  if (code) return fail(ErrorKind::kIo, text("cannot find this program's file: {}", code.message()));
+  return {};
+}
+
 Expected<ServiceSettings> read_settings(const Arguments& a) {
   ServiceSettings s;
   s.data = a.get("data");
@@ -122,6 +136,7 @@ Expected<ServiceSettings> read_settings(const Arguments& a) {
   KILN_TRY(const int64_t audit, number_of_option(a, "audit-first", 10, 0, 100000));
   s.farm.rules.audit_first = static_cast<uint32_t>(audit);
   s.farm.rules.audit_seed = std::strtoull(random_hex(8).c_str(), nullptr, 16);
+  KILN_TRY_STATUS(read_prepare_limits(a, s));
   s.farm.plain_is_fine = a.has("insecure-plain");
   if (a.has("token-file")) {
     KILN_TRY(WorkerTokens tokens, read_worker_tokens(a.get("token-file")));
@@ -225,6 +240,10 @@ Command serve_command() {
        {"--local-workers", "N", "worker processes on this machine [0]"},
        {"--threads", "T", "threads per local worker [processors divided among them]"},
        {"--active-jobs", "N", "jobs baked at the same time [4]"},
+       {"--prepare-memory", "MIB",
+        "most memory to import a job's scene and lay out its lightmap; more fails the job [a quarter of the "
+        "machine's, at least 1024]"},
+       {"--prepare-time", "S", "most seconds for the same [3600]"},
        {"--audit-first", "N",
         "answers of a new worker that a second worker checks; later ones are checked at random; 0: trust "
         "workers [10]"},

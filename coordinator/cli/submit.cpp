@@ -76,7 +76,8 @@ Expected<int> submit_scene(const Arguments& a, const BakeSettings& settings) {
   if (a.has("output") && !a.has("wait"))
     return fail(ErrorKind::kUsage, "-o needs --wait; or use `kiln fetch` later");
   const bool quiet = a.has("json");
-  KILN_TRY(const Snapshot snapshot, take_snapshot(a.get("scene"), settings));
+  KILN_TRY(const Snapshot snapshot,
+           take_snapshot(a.get("scene"), settings, {a.has("allow-outside"), !a.has("config")}));
   KILN_TRY(const std::string document, manifest(a, snapshot));
   KILN_TRY(const std::unique_ptr<ServiceClient> client, connect_service(a));
   KILN_TRY(const uint64_t id, submit(*client, document, snapshot, quiet));
@@ -116,6 +117,9 @@ Command submit_command() {
                 "owners, or machines where workers share one token, that must agree on every unit [1]"},
                {"--on-poison", "WORD",
                 "when a unit fails on every worker: fail the job, or skip the unit [fail]"},
+               {"--allow-outside", "",
+                "send files outside the scene's folder too, which the scene leads to by links or "
+                "names in SCENE.kiln.json"},
                {"--wait", "", "wait until the job has ended; the exit status is its outcome"},
                {"-o,--output", "DIR", "with --wait: fetch the results"}}),
           true,

@@ -16,6 +16,21 @@ namespace {
 constexpr int64_t kFullDiskPauseMs = 30'000;
 constexpr auto kDiskPause = std::chrono::milliseconds(500);
 
+// Whatever a library throws, memory that ran out before all, is an error of this job alone.
+template <class Task>
+auto guarded(JobId id, const Task& task) -> decltype(task()) {
+  try {
+    return task();
+  } catch (const std::bad_alloc&) {
+    return fail(ErrorKind::kIo,
+                text("memory ran out while job {} was worked on: `kiln retry` it when there is "
+                     "more, give `kiln serve` fewer --active-jobs, or make the scene smaller",
+                     id));
+  } catch (const std::exception& e) {
+    return fail(ErrorKind::kInternal, text("job {} met an error that should not be: {}", id, e.what()));
+  }
+}
+
 }  // namespace
 
 fs::path ServiceImpl::work_folder(JobId job) const {
@@ -33,13 +48,17 @@ Status ServiceImpl::persist(JobId job, const Store::Edit& edit, const Active& ac
 }
 
 void ServiceImpl::conduct(JobId id, Active& active) {
-  note(id, "begun");
-  const auto outputs = [&]() -> Expected<std::vector<FileRecord>> {
+  const auto outputs = guarded(id, [&]() -> Expected<std::vector<FileRecord>> {
+    note(id, "begun");
     const auto job = store_->job(id);
     if (!job) return fail(ErrorKind::kInternal, text("job {} has gone", id));
     return bake(*job, active);
-  }();
-  finish(id, active, outputs);
+  });
+  const Status finished = guarded(id, [&]() -> Status {
+    finish(id, active, outputs);
+    return {};
+  });
+  if (!finished) log_warning(finished.error().message);
   std::error_code ignored;
   fs::remove_all(work_folder(id), ignored);
   {
@@ -67,6 +86,7 @@ Expected<std::vector<FileRecord>> ServiceImpl::bake(const JobRecord& job, Active
     return open_job(job, spec, chunks, active);
   };
   request.cut = [&](uint32_t pass, uint32_t chosen) { return cut(job.id, pass, chosen); };
+  KILN_TRY_STATUS(check_apart(job, request, active));
   KILN_TRY_STATUS(run_bake(request, [&](const BakeProgress& p) {
                     on_progress(job.id, active, p);
                   }).map([&](const BakeReport& r) {
@@ -86,6 +106,15 @@ Expected<std::vector<FileRecord>> ServiceImpl::bake(const JobRecord& job, Active
     outputs.push_back(std::move(record));
   }
   return outputs;
+}
+
+Status ServiceImpl::check_apart(const JobRecord& job, const BakeRequest& request, const Active& active) {
+  if (settings_.check_program.empty()) return {};
+  // A job that has had a pass was prepared before.
+  KILN_TRY(const std::vector<PassRecord> passes, store_->passes(job.id));
+  if (!passes.empty()) return {};
+  return check_scene_apart(settings_.check_program, request.scene, request.settings, work_folder(job.id),
+                           settings_.prepare, active.stop);
 }
 
 Expected<std::unique_ptr<FarmJob>> ServiceImpl::open_job(const JobRecord& begun, const JobSpec& spec,
@@ -145,6 +174,7 @@ void ServiceImpl::on_progress(JobId id, Active& active, const BakeProgress& p) {
   }
   const uint64_t stored = results_->stored(id);
   const bool new_results = stored > active.progress_at;
+  if (finishing) active.finishing = true;
   if (!pass_began && !finishing && !new_results) return;
   const bool first = active.progress_at == 0 && new_results;
   if (!pass_began && !finishing && !first) return;
@@ -155,61 +185,79 @@ void ServiceImpl::on_progress(JobId id, Active& active, const BakeProgress& p) {
       job.passes_done = p.pass ? p.pass - 1 : 0;
       job.converged_share = p.converged_share;
     }
-    if (finishing) job.state = JobState::kFinishing;
     if (new_results) job.preparations = 0;  // the job makes progress
+    if (finishing) {
+      job.state = JobState::kFinishing;
+      job.preparations = std::max(job.preparations, kFinishings);
+    }
     return {};
   });
   if (pass_began) note(id, text("pass {}", p.pass));
   if (finishing) note(id, "all passes are done: finishing");
 }
 
+// Returns false if the outputs cannot be stored.
+bool ServiceImpl::conclude(JobId id, const Active& active, const std::vector<FileRecord>& outputs) {
+  for (;;) {
+    const Status s = store_->conclude(id, [&](JobRecord& job) -> Status {
+      job.state = JobState::kDone;
+      job.reason = active.outcome;
+      if (!active.unmet.empty()) {  // the masters are worth a day: they can be fetched, with the reason
+        job.tainted = true;
+        job.taint = active.unmet;
+      }
+      job.verification = active.verification;
+      job.units_done = job.units_total = active.units;
+      job.results = outputs;
+      job.ended_ms = now_ms();
+      return {};
+    });
+    if (s) return true;
+    if (s.error().kind == ErrorKind::kInvalidInput || s.error().kind == ErrorKind::kUsage || stopping_) {
+      log_warning(text("job {}: {}", id, s.error().message));
+      return false;
+    }
+    results_->suspect();
+    std::this_thread::sleep_for(kDiskPause);
+  }
+}
+
 void ServiceImpl::finish(JobId id, Active& active, const Expected<std::vector<FileRecord>>& outputs) {
   if (outputs && !active.cancelled) {
-    for (;;) {
-      const Status s = store_->conclude(id, [&](JobRecord& job) -> Status {
-        job.state = JobState::kDone;
-        job.reason = active.outcome;
-        if (!active.unmet.empty()) {  // the masters are worth a day: they can be fetched, with the reason
-          job.tainted = true;
-          job.taint = active.unmet;
-        }
-        job.verification = active.verification;
-        job.units_done = job.units_total = active.units;
-        job.results = *outputs;
-        job.ended_ms = now_ms();
-        return {};
-      });
-      if (s) return note(id, "done");
-      if (s.error().kind == ErrorKind::kInvalidInput || s.error().kind == ErrorKind::kUsage || stopping_)
-        return log_warning(text("job {}: {}", id, s.error().message));
-      results_->suspect();
-      std::this_thread::sleep_for(kDiskPause);
-    }
+    if (conclude(id, active, *outputs)) note(id, "done");
+    return;
   }
   const Error error = outputs ? Error{ErrorKind::kUnavailable, ""} : outputs.error();
   // A user's request takes precedence over the coordinator's shutdown; a full disk is not the job's fault.
   const bool cancelled = active.cancelled, stopped = !cancelled && active.stop;
   const bool full = !cancelled && !stopped && error.kind == ErrorKind::kNoSpace;
+  // All units are there: what is not wrong with the scene itself may pass.
+  const bool again = !cancelled && !stopped && !full && active.finishing &&
+                     error.kind != ErrorKind::kInvalidInput && error.kind != ErrorKind::kUsage;
   std::string who;
   {
     const std::lock_guard lock(mutex_);
     who = active.who;
     if (full) not_before_[id] = steady_ms() + kFullDiskPauseMs;
+    if (const auto job = store_->job(id); again && job)
+      not_before_[id] = steady_ms() + finishing_pause_ms(*job);
   }
   const std::string reason = cancelled ? text("cancelled by {}", who)
                              : stopped ? "the coordinator was stopped in order"
                              : full    ? text("waits for space: {}", error.message)
+                             : again   ? text("to finish it failed and is tried again: {}", error.message)
                                        : error.message;
   const Status s = persist(
       id,
       [&](JobRecord& job) -> Status {
-        job.state = cancelled         ? JobState::kCancelled
-                    : stopped || full ? JobState::kQueued
-                                      : JobState::kFailed;
+        job.state = cancelled                  ? JobState::kCancelled
+                    : stopped || full || again ? JobState::kQueued
+                                               : JobState::kFailed;
         job.reason = reason.substr(0, 4000);
         std::replace_if(
             job.reason.begin(), job.reason.end(), [](unsigned char c) { return c < 32 || c == 127; }, ' ');
-        if (stopped || full) job.preparations -= job.preparations > 0;
+        // This attempt does not count, unless it is the first that came as far as to finish.
+        if ((stopped || full) && job.preparations != kFinishings) job.preparations -= job.preparations > 0;
         if (job_ended(job.state)) job.ended_ms = now_ms();
         return {};
       },

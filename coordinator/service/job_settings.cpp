@@ -49,7 +49,7 @@ std::string write_job_settings(const BakeSettings& settings) {
   return w.end_object().take();
 }
 
-Expected<BakeSettings> read_job_settings(const std::string& document, const std::vector<FileRecord>& inputs) {
+Expected<BakeSettings> read_written_settings(const std::string& document) {
   BakeSettings settings;
   const auto root = parse_json(document);
   if (!root) return fail(ErrorKind::kInvalidInput, text("'settings': {}", root.error().message));
@@ -65,6 +65,11 @@ Expected<BakeSettings> read_job_settings(const std::string& document, const std:
     }
   }
   if (const Status s = check_settings(settings); !s) return fail(ErrorKind::kInvalidInput, s.error().message);
+  return settings;
+}
+
+Expected<BakeSettings> read_job_settings(const std::string& document, const std::vector<FileRecord>& inputs) {
+  KILN_TRY(BakeSettings settings, read_written_settings(document));
   for (const FileOption& option : kFileOptions) {
     const std::string& value = settings.*option.value;
     if (!names_file(option, value)) continue;

@@ -10,10 +10,34 @@ namespace kiln {
 namespace {
 
 constexpr auto kLook = std::chrono::seconds(1);
-// High enough that a series of power cuts does not end a job, low enough that a scene that crashes
-// the coordinator does not block the others for long.
-constexpr uint32_t kMaxPreparations = 10;
-constexpr const char* kGivenUp = "the coordinator died ten times in a row while preparing or publishing it";
+// kMaxPreparations is high enough that a series of power cuts does not end a job, low enough that a scene
+// that crashes the coordinator does not block the others for long.
+constexpr const char* kGivenUp = "the coordinator died ten times in a row while preparing it";
+constexpr const char* kKept =
+    "to finish it failed ten times in a row; all its units are kept, and `kiln retry` finishes it without "
+    "baking";
+
+// Counts an attempt, before it starts: a job that crashes the coordinator must not do so forever. False:
+// there have been enough, and the record says so.
+bool count_attempt(JobRecord& job, int64_t now_ms) {
+  if (is_to_be_kept(job)) {
+    const std::string last = job.reason;
+    job.paused = true;
+    job.reason = last.empty() ? kKept : text("{}; the last time: {}", kKept, last).substr(0, 4000);
+    return false;
+  }
+  if (!has_finished_baking(job) && job.preparations >= kMaxPreparations) {
+    job.state = JobState::kFailed;
+    job.reason = kGivenUp;
+    job.ended_ms = now_ms;
+    return false;
+  }
+  job.state = JobState::kPreparing;
+  job.reason = "";
+  ++job.preparations;
+  if (!job.started_ms) job.started_ms = now_ms;
+  return true;
+}
 
 }  // namespace
 
@@ -84,18 +108,13 @@ void ServiceImpl::begin_jobs() {
       }
       return cancelled_by;
     };
-    // Counted before the start: a job that crashes the coordinator must not do so forever.
-    bool given_up = false;
+    bool begins = false;
+    std::string reason;
     const Status s = store_->change(id, [&](JobRecord& job) -> Status {
-      given_up = job.preparations >= kMaxPreparations;
       if (job.state != JobState::kQueued || job.paused)
         return fail(ErrorKind::kUsage, "it was changed meanwhile");
-      job.state = given_up ? JobState::kFailed : JobState::kPreparing;
-      job.reason = given_up ? kGivenUp : "";
-      if (given_up) job.ended_ms = now_ms();
-      if (given_up) return {};
-      ++job.preparations;
-      if (!job.started_ms) job.started_ms = now_ms();
+      begins = count_attempt(job, now_ms());
+      reason = job.reason;
       return {};
     });
     if (!s) {
@@ -103,9 +122,9 @@ void ServiceImpl::begin_jobs() {
         if (const Status done = cancel(id, who); !done) log_warning(done.error().message);
       return;
     }
-    if (given_up) {
+    if (!begins) {
       forget();
-      note(id, std::string("failed: ") + kGivenUp);
+      note(id, reason);
       wake();
       continue;
     }

@@ -39,6 +39,7 @@ Status ServiceImpl::bake_again(const Digest& lost) {
       job.results.clear();
       job.tainted = false;
       job.taint.clear();
+      job.verification.clear();
       return {};
     }));
     if (!changed) continue;

@@ -64,6 +64,7 @@ Status ServiceImpl::take_up_jobs() {
       j.reason = "the coordinator was started again";
       return {};
     }));
+    if (const int64_t pause = finishing_pause_ms(job)) not_before_[job.id] = steady_ms() + pause;
     note(job.id, "the coordinator was started again: the job goes on with the results it has");
   }
   taken_up_ = true;
@@ -230,6 +231,10 @@ Status ServiceImpl::set_paused(JobId id, bool paused) {
     if (job_ended(job.state))
       return fail(ErrorKind::kUsage, text("job {} is {} and cannot be {}", id, job_state_name(job.state),
                                           paused ? "paused" : "resumed"));
+    if (is_kept(job) && !paused) {  // to resume it is to try it again
+      job.preparations = kFinishings;
+      job.reason.clear();
+    }
     job.paused = paused;
     changed = job;
     return {};
@@ -259,18 +264,21 @@ Status ServiceImpl::set_priority(JobId id, int32_t priority) {
 Status ServiceImpl::retry(JobId id) {
   std::string why;
   KILN_TRY_STATUS(store_->change(id, [&](JobRecord& job) -> Status {
+    const bool kept = is_kept(job);
     const bool doubtful = job.state == JobState::kDone && job.tainted;
-    if (job.state != JobState::kFailed && job.state != JobState::kCancelled && !doubtful)
+    if (job.state != JobState::kFailed && job.state != JobState::kCancelled && !kept && !doubtful)
       return fail(ErrorKind::kUsage,
                   text("job {} is {}: only failed, cancelled and tainted jobs are tried again", id,
                        job_state_name(job.state)));
+    const bool only_finishes = kept || (has_finished_baking(job) && job.state == JobState::kFailed);
     why = job.taint.empty() ? "" : text(": its result was tainted: {}", job.taint);
     job.tainted = false;
     job.taint.clear();
     job.verification.clear();
-    job.state = job.after.empty() ? JobState::kQueued : JobState::kWaiting;
+    job.preparations = only_finishes ? kFinishings : 0;
+    job.state = job.after.empty() || kept ? JobState::kQueued : JobState::kWaiting;
     job.reason.clear();
-    job.preparations = 0;
+    if (kept) job.paused = false;
     job.ended_ms = 0;
     return {};
   }));

@@ -12,6 +12,7 @@
 #include "coordinator/farm/dispatch/farm.h"
 #include "coordinator/farm/queue/blobs.h"
 #include "coordinator/farm/queue/store.h"
+#include "coordinator/service/scene_check.h"
 
 namespace kiln {
 
@@ -26,6 +27,8 @@ struct ServiceSettings {
   StoreOptions store;
   // Tests: the wall clock and the steady clock, ms; empty: the machine's.
   std::function<int64_t()> wall_clock, steady_clock;
+  std::string check_program;  // kiln, to prepare scenes apart; empty: they are prepared in this process alone
+  PrepareLimits prepare;
 };
 
 class Service {

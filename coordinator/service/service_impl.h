@@ -74,6 +74,7 @@ class ServiceImpl final : public Service {
     std::atomic<bool> stop{false};       // ends the bake: cancelled, or the service stops
     std::atomic<bool> cancelled{false};  // by a user
     std::atomic<bool> ended{false};
+    std::atomic<bool> finishing{false};  // its units are all there
     std::string who;
     std::string unmet;         // BakeReport's
     std::string outcome;       // quality of the map, for people
@@ -111,11 +112,13 @@ class ServiceImpl final : public Service {
   // conductor.cpp
   void conduct(JobId id, Active& active);
   Expected<std::vector<FileRecord>> bake(const JobRecord& job, Active& active);
+  Status check_apart(const JobRecord& job, const BakeRequest& request, const Active& active);
   Expected<std::unique_ptr<FarmJob>> open_job(const JobRecord& job, const JobSpec& spec,
                                               const ChunkStore& chunks, Active& active);
   Expected<uint32_t> cut(JobId job, uint32_t pass, uint32_t chosen);
   void on_progress(JobId job, Active& active, const BakeProgress& progress);
   void finish(JobId id, Active& active, const Expected<std::vector<FileRecord>>& outputs);
+  bool conclude(JobId id, const Active& active, const std::vector<FileRecord>& outputs);
   Status persist(JobId job, const Store::Edit& edit, const Active& active);  // retries while the disk refuses
   std::filesystem::path work_folder(JobId job) const;
 

@@ -3,10 +3,14 @@
 
 #include <condition_variable>
 #include <deque>
+#include <exception>
 #include <functional>
 #include <mutex>
 #include <thread>
 #include <vector>
+
+#include "common/base/format.h"
+#include "common/base/log.h"
 
 namespace kiln {
 
@@ -44,7 +48,11 @@ class TaskPool {
       const std::function<void()> task = std::move(tasks_.front());
       tasks_.pop_front();
       lock.unlock();
-      task();
+      try {
+        task();
+      } catch (const std::exception& e) {  // memory ran out: this request goes without an answer
+        log_warning(text("a request was dropped: {}", e.what()));
+      }
       lock.lock();
     }
   }

@@ -1,5 +1,6 @@
 #include "coordinator/service/turn.h"
 
+#include <algorithm>
 #include <tuple>
 
 #include "common/base/format.h"
@@ -42,6 +43,12 @@ std::vector<WaitEnd> ended_waits(const std::vector<JobRecord>& jobs) {
     if (!failure.empty() || !open) ends.push_back({job.id, failure});
   }
   return ends;
+}
+
+int64_t finishing_pause_ms(const JobRecord& job) {
+  constexpr int64_t kFirst = 1000, kLongest = 300'000;
+  if (job.preparations <= kFinishings) return 0;
+  return std::min(kLongest, kFirst << std::min(job.preparations - kFinishings - 1, 20u));
 }
 
 }  // namespace kiln

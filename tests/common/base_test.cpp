@@ -1,3 +1,7 @@
+#include <sys/stat.h>
+
+#include <stdexcept>
+
 #include "common/base/bytes.h"
 #include "common/base/files.h"
 #include "common/base/hash.h"
@@ -59,6 +63,28 @@ TEST(Files, BoundIsKept) {
   ASSERT_TRUE(write_file_atomic(dir.path() / "a", "12345"));
   EXPECT_TRUE(read_file(dir.path() / "a", 5));
   EXPECT_FALSE(read_file(dir.path() / "a", 4));
+}
+
+TEST(Files, OnlyFilesAreRead) {
+  test::TempDir dir;
+  const auto message = [](const std::filesystem::path& path) { return read_file(path).error().message; };
+  ASSERT_EQ(::mkfifo((dir.path() / "pipe").c_str(), 0600), 0);  // reading it would wait for ever
+  EXPECT_NE(message(dir.path() / "pipe").find("pipe: it is a pipe, not a file"), std::string::npos);
+  EXPECT_NE(message("/dev/zero").find("it is a device"), std::string::npos);
+  EXPECT_NE(message(dir.path()).find("it is a folder"), std::string::npos);
+  EXPECT_NE(message(dir.path() / "none").find("none: no such file"), std::string::npos);
+  std::filesystem::create_symlink("loop", dir.path() / "loop");
+  EXPECT_FALSE(read_file(dir.path() / "loop"));
+}
+
+TEST(Parallel, AnExceptionReachesTheCaller) {
+  for (const unsigned threads : {1u, 4u}) {
+    const auto broken = [&] {
+      parallel_for(
+          1000, [](size_t i) { i % 7 == 3 ? throw std::runtime_error("no more") : void(); }, threads);
+    };
+    EXPECT_THROW(broken(), std::runtime_error) << threads;
+  }
 }
 
 TEST(Files, OutputFolderNeedsSpace) {

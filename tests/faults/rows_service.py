@@ -69,6 +69,9 @@ def coordinator_kill(lab):
                 raise Failed(f"job {job} failed: {record['reason']}")
             moments["retried after ten deaths in a row"] = 1 + moments.get("retried after three deaths in a row", 0)
             service.kiln("retry", job)
+        if record["state"] == "queued" and record.get("paused"):
+            moments["kept after ten failures to finish"] = 1 + moments.get("kept after ten failures to finish", 0)
+            service.kiln("retry", job)
         if record["state"] == "done":
             if service.fetch(job) != truth:
                 raise Failed(f"job {job}: another digest")

@@ -165,6 +165,11 @@ TEST(Meshes, AccessorsMustFitTheirBuffers) {
               "do not fit in buffer view 0 of 48 bytes");
   EXPECT_SAYS(message("accessors", "count", 18446744073709551615ull), "elements are too many");
   EXPECT_SAYS(message("accessors", "count", 4294967295ull), "do not fit");
+  for (const json& bad : {json(-4), json(-4.0), json(0.5), json("4"), json(1e300)}) {
+    EXPECT_SAYS(message("accessors", "byteOffset", bad), "accessor 0: byteOffset is " + bad.dump());
+    EXPECT_SAYS(message("bufferViews", "byteOffset", bad), "buffer view 0: byteOffset is " + bad.dump());
+    EXPECT_SAYS(message("bufferViews", "byteLength", bad), "not a whole number of at least 0");
+  }
   EXPECT_SAYS(message("accessors", "byteOffset", 4), "do not fit");
   EXPECT_SAYS(message("accessors", "byteOffset", 18446744073709551615ull), "do not fit");
   EXPECT_SAYS(message("accessors", "bufferView", 9), "buffer view 9 does not exist, there are 2");

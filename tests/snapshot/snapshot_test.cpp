@@ -1,6 +1,8 @@
 // A scene from a snapshot is the scene: the same bytes go to the workers.
 #include "coordinator/farm/snapshot/snapshot.h"
 
+#include <sys/stat.h>
+
 #include "common/base/files.h"
 #include "common/scene/prepared.h"
 #include "tests/import/gltf_builder.h"
@@ -168,6 +170,72 @@ TEST(Snapshot, NothingOutsideIsReadOrWritten) {
     ASSERT_FALSE(inputs) << uri;
     EXPECT_EQ(inputs.error().kind, ErrorKind::kInvalidInput);
   }
+}
+
+std::string refusal(const Expected<std::vector<InputFile>>& inputs) {
+  EXPECT_FALSE(inputs);
+  return inputs ? std::string() : inputs.error().message;
+}
+
+TEST(Snapshot, LinksOutOfTheFolderAreRefusedUnlessAllowed) {
+  Studio studio;
+  const fs::path folder = studio.scene.parent_path(), secret = studio.dir.path() / "secret";
+  put(secret, "the key");
+  fs::remove(folder / "c.png");
+  fs::create_symlink("textures/a b.png", folder / "c.png");  // within the folder: as good as a file
+  ASSERT_TRUE(list_inputs(studio.scene, {}));
+  fs::remove(folder / "c.png");
+  fs::create_symlink(secret, folder / "c.png");
+  EXPECT_SAYS(refusal(list_inputs(studio.scene, {})),
+              "c.png is " + secret.string() + ", outside the scene's folder");
+  EXPECT_SAYS(refusal(list_inputs(studio.scene, {})), "--allow-outside");
+  EXPECT_TRUE(list_inputs(studio.scene, {}, {.allow_outside = true}));
+  // A folder on the way counts too, and so does the scene's own job file.
+  fs::remove(folder / "c.png");
+  put(studio.dir.path() / "elsewhere" / "spot.ies", "lamp");
+  fs::remove_all(folder / "lamps");
+  fs::create_directory_symlink(studio.dir.path() / "elsewhere", folder / "lamps");
+  EXPECT_SAYS(refusal(list_inputs(studio.scene, {})), "lamps/spot.ies is ");
+  fs::remove(folder / "lamps");
+  fs::remove(folder / "x.kiln.json");
+  fs::create_symlink(secret, folder / "x.kiln.json");
+  EXPECT_SAYS(refusal(list_inputs(studio.scene, {})), "x.kiln.json is ");
+  // The scene itself may be reached by a link: it was named by the user.
+  fs::remove(folder / "x.kiln.json");
+  fs::create_symlink("x.gltf", folder / "link.gltf");
+  EXPECT_TRUE(list_inputs(folder / "link.gltf", {}));
+}
+
+TEST(Snapshot, AJobFileThatWasFoundNamesOnlyFilesOfTheScene) {
+  const Studio studio;
+  BakeSettings found;
+  ASSERT_TRUE(set_option(found, "environment", studio.settings.environment, "job file x.kiln.json"));
+  const InputRules beside{.own_job_file = true};
+  EXPECT_SAYS(refusal(list_inputs(studio.scene, found, beside)),
+              "the environment that x.kiln.json names is ");
+  EXPECT_TRUE(list_inputs(studio.scene, found, {.allow_outside = true, .own_job_file = true}));
+  EXPECT_TRUE(list_inputs(studio.scene, found)) << "--config names it";
+  ASSERT_TRUE(set_option(found, "environment", (studio.scene.parent_path() / "sky.hdr").string(),
+                         "job file x.kiln.json"));
+  EXPECT_TRUE(list_inputs(studio.scene, found, beside)) << "it is the scene's";
+  ASSERT_TRUE(set_option(found, "environment", studio.settings.environment, "command line"));
+  EXPECT_TRUE(list_inputs(studio.scene, found, beside)) << "the user names it";
+}
+
+TEST(Snapshot, PipesAndDevicesAreRefused) {
+  const Studio studio;
+  const fs::path folder = studio.scene.parent_path();
+  fs::remove(folder / "c.png");
+  ASSERT_EQ(::mkfifo((folder / "c.png").c_str(), 0600), 0);
+  EXPECT_SAYS(refusal(list_inputs(studio.scene, {})), "c.png is no file but a folder, a pipe or a device");
+  fs::remove(folder / "c.png");
+  fs::remove(folder / "x.kiln.json");
+  fs::create_symlink("/dev/zero", folder / "x.kiln.json");
+  EXPECT_SAYS(refusal(list_inputs(studio.scene, {})), "x.kiln.json is no file");
+  fs::remove(folder / "x.kiln.json");
+  fs::remove(folder / "x.bin");
+  ASSERT_EQ(::mkfifo((folder / "x.bin").c_str(), 0600), 0);
+  EXPECT_SAYS(refusal(list_inputs(studio.scene, {})), "it is a pipe, not a file");
 }
 
 }  // namespace

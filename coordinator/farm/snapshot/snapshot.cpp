@@ -9,8 +9,9 @@
 namespace kiln {
 namespace fs = std::filesystem;
 
-Expected<Snapshot> take_snapshot(const fs::path& scene, const BakeSettings& settings) {
-  KILN_TRY(const std::vector<InputFile> inputs, list_inputs(scene, settings));
+Expected<Snapshot> take_snapshot(const fs::path& scene, const BakeSettings& settings,
+                                 const InputRules& rules) {
+  KILN_TRY(const std::vector<InputFile> inputs, list_inputs(scene, settings, rules));
   Snapshot snapshot;
   snapshot.scene = inputs.front().path;
   snapshot.settings = settings;

@@ -20,13 +20,19 @@ struct InputFile {
 // Folder of files named by options, each in a subfolder with its option's name.
 inline constexpr const char* kOptions = "kiln-options";
 
+// Which files of this machine a scene may name. Whoever made it may not be who submits it.
+struct InputRules {
+  bool allow_outside = false;  // files outside the scene's folder, by symbolic links too
+  bool own_job_file = false;   // the settings come from NAME.kiln.json, which nobody asked for
+};
+
 // Every file that a bake of this scene with these settings reads, the scene first, then by path: external
 // buffers, all images (scene.glb includes them), IES profiles, the environment's image, the layout to keep,
 // and NAME.kiln.json, the scene's own job file. Missing files of the scene are skipped: import reports them
 // on either side. Fails (kInvalidInput) like import on an unreadable glTF and on URIs that leave the scene's
-// folder, and on a missing file of an option.
-Expected<std::vector<InputFile>> list_inputs(const std::filesystem::path& scene,
-                                             const BakeSettings& settings);
+// folder, and on a missing file of an option; and on pipes, devices, and whatever `rules` do not allow.
+Expected<std::vector<InputFile>> list_inputs(const std::filesystem::path& scene, const BakeSettings& settings,
+                                             const InputRules& rules = {});
 
 struct Snapshot {
   std::string scene;  // path of the glTF among `files`
@@ -36,7 +42,8 @@ struct Snapshot {
 };
 
 // Lists and hashes (SHA-256, in pieces of 1 MiB).
-Expected<Snapshot> take_snapshot(const std::filesystem::path& scene, const BakeSettings& settings);
+Expected<Snapshot> take_snapshot(const std::filesystem::path& scene, const BakeSettings& settings,
+                                 const InputRules& rules = {});
 
 // Copies a snapshot's files from this machine into the store. Fails (kInvalidInput) if one has changed since.
 Status put_snapshot(const Snapshot& snapshot, BlobStore& blobs, int64_t now_ms);

@@ -10,6 +10,7 @@
 #include "common/base/files.h"
 #include "common/base/format.h"
 #include "coordinator/scene/document/glb.h"
+#include "coordinator/scene/document/gltf_numbers.h"
 #include "coordinator/scene/document/json_weight.h"
 #include "coordinator/scene/document/uri.h"
 
@@ -171,6 +172,7 @@ Expected<GltfDocument> read_gltf_document(const fs::path& path) {
   }
   KILN_TRY(json root, parse_json(document.json, path, *document.budget));
   NamedFiles files(path.parent_path(), *document.budget);
+  KILN_TRY_STATUS(check_gltf_numbers(root, path));
   KILN_TRY(const json buffers, array_member(root, "buffers", path));
   for (size_t i = 0; i < buffers.size(); ++i) {
     KILN_TRY(SharedBytes data, read_buffer(buffers[i], i, binary, files, path));
