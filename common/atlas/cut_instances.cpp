@@ -9,11 +9,12 @@ namespace kiln {
 
 void warn_of_no_contacts(Atlas& atlas) {
   KILN_CHECK(atlas.contacts.empty());
-  atlas.warnings.push_back(text(
-      "more than {} million pairs of triangles lie within each other's reach, so charts were not cut where "
-      "surfaces stand on others, and light can leak under these: copies that fill one place, if not meant, "
-      "are to be taken out of the model",
-      kMaxPairs / 1'000'000));
+  atlas.warnings.push_back(
+      "hundreds of millions of pairs of triangles lie within each other's reach, or millions of surfaces "
+      "stand on "
+      "others, so charts were not cut there, and light can leak: where many copies fill one place and are "
+      "not meant "
+      "to, take them out of the model");
 }
 
 Status cut_at_contacts(const Scene& scene, std::span<const double> texel, const AtlasSettings& settings,

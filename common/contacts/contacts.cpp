@@ -134,7 +134,9 @@ class ContactFinder::Search {
   // Whether there are too many pairs depends on their sum alone, so it is the same for any number of threads.
   std::vector<Found> run(const std::function<bool()>& is_stopped, uint64_t max_pairs, bool& given_up) const {
     const uint64_t most = max_pairs + kPairsOfTriangle * triangles_.size();
-    std::atomic<uint64_t> pairs{0};
+    const uint64_t most_found = kMaxContacts + kContactsOfTriangle * triangles_.size();
+    std::atomic<uint64_t> pairs{0}, contacts{0};
+    const auto too_many = [&] { return pairs > most || contacts > most_found; };
     constexpr size_t kChunk = 1024;
     std::vector<std::vector<Found>> parts((triangles_.size() + kChunk - 1) / kChunk);
     parallel_for(
@@ -142,12 +144,14 @@ class ContactFinder::Search {
         [&](size_t part) {
           if (is_stopped && is_stopped()) return;
           for (size_t i = part * kChunk; i < std::min(triangles_.size(), (part + 1) * kChunk); ++i) {
-            if (pairs > most) return;
+            if (too_many()) return;
+            const size_t before = parts[part].size();
             pairs += look_at(triangles_[i], parts[part]);
+            contacts += parts[part].size() - before;
           }
         },
         threads_);
-    given_up = pairs > most;
+    given_up = too_many();
     if (given_up) return {};
     std::vector<Found> all;
     for (auto& part : parts) all.insert(all.end(), part.begin(), part.end());

@@ -28,12 +28,13 @@ struct ContactLine {
 struct Contacts {
   std::vector<std::vector<Contact>> of_instance;
   std::vector<ContactLine> lines;
-  bool given_up = false;  // too many pairs of triangles are near each other: there are no contacts
+  bool given_up = false;  // too many triangles are near each other: there are no contacts
 };
 
-// A floor with a million things on it has millions of pairs; a thousand times more is one place filled with
-// copies. Besides, any scene may have kPairsOfTriangle for each of its triangles.
-constexpr uint64_t kMaxPairs = uint64_t{1} << 30, kPairsOfTriangle = 256;
+// A floor with a million things on it has millions of pairs of near triangles; a hundred times more is one
+// place filled with copies or with chaos. Besides, any scene may have so many for each of its triangles.
+constexpr uint64_t kMaxPairs = uint64_t{1} << 28, kPairsOfTriangle = 128;
+constexpr uint64_t kMaxContacts = uint64_t{1} << 21, kContactsOfTriangle = 16;
 
 class ContactFinder {
  public:

@@ -141,6 +141,7 @@ Expected<Preflight> run_preflight(const std::filesystem::path& scene, const Bake
     KILN_TRY(pre.imported, import_scene(scene, settings));
     KILN_TRY_STATUS(check_camera(pre.imported, settings.camera));
     pre.import_notes = pre.imported.notes.size();
+    if (may_go_on) KILN_TRY_STATUS(may_go_on());
   }
   KILN_TRY_STATUS(lay_out_again(scene, settings, wish, pre, times, progress, may_go_on));
   return pre;

@@ -32,7 +32,9 @@ def write(folder, files):
 
 
 def measured(command, log):
-    """Exit status (negative: signal), peak resident MiB of the program and its children, seconds."""
+    """Exit status (negative: signal), peak resident MiB, and seconds: of the program and its children.
+
+    Processor time over the number of processors: what it would take on an idle machine."""
     begin, most = time.monotonic(), 0
     pid = os.fork()
     if pid == 0:
@@ -45,8 +47,9 @@ def measured(command, log):
         done, status, usage = os.wait4(pid, os.WNOHANG)
         seconds = time.monotonic() - begin
         if done:
-            return os.waitstatus_to_exitcode(status), usage.ru_maxrss >> 10, seconds
-        if a.seconds and seconds > a.seconds:
+            used = (usage.ru_utime + usage.ru_stime) / len(os.sched_getaffinity(0))
+            return os.waitstatus_to_exitcode(status), usage.ru_maxrss >> 10, used
+        if a.seconds and seconds > 10 * a.seconds:
             os.killpg(pid, signal.SIGKILL)  # the group that this script made
             os.wait4(pid, 0)
             return None, 0, seconds
@@ -64,7 +67,7 @@ def judge(number):
     status, mib, seconds = measured(command, log)
     words = open(log, errors="replace").read()
     sentence = next((l for l in words.splitlines() if l.startswith("kiln: ")), "")
-    wrong = (f"took more than {a.seconds} s" if status is None else
+    wrong = (f"took more than {a.seconds} s" if status is None or (a.seconds and seconds > a.seconds) else
              f"ended by signal {-status}" if status < 0 else
              f"took {mib} MiB" if mib > a.memory_mib else
              f"has the exit status {status}" if status not in (0, 2, 3, 4) and not (status == 1 and sentence) else
