@@ -86,7 +86,8 @@ TEST(Ratchets, InvariantsAreChecked) {
     return 1000 * count / code;
   };
   EXPECT_GE(checks({"common/"}), kMinChecksInCommon);
-  for (const char* room : {"coordinator/farm/ledger/", "coordinator/farm/dispatch/"})
+  for (const char* room :
+       {"coordinator/farm/ledger/", "coordinator/farm/dispatch/", "coordinator/farm/queue/"})
     EXPECT_GE(checks({room}), kMinChecksInFarm) << room;
   EXPECT_GE(checks({"common/wire/"}), kMinChecksInWire);
 }

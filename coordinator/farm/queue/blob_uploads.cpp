@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "common/base/check.h"
 #include "common/base/format.h"
 #include "common/base/log.h"
 #include "coordinator/farm/queue/blob_files.h"
@@ -91,6 +92,7 @@ Expected<uint64_t> BlobStore::begin(const Digest& digest, uint64_t size) {
   const auto open = uploads_.find(digest);
   if (open == uploads_.end()) {
     KILN_TRY(const uint64_t have, start(digest, size));
+    KILN_CHECK(have <= size);
     uploads_[digest] = {size, have, 1};
     return have;
   }
@@ -102,6 +104,7 @@ Expected<uint64_t> BlobStore::begin(const Digest& digest, uint64_t size) {
     KILN_TRY(upload.have, start(digest, size));
     upload.dropped = false;
   }
+  KILN_CHECK(upload.have <= upload.size);
   ++upload.users;
   return upload.have;
 }
@@ -133,6 +136,7 @@ Status BlobStore::append(const Digest& digest, uint64_t offset, std::span<const 
   // Overwrites bytes after `have` left by a failed write.
   KILN_TRY_STATUS(file.write_at(disk_, data, upload.have));
   upload.have += data.size();
+  KILN_CHECK(upload.have <= upload.size);
   upload.moved = true;
   return {};
 }
@@ -155,6 +159,7 @@ Status BlobStore::finish(const Digest& digest, int64_t now_ms) {
   }
   Status status = publish(digest, now_ms);
   const std::lock_guard lock(mutex_);
+  KILN_CHECK(uploads_.count(digest) == 1 && uploads_[digest].finishing);
   if (status || status.error().kind == ErrorKind::kInvalidInput)
     uploads_.erase(digest);
   else

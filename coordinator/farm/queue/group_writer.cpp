@@ -60,6 +60,7 @@ GroupWriter::GroupWriter(Database database, Spool spool, RecordCache& cache, con
 }
 
 void GroupWriter::give(Operation operation) {
+  KILN_CHECK(!(operation.reads && operation.removes));
   {
     const std::lock_guard lock(mutex_);
     if (!stopping_) {
@@ -128,6 +129,7 @@ bool GroupWriter::begin_writing(std::span<Operation> group) {
 }
 
 void GroupWriter::write_group(std::vector<Operation>& group) {
+  KILN_CHECK(!group.empty());
   if (begin_writing(group)) write_payloads(group);
   std::vector<Operation*> open;
   for (Operation& operation : group)
@@ -163,6 +165,7 @@ void GroupWriter::write_payloads(std::span<Operation> group) {
     removed = removed || operation.removes;
     if (!operation.payload) continue;
     const UnitCommit& commit = operation.payload->commit;
+    KILN_CHECK(operation.payload->bytes != nullptr);
     operation.payload->place.reset();
     if (!cache_.has_job(commit.job)) continue;  // apply() will report it
     if (!removed) {

@@ -4,6 +4,7 @@
 #include <charconv>
 #include <ctime>
 
+#include "common/base/check.h"
 #include "common/base/files.h"
 #include "common/base/format.h"
 #include "common/base/json.h"
@@ -34,6 +35,7 @@ void ObservedTime::observe(int64_t wall_ms, int64_t steady_ms) {
   const int64_t elapsed = std::max<int64_t>(0, steady_ms - steady_ms_);
   wall_ms_ = wall_ms;
   steady_ms_ = steady_ms;
+  KILN_CHECK(elapsed >= 0 && record_.seen_ms >= 0);
   const int64_t expected = record_.seen_ms + elapsed;
   if (wall_ms <= expected + kLeapMs) {
     record_ = {std::max(wall_ms, expected)};
@@ -47,7 +49,9 @@ void ObservedTime::observe(int64_t wall_ms, int64_t steady_ms) {
 }
 
 void ObservedTime::accept() {
-  record_ = {std::max(wall_ms_, record_.seen_ms)};
+  const int64_t before = record_.seen_ms;
+  record_ = {std::max(wall_ms_, before)};
+  KILN_CHECK(record_.seen_ms >= before);  // time only moves forward
 }
 
 ClockRecord read_clock(const fs::path& data) {

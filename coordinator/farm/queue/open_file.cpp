@@ -9,6 +9,7 @@
 #include <cstring>
 #include <utility>
 
+#include "common/base/check.h"
 #include "common/base/format.h"
 
 namespace kiln {
@@ -45,6 +46,7 @@ void OpenFile::close() {
 }
 
 Status OpenFile::write_at(DiskCalls& disk, std::span<const std::byte> data, uint64_t offset) const {
+  KILN_CHECK(is_open());
   while (!data.empty()) {
     const ssize_t put = disk.write_at(file_, data.data(), data.size(), static_cast<off_t>(offset));
     if (put < 0 && errno == EINTR) continue;
@@ -56,11 +58,13 @@ Status OpenFile::write_at(DiskCalls& disk, std::span<const std::byte> data, uint
 }
 
 Status OpenFile::sync(DiskCalls& disk) const {
+  KILN_CHECK(is_open());
   if (disk.sync(file_) != 0) return system_error("sync", path_);
   return {};
 }
 
 Status OpenFile::read_at(std::span<std::byte> data, uint64_t offset) const {
+  KILN_CHECK(is_open());
   while (!data.empty()) {
     const ssize_t got = ::pread(file_, data.data(), data.size(), static_cast<off_t>(offset));
     if (got < 0 && errno == EINTR) continue;

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "common/base/check.h"
 #include "coordinator/farm/queue/records.h"
 
 namespace kiln {
@@ -51,12 +52,16 @@ class RecordCache {
   void apply(RecordChanges changes) {
     const std::lock_guard lock(mutex_);
     for (auto& [id, job] : changes.jobs) {
+      KILN_CHECK(!job || job->id == id);
       if (job)
         jobs_.insert_or_assign(id, std::move(*job));
       else
         jobs_.erase(id);
     }
-    for (auto& [identity, worker] : changes.workers) workers_.insert_or_assign(identity, std::move(worker));
+    for (auto& [identity, worker] : changes.workers) {
+      KILN_CHECK(worker.identity == identity);
+      workers_.insert_or_assign(identity, std::move(worker));
+    }
   }
 
  private:

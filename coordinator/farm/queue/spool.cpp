@@ -4,6 +4,7 @@
 
 #include <utility>
 
+#include "common/base/check.h"
 #include "coordinator/farm/queue/spool_record.h"
 
 namespace kiln {
@@ -17,11 +18,13 @@ constexpr size_t kMaxOpenJobs = 64;   // jobs with a file open between groups
 }  // namespace
 
 Expected<SpoolPlace> Spool::append(const UnitCommit& commit, std::span<const std::byte> payload) {
+  KILN_CHECK(commit.job != 0 && payload.size() <= kMaxPayloadBytes);
   JobFiles& files = jobs_[commit.job];
   const uint64_t size = kSpoolHead + payload.size();
   if (files.open.empty() || (files.open.back().end() > 0 && files.open.back().end() + size > file_bytes_)) {
     KILN_TRY_STATUS(begin_file(commit.job, files));
   }
+  KILN_CHECK(!files.open.empty());
   files.in_group = true;
   File& file = files.open.back();
   const SpoolPlace place{epoch_, file.number, file.end()};
@@ -40,6 +43,7 @@ Status Spool::begin_file(JobId job, JobFiles& files) {
     files.folder_made = true;
   }
   const uint32_t number = files.next++;
+  KILN_CHECK(files.open.empty() || files.open.back().number < number);  // names are not used again
   OpenFile opened(spool_path(folder_, {job, epoch_, number}), O_WRONLY | O_CREAT | O_EXCL);
   if (!opened.is_open()) return system_error("create", opened.path());
   File& file = files.open.emplace_back();
@@ -50,12 +54,14 @@ Status Spool::begin_file(JobId job, JobFiles& files) {
 
 Status Spool::write_waiting(File& file) {
   KILN_TRY_STATUS(file.file.write_at(disk_, file.waiting, file.written));
+  KILN_CHECK(file.written >= file.durable);
   file.written += file.waiting.size();
   file.waiting.clear();
   return {};
 }
 
 Status Spool::sync_job(JobId job, JobFiles& files) {
+  KILN_CHECK(!files.open.empty());
   bool fresh = false;
   for (File& file : files.open) {
     KILN_TRY_STATUS(write_waiting(file));
@@ -64,6 +70,7 @@ Status Spool::sync_job(JobId job, JobFiles& files) {
   }
   if (fresh) KILN_TRY_STATUS(sync_folder(disk_, spool_folder(folder_, job)));
   for (File& file : files.open) {
+    KILN_CHECK(file.waiting.empty());
     file.durable = file.written;
     file.fresh = false;
   }

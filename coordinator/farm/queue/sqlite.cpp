@@ -49,6 +49,7 @@ Query& Query::bind(std::span<const std::byte> value) {
 
 Expected<bool> Query::next() {
   if (code_ != SQLITE_OK) return database_.error(code_);
+  KILN_CHECK(statement_ && bound_ == sqlite3_bind_parameter_count(statement_));
   column_ = 0;
   const int code = sqlite3_step(statement_);
   if (code == SQLITE_ROW) return true;
@@ -57,17 +58,21 @@ Expected<bool> Query::next() {
 }
 
 int64_t Query::integer() {
+  KILN_CHECK(column_ < sqlite3_column_count(statement_));
   return sqlite3_column_int64(statement_, column_++);
 }
 double Query::real() {
+  KILN_CHECK(column_ < sqlite3_column_count(statement_));
   return sqlite3_column_double(statement_, column_++);
 }
 std::string Query::string() {
+  KILN_CHECK(column_ < sqlite3_column_count(statement_));
   const auto* text = sqlite3_column_text(statement_, column_);
   const int size = sqlite3_column_bytes(statement_, column_++);
   return text ? std::string(reinterpret_cast<const char*>(text), static_cast<size_t>(size)) : std::string();
 }
 std::span<const std::byte> Query::blob() {
+  KILN_CHECK(column_ < sqlite3_column_count(statement_));
   const void* data = sqlite3_column_blob(statement_, column_);
   const int size = sqlite3_column_bytes(statement_, column_++);
   return {static_cast<const std::byte*>(data), data ? static_cast<size_t>(size) : 0};
@@ -108,6 +113,7 @@ void Database::close() {
 }
 
 Query Database::prepared(const char* sql) {
+  KILN_CHECK(handle_ != nullptr);
   sqlite3_stmt*& statement = statements_[sql];
   int code = SQLITE_OK;
   if (!statement) code = sqlite3_prepare_v3(handle_, sql, -1, SQLITE_PREPARE_PERSISTENT, &statement, nullptr);

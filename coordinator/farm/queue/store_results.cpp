@@ -1,10 +1,12 @@
 // The store's operations on results of units.
+#include "common/base/check.h"
 #include "common/base/format.h"
 #include "coordinator/farm/queue/store_impl.h"
 
 namespace kiln {
 
 void StoreImpl::commit_result(const UnitCommit& commit, std::shared_ptr<const Bytes> bytes, Callback done) {
+  KILN_CHECK(commit.job != 0);
   Operation operation;
   if (!bytes) bytes = std::make_shared<const Bytes>();
   if (bytes->size() > kMaxPayloadBytes) {
@@ -27,6 +29,7 @@ void StoreImpl::commit_result(const UnitCommit& commit, std::shared_ptr<const By
     if (!payload->place)  // it existed, and an operation of this group has just replaced it
       return fail(ErrorKind::kUnavailable, text("unit {} of job {}: give the result again", c.unit, c.job));
     const SpoolPlace& at = *payload->place;
+    KILN_CHECK(payload->bytes->size() <= kMaxPayloadBytes);
     return t.tables().add_result({c.job, c.unit, c.shape, c.digest, c.worker, c.verified, false, at.epoch,
                                   at.file, at.offset, static_cast<uint32_t>(payload->bytes->size())});
   };

@@ -1,4 +1,5 @@
 // The store's operations on workers, and the effect of a quarantine on jobs.
+#include "common/base/check.h"
 #include "common/base/format.h"
 #include "coordinator/farm/queue/store_impl.h"
 
@@ -21,6 +22,7 @@ Status taint(GroupTransaction& t, JobRecord job, uint64_t units, const std::stri
 }
 
 Status set_worker(GroupTransaction& t, WorkerRecord worker) {
+  KILN_CHECK(!worker.identity.empty() && worker.identity.size() <= kMaxIdentity);
   KILN_TRY_STATUS(t.tables().put_worker(worker));
   t.set_worker(std::move(worker));
   return {};

@@ -1,11 +1,13 @@
 #include "coordinator/farm/queue/tables.h"
 
+#include "common/base/check.h"
 #include "common/base/format.h"
 #include "coordinator/farm/queue/table_lists.h"
 
 namespace kiln {
 
 Status Tables::set_epoch(uint64_t epoch, const std::string& release) {
+  KILN_CHECK(epoch > 0);
   KILN_TRY_STATUS(database_.run("UPDATE about SET value=?1 WHERE key='epoch'", epoch));
   return database_.run("UPDATE about SET value=?1 WHERE key='release'", std::string_view(release));
 }
@@ -18,6 +20,7 @@ Expected<uint64_t> Tables::load_epoch() {
 }
 
 Status Tables::add_event(JobId job, int64_t at_ms, std::string_view text, uint32_t kept) {
+  KILN_CHECK(kept > 0);
   KILN_TRY_STATUS(database_.run("INSERT INTO events(job,at_ms,text) VALUES(?1,?2,?3)", job, at_ms, text));
   return database_.run(
       "DELETE FROM events WHERE job=?1 AND id<="

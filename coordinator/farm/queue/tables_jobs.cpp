@@ -1,3 +1,4 @@
+#include "common/base/check.h"
 #include "common/base/format.h"
 #include "coordinator/farm/queue/table_lists.h"
 #include "coordinator/farm/queue/tables.h"
@@ -13,6 +14,7 @@ Expected<JobId> Tables::add_job(const JobRecord& job) {
 }
 
 Status Tables::set_job(const JobRecord& j, bool described) {
+  KILN_CHECK(j.id != 0);
   KILN_TRY_STATUS(database_.run(
       "UPDATE jobs SET name=?2,user=?3,priority=?4,state=?5,paused=?6,reason=?7,quorum=?8,poison=?9,"
       "preparations=?10,submitted_ms=?11,started_ms=?12,ended_ms=?13,passes_done=?14,units_done=?15,"

@@ -1,3 +1,4 @@
+#include "common/base/check.h"
 #include "common/base/format.h"
 #include "coordinator/farm/queue/tables.h"
 
@@ -40,6 +41,7 @@ Status Tables::verify_result(const UnitCommit& commit) {
 }
 
 Status Tables::add_result(const CommitRow& row) {
+  KILN_CHECK(row.job != 0 && row.length <= kMaxPayloadBytes);
   return database_.run("INSERT OR REPLACE INTO unit_results VALUES(?1,?2,?3,?4,?5,?6,?7,?8,?9,?10,?11)",
                        row.job, row.unit, row.digest, row.shape, std::string_view(row.worker), row.verified,
                        row.settled, row.epoch, row.file, row.offset, row.length);
