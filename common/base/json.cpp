@@ -10,7 +10,14 @@ namespace kiln {
 
 std::string json_quote(std::string_view s) {
   std::string out = "\"";
-  for (char c : s) {
+  for (size_t i = 0; i < s.size(); ++i) {
+    const char c = s[i];
+    const auto next = static_cast<unsigned char>(i + 1 < s.size() ? s[i + 1] : 0);
+    if (c == '\xc2' && next >= 0x80 && next < 0xa0) {  // C1, which a terminal obeys
+      out += text("\\u{:04x}", static_cast<unsigned>(next));
+      ++i;
+      continue;
+    }
     switch (c) {
       case '"':
         out += "\\\"";
@@ -28,7 +35,7 @@ std::string json_quote(std::string_view s) {
         out += "\\r";
         break;
       default:
-        if (static_cast<unsigned char>(c) < 0x20)
+        if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f)
           out += text("\\u{:04x}", static_cast<unsigned>(static_cast<unsigned char>(c)));
         else
           out += c;

@@ -28,13 +28,14 @@ spdlog::level::level_enum to_spdlog(LogLevel level) {
   return spdlog::level::info;
 }
 
-// %V: the message, of which much came from peers and files, as one printable line. %J: that as a JSON string.
+// %V: the message, of which much came from peers and files, as one printable line. %J: as a JSON string,
+// which is one too.
 template <bool kQuoted>
 class SafeMessage final : public spdlog::custom_flag_formatter {
  public:
   void format(const spdlog::details::log_msg& message, const std::tm&, spdlog::memory_buf_t& out) override {
-    const std::string line = printable({message.payload.data(), message.payload.size()});
-    const std::string words = kQuoted ? json_quote(line) : line;
+    const std::string_view said(message.payload.data(), message.payload.size());
+    const std::string words = kQuoted ? json_quote(said) : printable(said);
     out.append(words.data(), words.data() + words.size());
   }
   std::unique_ptr<custom_flag_formatter> clone() const override {

@@ -152,6 +152,13 @@ TEST(Printable, IsOneLineThatSteersNothing) {
   EXPECT_EQ(printable("\xc0\x8a\xed\xa0\x80"), "\\xc0\\x8a\\xed\\xa0\\x80") << "long forms and surrogates";
 }
 
+TEST(Json, QuotesWhatATerminalObeys) {
+  const std::string danger = "a\n\x1b\x7f\xc2\x9b\xc2\xa0\xc3\xa9";
+  EXPECT_EQ(json_quote(danger), "\"a\\n\\u001b\\u007f\\u009b\xc2\xa0\xc3\xa9\"");
+  EXPECT_EQ(parse_json(json_quote(danger))->text, danger);
+  EXPECT_EQ(json_quote("\xc2"), "\"\xc2\"");
+}
+
 TEST(Log, LinesStayLines) {
   for (const LogFormat format : {LogFormat::kText, LogFormat::kJson}) {
     log_setup("kiln", LogLevel::kWarning, format);
