@@ -3,6 +3,7 @@
 #include "coordinator/service/client_session.h"
 #include "coordinator/service/service_impl.h"
 #include "coordinator/service/turn.h"
+#include "coordinator/service/unix_time.h"
 
 namespace kiln {
 namespace fs = std::filesystem;
