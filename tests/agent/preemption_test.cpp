@@ -103,7 +103,8 @@ TEST(Preemption, GoogleSaysTrueOrFalse) {
 TEST(Preemption, AzureListsEvents) {
   const std::string key = "GET /metadata/scheduledevents?api-version=2020-07-01 | Metadata: true";
   const auto notice = [&](const std::string& document) {
-    return preemption_notice(Metadata({{key, document}}).settings(Cloud::kAzure));
+    return preemption_notice(
+        Metadata(std::map<std::string, std::string>({{key, document}})).settings(Cloud::kAzure));
   };
   EXPECT_EQ(notice(R"({"DocumentIncarnation": 1, "Events": []})"), "");
   EXPECT_EQ(notice(R"({"Events": [{"EventType": "Reboot"}]})"), "");
@@ -116,7 +117,7 @@ TEST(Preemption, AzureListsEvents) {
 TEST(Preemption, AServiceThatIsNotThereIsNoNotice) {
   PreemptionSettings settings;
   {
-    const Metadata gone({});
+    const Metadata gone(std::map<std::string, std::string>{});
     settings = gone.settings(Cloud::kGcp);
   }
   EXPECT_EQ(preemption_notice(settings), "");

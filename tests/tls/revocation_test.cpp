@@ -6,6 +6,7 @@
 #include "common/base/clock.h"
 #include "common/base/files.h"
 #include "common/responses/quantities.h"
+#include "common/wire/limits.h"
 #include "tests/farm/farm_support.h"
 #include "tests/farm/stub_bake.h"
 #include "tests/tls/certified_peer.h"
@@ -89,6 +90,7 @@ class Talk final : public ClientTalk {
  public:
   Talk(ClientLink& link, std::atomic<int>& requests) : link_(link), requests_(requests) {}
   std::string role() const override { return "submit"; }
+  uint32_t max_message_bytes() const override { return kMaxDataBytes; }
   void on_request(Request request) override {
     ++requests_;
     link_.send(Reply{request.id, true, ErrorKind::kInternal, "{}"});

@@ -2,6 +2,7 @@
 #include <filesystem>
 
 #include "common/base/format.h"
+#include "common/wire/limits.h"
 #include "coordinator/cli/service_options.h"
 #include "coordinator/farm/dispatch/farm.h"
 
@@ -12,6 +13,7 @@ class Talk final : public ClientTalk {
  public:
   Talk(ClientLink& link, const std::string& reply) : link_(link), reply_(reply) {}
   std::string role() const override { return "submit"; }
+  uint32_t max_message_bytes() const override { return kMaxDataBytes; }
   void on_request(Request request) override {
     link_.send(Reply{request.id, true, ErrorKind::kInternal, reply_});
   }
