@@ -162,7 +162,9 @@ TEST_F(ServiceJobs, PauseCancelRetryAndThoseThatWait) {
   EXPECT_NE(ask_error(*client, "cancel", id).find("nothing is left to cancel"), std::string::npos);
   EXPECT_NE(ask_error(*client, "fetch", id).find("cancelled"), std::string::npos);
   ASSERT_EQ(wait_for_state(*client, third, "done failed"), "done");
-  EXPECT_NE(ask_error(*client, "retry", text("{{\"id\":{}}}", third)).find("only failed, cancelled and tainted"), std::string::npos);
+  EXPECT_NE(
+      ask_error(*client, "retry", text("{{\"id\":{}}}", third)).find("only failed, cancelled and tainted"),
+      std::string::npos);
   ask(*client, "retry", id);
   ASSERT_EQ(wait_for_state(*client, first, "baking"), "baking");
   ask(*client, "cancel", id);
