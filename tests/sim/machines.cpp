@@ -155,7 +155,22 @@ void World::finished(size_t i, const Grant& grant) {
   std::erase_if(m.kept, [&](const Kept& k) { return k.job == grant.job && k.unit == grant.unit; });
   m.kept.push_back({grant.job, grant.unit, grant.lease, digest, false});
   deliver_kept(i, grant.job);
+  echo(i, grant.job, grant.unit, digest);
   work(i);
+}
+
+// The other machines of a ring confirm what one of them says, though nobody asked them.
+void World::echo(size_t i, JobId job, uint64_t unit, const Digest& digest) {
+  if (machines_[i].ring == 0) return;
+  for (size_t j = 0; j < machines_.size(); ++j) {
+    const Machine& m = machines_[j];
+    const WorkerId worker = m.link && worker_of_.count(m.link) ? worker_of_[m.link] : 0;
+    if (j == i || m.ring != machines_[i].ring || !worker) continue;
+    to_coordinator(j, [this, worker, job, unit, digest](Actions& out) {
+      if (ledger_->is_member(worker) && ledger_->knows(job, unit))
+        ledger_->result(worker, job, unit, digest, now_, out);
+    });
+  }
 }
 
 void World::deliver_kept(size_t i, JobId job) {

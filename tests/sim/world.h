@@ -110,6 +110,7 @@ class World {
   void to_coordinator(size_t machine, std::function<void(Actions&)> what);
   void work(size_t machine);
   void finished(size_t machine, const Grant& grant);
+  void echo(size_t machine, JobId job, uint64_t unit, const Digest& digest);
   void deliver_kept(size_t machine, JobId job);
   void heartbeat(size_t machine);
   void crash(size_t machine);
