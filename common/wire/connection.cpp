@@ -24,13 +24,11 @@ Connection::Impl::Impl(asio::ip::tcp::socket s)
 void Connection::Impl::write_next() {
   if (writing || queue.empty() || shut_down) return;
   writing = true;
-  if (limits)
-    leaving.set(*limits, queue.front().size(), shared_from_this(),
-                [impl = this] { impl->shut("the peer stopped reading"); });
+  if (limits) leaving.set(*limits, queue.front().size(), shared_from_this(), &Impl::on_late_reader);
   write(asio::buffer(queue.front()), [self = shared_from_this()](asio::error_code code, size_t) {
     if (self->shut_down) return;
     self->writing = false;
-    self->leaving.stop();
+    self->leaving.clear();
     if (code) return self->shut(wire_words(code, self->tls ? &self->check : nullptr));
     const bool was_full = self->queued >= self->budget;
     KILN_CHECK(!self->queue.empty() && self->queued >= self->queue.front().size());
@@ -41,6 +39,10 @@ void Connection::Impl::write_next() {
     if (was_full && self->queued < self->budget && self->handlers.on_room && !self->closing)
       self->handlers.on_room();
   });
+}
+
+void Connection::Impl::on_late_reader() {
+  shut("the peer stopped reading");
 }
 
 // The reason is being sent: shut down writing and wait for the peer to close first.
@@ -71,8 +73,8 @@ void Connection::Impl::shut(std::string reason) {
   asio::error_code ignored;
   socket.close(ignored);
   linger.cancel();
-  arriving.stop();
-  leaving.stop();
+  arriving.end();
+  leaving.end();
   share.reset();
   report(closing ? close_reason : reason);
 }
@@ -101,8 +103,8 @@ void Connection::Impl::drain(std::function<void()> ended) {
 void Connection::Impl::part(std::string reason, Bytes last_words, std::function<void()> ended) {
   if (shut_down) return;
   closing = shut_down = true;  // a destroyed Connection leaves the rest to this object
-  arriving.stop();
-  leaving.stop();
+  arriving.end();
+  leaving.end();
   share.reset();
   linger.expires_after(std::chrono::seconds(2));
   linger.async_wait([self = shared_from_this()](asio::error_code code) {

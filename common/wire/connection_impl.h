@@ -11,23 +11,42 @@
 
 namespace kiln {
 
-// A timer that is set and stopped for each message: a call that was already on its way is ignored.
-struct MessageDeadline {
-  explicit MessageDeadline(const asio::any_io_executor& executor) : timer(executor) {}
-  template <class Owner, class Handler>
-  void set(const PeerLimits& limits, size_t bytes, std::shared_ptr<Owner> owner, Handler handler) {
-    timer.expires_after(limits.patience + std::chrono::milliseconds(bytes * 1000 / kSlowestBytes));
-    timer.async_wait([this, owner = std::move(owner), handler = std::move(handler),
-                      mine = ++number](asio::error_code code) {
-      if (!code && mine == number) handler();
+// A deadline that is set and cleared for each message. Its timer is armed once and looks at the due time when
+// it fires: arming and cancelling it for each message cost more than the message itself.
+class MessageDeadline {
+ public:
+  explicit MessageDeadline(const asio::any_io_executor& executor) : timer_(executor) {}
+  // The timer keeps `owner` alive until it lapses or is ended.
+  template <class Owner>
+  void set(const PeerLimits& limits, size_t bytes, const std::shared_ptr<Owner>& owner,
+           void (Owner::*expired)()) {
+    due_ = Clock::now() + limits.patience + std::chrono::milliseconds(bytes * 1000 / kSlowestBytes);
+    if (!armed_ || *due_ < timer_.expiry()) arm(owner, expired);
+  }
+  void clear() { due_.reset(); }
+  void end() {
+    clear();
+    timer_.cancel();
+  }
+
+ private:
+  using Clock = asio::steady_timer::clock_type;
+  template <class Owner>
+  void arm(std::shared_ptr<Owner> owner, void (Owner::*expired)()) {
+    armed_ = true;
+    timer_.expires_at(*due_);
+    timer_.async_wait([this, owner = std::move(owner), expired](asio::error_code code) {
+      if (code) return;  // ended, or armed for an earlier time
+      armed_ = false;
+      if (!due_) return;
+      if (Clock::now() < *due_) return arm(owner, expired);
+      (owner.get()->*expired)();
     });
   }
-  void stop() {
-    ++number;
-    timer.cancel();
-  }
-  asio::steady_timer timer;
-  uint64_t number = 0;
+
+  asio::steady_timer timer_;
+  std::optional<Clock::time_point> due_;
+  bool armed_ = false;
 };
 
 struct Connection::Impl : std::enable_shared_from_this<Connection::Impl> {
@@ -42,6 +61,8 @@ struct Connection::Impl : std::enable_shared_from_this<Connection::Impl> {
   void wait_for_memory();
   void on_message();
   void on_read_error(const asio::error_code& code);
+  void on_late_message();
+  void on_late_reader();
   void write_next();
   void shut(std::string reason);  // closes the socket and reports once
   void linger_then_shut();

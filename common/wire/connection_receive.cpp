@@ -14,9 +14,11 @@ bool begins_like_tls(std::span<const std::byte> bytes) {
 }
 
 void Connection::Impl::expect_message() {
-  if (limits)
-    arriving.set(*limits, header.length, shared_from_this(),
-                 [impl = this] { impl->shut("a message did not arrive whole in time"); });
+  if (limits) arriving.set(*limits, header.length, shared_from_this(), &Impl::on_late_message);
+}
+
+void Connection::Impl::on_late_message() {
+  shut("a message did not arrive whole in time");
 }
 
 // A connection may be silent between messages; a message that began must end.
@@ -87,7 +89,7 @@ void Connection::Impl::read_payload() {
 
 void Connection::Impl::wait_for_memory() {
   KILN_CHECK(limits && !share && arrived < header.length);
-  arriving.stop();  // waiting for others is not the peer's delay
+  arriving.clear();  // waiting for others is not the peer's delay
   const auto go_on = [weak = weak_from_this()] {
     const auto self = weak.lock();
     if (!self || self->shut_down) return;
@@ -100,7 +102,7 @@ void Connection::Impl::wait_for_memory() {
 }
 
 void Connection::Impl::on_message() {
-  arriving.stop();
+  arriving.clear();
   KILN_CHECK(payload.size() == header.length);
   if (auto good = check_frame_payload(header, payload); !good) return shut(good.error().message);
   // A closing connection still reads, so that the peer's last bytes do not turn our close into a reset

@@ -54,13 +54,14 @@ void ServiceImpl::conduct(JobId id, Active& active) {
     if (!job) return fail(ErrorKind::kInternal, text("job {} has gone", id));
     return bake(*job, active);
   });
+  // The outputs are stored by now. A job that is seen to have ended has no folder left.
+  std::error_code ignored;
+  fs::remove_all(work_folder(id), ignored);
   const Status finished = guarded(id, [&]() -> Status {
     finish(id, active, outputs);
     return {};
   });
   if (!finished) log_warning(finished.error().message);
-  std::error_code ignored;
-  fs::remove_all(work_folder(id), ignored);
   {
     const std::lock_guard lock(mutex_);
     active.ended = true;
