@@ -6,12 +6,28 @@
 #include <algorithm>
 #include <atomic>
 #include <exception>
+#include <fstream>
 #include <mutex>
+#include <string>
 #include <system_error>
 #include <thread>
 #include <vector>
 
 namespace kiln {
+namespace {
+
+// The lowest limit from our group up to the root; "max" and a missing file mean no limit.
+uint64_t group_limit(const std::string& root, std::string group, const std::string& file) {
+  uint64_t least = ~uint64_t{0};
+  for (;;) {
+    uint64_t limit = 0;
+    if (std::ifstream in(root + group + "/" + file); in >> limit) least = std::min(least, limit);
+    if (group.find_last_not_of("/") == std::string::npos || group.front() != '/') return least;
+    group.resize(group.rfind('/'));
+  }
+}
+
+}  // namespace
 
 unsigned hardware_threads() {
   cpu_set_t set;
@@ -21,8 +37,19 @@ unsigned hardware_threads() {
 
 uint64_t memory_bytes() {
   const long pages = ::sysconf(_SC_PHYS_PAGES), size = ::sysconf(_SC_PAGE_SIZE);
-  return pages > 0 && size > 0 ? static_cast<uint64_t>(pages) * static_cast<uint64_t>(size)
-                               : uint64_t{1} << 31;
+  uint64_t bytes =
+      pages > 0 && size > 0 ? static_cast<uint64_t>(pages) * static_cast<uint64_t>(size) : uint64_t{1} << 31;
+  std::ifstream in("/proc/self/cgroup");  // lines "number:controllers:/group"
+  for (std::string line; std::getline(in, line);) {
+    const size_t first = line.find(':'), second = line.find(':', first + 1);
+    if (second == std::string::npos) continue;
+    const std::string controllers = line.substr(first + 1, second - first - 1),
+                      group = line.substr(second + 1);
+    if (controllers.empty()) bytes = std::min(bytes, group_limit("/sys/fs/cgroup", group, "memory.max"));
+    if (controllers == "memory")
+      bytes = std::min(bytes, group_limit("/sys/fs/cgroup/memory", group, "memory.limit_in_bytes"));
+  }
+  return bytes;
 }
 
 void parallel_for(size_t count, const std::function<void(size_t)>& body, unsigned threads) {

@@ -10,7 +10,9 @@ namespace kiln {
 
 unsigned hardware_threads();  // processors this process may use, at least 1
 
-uint64_t memory_bytes();  // physical memory of this machine
+// Memory that this process may use: the machine's, or the limit of its control group (v2 or v1) if that is
+// less.
+uint64_t memory_bytes();
 
 // Calls body(i) once for each i in [0, count), on up to `threads` threads (0: all). If
 // one throws, the rest is left and the first exception reaches the caller.

@@ -1,5 +1,9 @@
 #include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
+#include <filesystem>
+#include <fstream>
 #include <stdexcept>
 
 #include "common/base/bytes.h"
@@ -238,4 +242,36 @@ TEST(Loopback, InARequestOnlyAPortMayFollow) {
 }
 
 }  // namespace
+// In a control group of our own, where this machine lets us make one (v1 or v2).
+TEST(Memory, IsThatOfTheControlGroup) {
+  constexpr uint64_t kLimit = uint64_t{512} << 20;
+  struct Group {
+    std::filesystem::path folder;
+    const char* file;
+  };
+  const std::string name = "kiln-test-" + std::to_string(::getpid());
+  std::error_code failed;
+  for (const Group& group : {Group{"/sys/fs/cgroup/memory/" + name, "memory.limit_in_bytes"},
+                             Group{"/sys/fs/cgroup/" + name, "memory.max"}}) {
+    if (!std::filesystem::create_directory(group.folder, failed)) continue;
+    if (std::filesystem::exists(group.folder / group.file) &&
+        (std::ofstream(group.folder / group.file) << kLimit).flush()) {
+      const pid_t child = ::fork();
+      if (child == 0) {
+        const bool in = bool((std::ofstream(group.folder / "cgroup.procs") << ::getpid()).flush());
+        ::_exit(!in ? 2 : memory_bytes() == kLimit ? 0 : 1);
+      }
+      int status = 0;
+      ::waitpid(child, &status, 0);
+      std::filesystem::remove(group.folder, failed);
+      ASSERT_TRUE(WIFEXITED(status));
+      if (WEXITSTATUS(status) == 2) continue;
+      EXPECT_EQ(WEXITSTATUS(status), 0);
+      return;
+    }
+    std::filesystem::remove(group.folder, failed);
+  }
+  GTEST_SKIP() << "no rights to make a control group";
+}
+
 }  // namespace kiln

@@ -101,6 +101,40 @@ TEST(Limits, AMessageThatDoesNotEndClosesItsConnection) {
   door.run([&] { return door.messages == 1; });
 }
 
+TEST(Limits, AReplyThatIsNotReadClosesItsConnection) {
+  Door door;
+  door.patience = std::chrono::milliseconds(50);
+  door.call();
+  // More than the buffers of both ends hold; each message may take 2 s on the slowest link.
+  for (int i = 0; i < 512 && door.closed.empty(); ++i)
+    door.accepted[0]->send(ChunkPiece{{}, 0, 64u << 10, Bytes(64u << 10, std::byte{7}), false});
+  door.run([&] { return !door.closed.empty(); });
+  EXPECT_EQ(door.closed[0], "the peer stopped reading");
+  EXPECT_LT(door.accepted[0]->queued_bytes(), kMaxQueuedBytes) << "by the deadline, not by the queue's size";
+}
+
+// Deadlines of messages that came and went do not close a connection that is silent after them.
+TEST(Limits, ADeadlineEndsWithItsMessage) {
+  Door door;
+  door.patience = std::chrono::milliseconds(40);
+  const Bytes frame = encode(Heartbeat{1, 0});
+  const int socket = door.call();
+  for (size_t i = 1; i <= 3; ++i) {
+    say(socket, std::span(frame).first(5));
+    door.loop.run_ready();
+    say(socket, std::span(frame).subspan(5));
+    door.run([&] { return door.messages == i; });
+    bool waited = false;
+    Timer pause(door.loop);
+    pause.after(std::chrono::milliseconds(60), [&] { waited = true; });
+    door.run([&] { return waited; });
+  }
+  EXPECT_TRUE(door.closed.empty()) << door.closed[0];
+  say(socket, std::span(frame).first(5));
+  door.run([&] { return !door.closed.empty(); });
+  EXPECT_EQ(door.closed[0], "a message did not arrive whole in time");
+}
+
 TEST(Limits, MessagesLargerThanTheCallersRoleAllowsAreRefused) {
   Door door;
   door.max_bytes = kMaxReaderBytes;

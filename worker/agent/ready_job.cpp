@@ -1,29 +1,12 @@
 #include "worker/agent/ready_job.h"
 
-#include <algorithm>
 #include <exception>
-#include <fstream>
 #include <new>
 
 #include "common/base/parallel.h"
 #include "common/scene/prepared.h"
 
 namespace kiln {
-namespace {
-
-// The lowest limit from our group up to the root; "max" and a missing file mean no limit.
-uint64_t group_limit(const std::string& root, std::string group, const std::string& file) {
-  uint64_t least = ~uint64_t{0};
-  for (;;) {
-    uint64_t limit = 0;
-    if (std::ifstream in(root + group + "/" + file); in >> limit) least = std::min(least, limit);
-    if (group.find_last_not_of("/") == std::string::npos || group.front() != '/') return least;
-    group.resize(group.rfind('/'));
-  }
-}
-
-}  // namespace
-
 JobChunks chunks_of(const ChunkCache& cache, const JobFetch& fetch) {
   JobChunks chunks;
   for (const Digest& id : fetch.needed()) chunks.emplace(id, cache.find(id));
@@ -54,18 +37,7 @@ uint64_t ready_bytes(uint64_t chunk_bytes) {
 }
 
 uint64_t default_memory_budget() {
-  uint64_t bytes = memory_bytes();
-  std::ifstream in("/proc/self/cgroup");  // lines "number:controllers:/group"
-  for (std::string line; std::getline(in, line);) {
-    const size_t first = line.find(':'), second = line.find(':', first + 1);
-    if (second == std::string::npos) continue;
-    const std::string controllers = line.substr(first + 1, second - first - 1),
-                      group = line.substr(second + 1);
-    if (controllers.empty()) bytes = std::min(bytes, group_limit("/sys/fs/cgroup", group, "memory.max"));
-    if (controllers == "memory")
-      bytes = std::min(bytes, group_limit("/sys/fs/cgroup/memory", group, "memory.limit_in_bytes"));
-  }
-  return bytes / 2;
+  return memory_bytes() / 2;
 }
 
 }  // namespace kiln

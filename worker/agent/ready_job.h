@@ -20,8 +20,7 @@ Expected<std::shared_ptr<const Baker>> make_ready_baker(const JobSpec& job, cons
 // Estimated memory of a ready job: decoded scene, acceleration structure, light and texel tables.
 uint64_t ready_bytes(uint64_t chunk_bytes);
 
-// Half of the memory available to this process: physical memory, or the limit of its control group (v2 or
-// v1).
+// Half of the memory that this process may use.
 uint64_t default_memory_budget();
 
 }  // namespace kiln
