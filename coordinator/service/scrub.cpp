@@ -46,7 +46,7 @@ void ServiceImpl::scrub_blobs(const ReadPace& pace) {
       continue;
     }
     tell_of_damaged_input(digest);
-    if (const Status again = bake_again(digest); !again) log_warning(again.error().message);
+    if (const auto again = bake_again(digest, 0); !again) log_warning(again.error().message);
   }
 }
 

@@ -85,7 +85,8 @@ class ServiceImpl final : public Service {
   };
 
   // lost_results.cpp
-  Status bake_again(const Digest& lost);  // every job that is done and has it among its results
+  // A done job that has it among its results, `asked` if that has: the job that bakes it now. 0: none has.
+  Expected<JobId> bake_again(const Digest& lost, JobId asked);
   // service.cpp
   Status take_up_jobs();
   Status open_farm();
@@ -139,6 +140,8 @@ class ServiceImpl final : public Service {
   std::condition_variable changed_;
   bool look_ = true;  // work for the keeper
   std::map<JobId, std::unique_ptr<Active>> active_;
+  std::mutex lost_mutex_;
+  std::map<Digest, JobId> bakers_;       // lost files, and who bakes them again
   std::map<JobId, int64_t> not_before_;  // steady ms: jobs stopped by a full disk
   std::string held_for_;
   std::thread keeper_, scrubber_;

@@ -96,6 +96,42 @@ TEST_F(ServiceDamage, ADamagedResultIsBakedAgain) {
   EXPECT_EQ(said, 2u);  // once each
 }
 
+// The bake gives the same bytes, so one job is enough for all that published them.
+TEST_F(ServiceDamage, OneJobBakesAgainWhatSeveralPublished) {
+  ServiceHost host(dir_.path() / "data");
+  const auto client = host.client();
+  std::vector<uint64_t> ids;
+  for (const char* key : {"a", "b", "c"}) {
+    ids.push_back(submit(*client, snapshot_, key));
+    ASSERT_EQ(wait_for_state(*client, ids.back(), "done failed"), "done");
+  }
+  const auto results = host.service->job(ids[0])->results;
+  const auto master = std::find_if(results.begin(), results.end(),
+                                   [](const FileRecord& file) { return file.path.ends_with(".exr"); });
+  ASSERT_NE(master, results.end());
+  const auto download = [&](uint64_t id) {
+    fs::remove(dir_.path() / "fetched.exr");
+    return client->download({id, master->path, master->digest, master->size}, dir_.path() / "fetched.exr",
+                            {});
+  };
+  flip_bit(blob(master->digest.hex()));
+  const Status second = download(ids[1]);
+  ASSERT_FALSE(second);
+  ask(*client, "pause", text("{{\"id\":{}}}", ids[1]));  // until we have looked
+  const Status first = download(ids[0]);
+  ASSERT_FALSE(first);
+  EXPECT_EQ(second.error().message.find("which has the same file"), std::string::npos)
+      << second.error().message;
+  EXPECT_NE(first.error().message.find(text("job {}, which has the same file, is baked again", ids[1])),
+            std::string::npos)
+      << first.error().message;
+  EXPECT_EQ(state_of(*client, ids[0]), "done");
+  EXPECT_EQ(state_of(*client, ids[2]), "done");
+  ask(*client, "resume", text("{{\"id\":{}}}", ids[1]));
+  ASSERT_EQ(wait_for_state(*client, ids[1], "done failed"), "done");
+  for (const uint64_t id : ids) EXPECT_TRUE(download(id));
+}
+
 TEST_F(ServiceDamage, RotIsFoundBeforeAnybodyAsks) {
   ServiceHost host(dir_.path() / "data");
   uint64_t id = 0;
