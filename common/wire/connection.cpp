@@ -21,10 +21,35 @@ Connection::Impl::Impl(asio::ip::tcp::socket s)
   }
 }
 
+void Connection::Impl::Deadline::set(Impl& owner, size_t bytes, void (Impl::*expired)()) {
+  if (!owner.limits) return;
+  due_ = asio::steady_timer::clock_type::now() + owner.limits->patience +
+         std::chrono::milliseconds(bytes * 1000 / kSlowestBytes);
+  if (!armed_ || *due_ < timer_.expiry()) arm(owner.shared_from_this(), expired);
+}
+
+void Connection::Impl::Deadline::end() {
+  clear();
+  timer_.cancel();
+}
+
+void Connection::Impl::Deadline::arm(std::shared_ptr<Impl> owner, void (Impl::*expired)()) {
+  KILN_CHECK(due_);
+  armed_ = true;
+  timer_.expires_at(*due_);
+  timer_.async_wait([this, owner = std::move(owner), expired](asio::error_code code) {
+    if (code) return;  // ended, or armed for an earlier time
+    armed_ = false;
+    if (!due_) return;
+    if (asio::steady_timer::clock_type::now() < *due_) return arm(owner, expired);
+    (owner.get()->*expired)();
+  });
+}
+
 void Connection::Impl::write_next() {
   if (writing || queue.empty() || shut_down) return;
   writing = true;
-  if (limits) leaving.set(*limits, queue.front().size(), shared_from_this(), &Impl::on_late_reader);
+  leaving.set(*this, queue.front().size(), &Impl::on_late_reader);
   write(asio::buffer(queue.front()), [self = shared_from_this()](asio::error_code code, size_t) {
     if (self->shut_down) return;
     self->writing = false;

@@ -11,45 +11,26 @@
 
 namespace kiln {
 
-// A deadline that is set and cleared for each message. Its timer is armed once and looks at the due time when
-// it fires: arming and cancelling it for each message cost more than the message itself.
-class MessageDeadline {
- public:
-  explicit MessageDeadline(const asio::any_io_executor& executor) : timer_(executor) {}
-  // The timer keeps `owner` alive until it lapses or is ended.
-  template <class Owner>
-  void set(const PeerLimits& limits, size_t bytes, const std::shared_ptr<Owner>& owner,
-           void (Owner::*expired)()) {
-    due_ = Clock::now() + limits.patience + std::chrono::milliseconds(bytes * 1000 / kSlowestBytes);
-    if (!armed_ || *due_ < timer_.expiry()) arm(owner, expired);
-  }
-  void clear() { due_.reset(); }
-  void end() {
-    clear();
-    timer_.cancel();
-  }
-
- private:
-  using Clock = asio::steady_timer::clock_type;
-  template <class Owner>
-  void arm(std::shared_ptr<Owner> owner, void (Owner::*expired)()) {
-    armed_ = true;
-    timer_.expires_at(*due_);
-    timer_.async_wait([this, owner = std::move(owner), expired](asio::error_code code) {
-      if (code) return;  // ended, or armed for an earlier time
-      armed_ = false;
-      if (!due_) return;
-      if (Clock::now() < *due_) return arm(owner, expired);
-      (owner.get()->*expired)();
-    });
-  }
-
-  asio::steady_timer timer_;
-  std::optional<Clock::time_point> due_;
-  bool armed_ = false;
-};
-
 struct Connection::Impl : std::enable_shared_from_this<Connection::Impl> {
+  // A deadline that is set and cleared for each message. Its timer is armed once and looks at the due time
+  // when it fires: arming and cancelling it for each message cost more than the message itself.
+  class Deadline {
+   public:
+    explicit Deadline(const asio::any_io_executor& executor) : timer_(executor) {}
+    // For a message of so many bytes; nothing if the owner has no limits. The timer keeps the owner alive
+    // until it lapses or is ended.
+    void set(Impl& owner, size_t bytes, void (Impl::*expired)());
+    void clear() { due_.reset(); }
+    void end();
+
+   private:
+    void arm(std::shared_ptr<Impl> owner, void (Impl::*expired)());
+
+    asio::steady_timer timer_;
+    std::optional<asio::steady_timer::time_point> due_;
+    bool armed_ = false;
+  };
+
   explicit Impl(asio::ip::tcp::socket s);
   void read_header();
   void on_first_bytes(size_t size);
@@ -90,7 +71,7 @@ struct Connection::Impl : std::enable_shared_from_this<Connection::Impl> {
 
   asio::ip::tcp::socket socket;
   asio::steady_timer linger;
-  MessageDeadline arriving, leaving;
+  Deadline arriving, leaving;
   std::optional<PeerLimits> limits;
   std::shared_ptr<const TlsContext> context;
   PeerCheck check;

@@ -14,7 +14,7 @@ bool begins_like_tls(std::span<const std::byte> bytes) {
 }
 
 void Connection::Impl::expect_message() {
-  if (limits) arriving.set(*limits, header.length, shared_from_this(), &Impl::on_late_message);
+  arriving.set(*this, header.length, &Impl::on_late_message);
 }
 
 void Connection::Impl::on_late_message() {
