@@ -1,0 +1,93 @@
+"""A farm that goes from one release to the next while it bakes."""
+import json
+import shutil
+import subprocess
+
+from farm import Failed, Lab, wait_until
+from service import Service
+
+ROWS = []
+
+
+def next_release(programs, folder):
+    """The same programs with another number: the string that they report is the only difference."""
+    folder.mkdir(parents=True)
+    here = subprocess.run([programs / "kiln", "--version"], capture_output=True, text=True, check=True).stdout.split()[-1]
+    major, minor, patch = here.split(".")
+    there = f"{major}.{(int(minor) + 1) % 10}.{patch}"
+    if len(there) != len(here):
+        raise Failed(f"no number after {here} has as many letters")
+    for name in ("kiln", "kiln-worker", "kiln-stub-worker"):
+        code = (programs / name).read_bytes().replace(here.encode() + b"\0", there.encode() + b"\0")
+        (folder / name).write_bytes(code)
+        shutil.copymode(programs / name, folder / name)
+    said = subprocess.run([folder / "kiln", "--version"], capture_output=True, text=True, check=True).stdout.split()[-1]
+    if said != there:
+        raise Failed(f"the next release calls itself {said}, not {there}")
+    return here, there
+
+
+def undisturbed(lab, programs):
+    """What a farm of one release publishes; an EXR file names the release that wrote it."""
+    calm = Lab("truth-next", 991, programs, lab.folder / "truth-next", lab.rng)
+    try:
+        service = Service(calm)
+        for _ in range(2):
+            service.worker(calm.host(), stub="")
+        job = service.submit()
+        service.wait_state(job, "done")
+        return service.fetch(job)
+    finally:
+        calm.end()
+
+
+def releases(service):
+    """Of the connected workers, by name."""
+    status, out, _ = service.kiln("workers", "--json", check=False)
+    return {w["name"]: w["release"] for w in json.loads(out)["workers"]} if status == 0 else {}
+
+
+def rolling_upgrade(lab):
+    folder = lab.folder / "next"
+    here, there = next_release(lab.programs, folder)
+    truth = undisturbed(lab, folder)
+    service, host, stub = Service(lab), lab.host(), "slow=250"
+    workers = [service.worker(host, stub=stub, name=f"old-{i}") for i in range(2)]
+    job = service.submit()
+    service.wait_units(job, 5)
+
+    old = service.process  # first the coordinator, on the same folder; workers stay
+    old.signal(15)
+    if old.status(60) != 0:
+        raise Failed(f"the coordinator ended with {old.status(60)}")
+    service.words[0] = folder / "kiln"
+    service.start()
+    wait_until("both workers again", lambda: list(releases(service).values()).count(here) == 2, 90)
+    stored = service.said(service.job(job), "unit results are already stored")
+    with_status = json.loads(service.kiln("status", "--json")[1])
+    if with_status["release"] != there:
+        raise Failed(f"the coordinator is of release {with_status['release']}")
+    service.wait_units(job, 5)
+
+    lab.programs, programs = folder, lab.programs  # then the workers, one by one: SIGTERM drains
+    try:
+        for i, worker in enumerate(workers):
+            service.worker(host, stub=stub, name=f"new-{i}")
+            wait_until(f"worker new-{i}", lambda i=i: releases(service).get(f"new-{i}") == there, 60)
+            worker.signal(15)
+            if worker.status(60) != 0:
+                raise Failed(f"a drained worker ended with {worker.status(60)}: {worker.log()[-200:]}")
+        if service.job(job)["state"] == "done":
+            raise Failed("the job ended before all was replaced")
+        mixed = sorted(set(releases(service).values()))
+        if mixed != [there]:
+            raise Failed(f"workers of {mixed}")
+    finally:
+        lab.programs = programs
+    service.finish(job, truth)
+    return f"{stored.split(': ')[-1]} when the coordinator of {there} began; two workers of {here} drained; digest as undisturbed"
+
+
+ROWS.append(("rolling-upgrade",
+             "coordinator stopped (SIGTERM) and replaced by the next release on its folder, then workers one by one",
+             False, rolling_upgrade))
