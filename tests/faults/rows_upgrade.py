@@ -46,7 +46,7 @@ def releases(service):
 def rolling_upgrade(lab):
     folder, here, there = next_release(lab.programs)
     truth = undisturbed(lab, folder)
-    service, host, stub = Service(lab), lab.host(), "slow=250"
+    service, host, stub = Service(lab), lab.host(), "slow=400"
     workers = [service.worker(host, stub=stub, name=f"old-{i}") for i in range(2)]
     job = service.submit()
     service.wait_units(job, 5)
@@ -68,7 +68,7 @@ def rolling_upgrade(lab):
     try:
         for i, worker in enumerate(workers):
             service.worker(host, stub=stub, name=f"new-{i}")
-            wait_until(f"worker new-{i}", lambda i=i: releases(service).get(f"new-{i}") == there, 60)
+            wait_until(f"worker new-{i}", lambda i=i: list(releases(service).values()).count(there) == i + 1, 60)
             worker.signal(15)
             if worker.status(60) != 0:
                 raise Failed(f"a drained worker ended with {worker.status(60)}: {worker.log()[-200:]}")
