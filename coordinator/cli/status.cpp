@@ -58,10 +58,13 @@ void print_status(const JsonValue& answer) {
     if (!text_of(answer, name).empty()) std::printf("%-12s %s\n", name, text_of(answer, name).c_str());
   if (const JsonValue* jobs = answer.find("jobs")) {
     std::printf("jobs        ");
+    bool any = false;
     for (const JsonMember& state : jobs->members)
-      if (state.second.whole)
+      if (state.second.whole) {
         std::printf(" %llu %s", static_cast<unsigned long long>(state.second.whole), state.first.c_str());
-    std::printf("\n");
+        any = true;
+      }
+    std::printf(any ? "\n" : " none\n");
   }
   std::printf("workers      %llu with %llu threads, %.2f M rays/s, %llu quarantined\n",
               static_cast<unsigned long long>(whole_of(answer, "workers")),
