@@ -38,7 +38,11 @@ Expected<BackedUp> make_backup(const fs::path& data, const fs::path& folder) {
   if (!store && store.error().kind == ErrorKind::kUnavailable) return ask_coordinator(data, folder);
   if (!store) return tl::unexpected<Error>(store.error());
   KILN_TRY(const auto blobs, BlobStore::open(data / "blobs", {}));
-  return back_up(**store, *blobs, folder);
+  KILN_TRY(const BackedUp made, back_up(**store, *blobs, folder));
+  using namespace std::chrono;
+  const int64_t now_ms = duration_cast<milliseconds>(system_clock::now().time_since_epoch()).count();
+  KILN_TRY_STATUS(note_backup(data, now_ms, made));
+  return made;
 }
 
 int run(const Arguments& a, const BakeSettings&) {

@@ -51,6 +51,7 @@ Command cert_command();
 Command doctor_command();
 Command serve_command();
 Command check_scene_command();
+Command status_command();
 Command submit_command();
 Command jobs_command();
 Command watch_command();

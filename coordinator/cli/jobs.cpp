@@ -36,7 +36,7 @@ void print_table(const JsonValue& document) {
                 text_of(job, "name").c_str(), text_of(job, "user").c_str(), number_of(job, "priority"),
                 time_text(whole_of(job, "submitted_ms")).c_str(), about.c_str());
   }
-  if (flag_of(document, "more")) std::printf("older jobs are not shown\n");
+  if (flag_of(document, "more")) std::printf("older jobs are not shown (--most N lists up to 1000)\n");
 }
 
 void print_job(const JsonValue& job) {
@@ -59,10 +59,13 @@ void print_job(const JsonValue& job) {
 
 Status show(const Arguments& a) {
   const bool one = a.has("id");
-  std::string document = "{}";
+  std::string document;
   if (one) {
     KILN_TRY(const uint64_t id, parse_id(a.get("id")));
     document = id_document(id);
+  } else {
+    KILN_TRY(const int64_t most, parse_whole("--most", a.get("most", "200"), 1, 1000));
+    document = JsonWriter().begin_object().pair("most", most).end_object().take();
   }
   KILN_TRY(const std::unique_ptr<ServiceClient> client, connect_service(a));
   KILN_TRY(const std::string reply, client->call(one ? "job" : "jobs", document));
@@ -83,12 +86,13 @@ int run(const Arguments& a, const BakeSettings&) {
 }  // namespace
 
 Command jobs_command() {
-  return {"jobs",
-          "List the jobs in a coordinator's queue, or show one in detail",
-          "kiln jobs\n  kiln jobs 12",
-          with_service_options({{"id", "ID", "a job's number"}}),
-          false,
-          run};
+  return {
+      "jobs",
+      "List the jobs in a coordinator's queue, or show one in detail",
+      "kiln jobs\n  kiln jobs 12",
+      with_service_options({{"id", "ID", "a job's number"}, {"--most", "N", "list the newest N jobs [200]"}}),
+      false,
+      run};
 }
 
 }  // namespace kiln

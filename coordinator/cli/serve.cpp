@@ -4,6 +4,7 @@
 
 #include <cstdio>
 #include <cstdlib>
+#include <ctime>
 
 #include "common/base/files.h"
 #include "common/base/format.h"
@@ -11,6 +12,7 @@
 #include "common/base/log.h"
 #include "common/base/loopback.h"
 #include "common/base/parallel.h"
+#include "common/tls/identity.h"
 #include "common/wire/listener.h"
 #include "coordinator/cli/service_options.h"
 #include "coordinator/farm/web/web_server.h"
@@ -76,17 +78,7 @@ Expected<std::unique_ptr<WebServer>> start_web(const Arguments& a, Service& serv
   web.port = address.second;
   web.beyond_loopback = a.has("insecure-plain");
   KILN_TRY(web.token, web_token(a, s));
-  WebSources sources;
-  sources.farm = [&service] { return service.farm_status(); };
-  sources.jobs = [&service] { return service.jobs(); };
-  sources.job = [&service](JobId id) { return service.job(id); };
-  sources.events = [&service](JobId id) { return service.events_of(id); };
-  sources.store = [&service] {
-    const BlobStore::Verified verified = service.verified();
-    return StoreHealth{service.log_bytes(), service.held_for(), verified.bytes, verified.damaged};
-  };
-  sources.release = s.release;
-  return WebServer::start(web, std::move(sources));
+  return WebServer::start(web, service.source());
 }
 
 std::filesystem::path authority_of(const Arguments& a) {
@@ -148,6 +140,8 @@ Expected<ServiceSettings> read_settings(const Arguments& a) {
     return fail(ErrorKind::kUsage, "--ca, --certificate and --key belong together: give all three or none");
   if (files == 3) {
     KILN_TRY(s.farm.tls, TlsContext::load(tls_files(a)));
+    KILN_TRY(const TlsIdentity own, load_identity(tls_files(a), static_cast<int64_t>(std::time(nullptr))));
+    s.certificate_until = own.own.identity.not_after;
     s.farm.admit_strangers = true;  // for `enrol` only
     if (workers)
       return fail(ErrorKind::kUsage,

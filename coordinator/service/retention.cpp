@@ -59,9 +59,12 @@ void ServiceImpl::start_clock() {
     const std::lock_guard lock(time_mutex_);
     time_ = ObservedTime(read_clock(settings_.data), newest, wall_ms(), steady);
   }
+  growth_ = read_growth(settings_.data);
   next_collection_ = steady + kHourMs;
   next_idle_look_ = steady + kIdleMs;
   observe_time();
+  measure_data();
+  next_measure_ = steady + kMinuteMs;
 }
 
 void ServiceImpl::tend() {
@@ -72,6 +75,10 @@ void ServiceImpl::tend() {
     if (const std::string doubt = clock_doubt(); !doubt.empty()) log_warning(doubt);
     collect();
     next_collection_ = now + kHourMs;
+  }
+  if (now >= next_measure_) {
+    measure_data();
+    next_measure_ = now + kMinuteMs;
   }
   if (now >= next_idle_look_) {
     blobs_->drop_idle();
@@ -122,6 +129,9 @@ void ServiceImpl::obey_backup_request() {
   backing_up_ = true;
   backup_ = std::thread([this, folder = *folder] {
     const auto made = back_up(*store_, *blobs_, folder, [this] { return !stopping_; });
+    if (made)
+      if (const Status noted = note_backup(settings_.data, now_ms(), *made); !noted)
+        log_warning(noted.error().message);
     const std::string said = made
                                  ? text("a backup of {} jobs and {} files was made in {}", made->jobs,
                                         made->files, folder.string())

@@ -75,7 +75,9 @@ void ServiceImpl::scrub_spool(const ReadPace& pace) {
       // Looked up again each time: results come and go while this reads.
       auto record = store_->read_result(row.job, row.unit, row.digest);
       if (!record) record = store_->read_result(row.job, row.unit, row.digest);
-      if (!record && record.error().kind == ErrorKind::kIo) log_warning(record.error().message);
+      if (record || record.error().kind != ErrorKind::kIo) continue;
+      ++damaged_results_;
+      log_warning(record.error().message);
     }
   }
 }

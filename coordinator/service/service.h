@@ -10,6 +10,7 @@
 #include <string>
 
 #include "coordinator/farm/dispatch/farm.h"
+#include "coordinator/farm/documents/farm_source.h"
 #include "coordinator/farm/queue/blobs.h"
 #include "coordinator/farm/queue/store.h"
 #include "coordinator/service/scene_check.h"
@@ -24,6 +25,7 @@ struct ServiceSettings {
   uint32_t scrub_mib_s = 8;         // at which all that is stored is read once a week; 0: never
   std::filesystem::path authority;  // signs enrolments if it has ca.key; empty: data/authority
   std::string release;
+  int64_t certificate_until = 0;  // of this coordinator's certificate, seconds since 1970
   StoreOptions store;
   // Tests: the wall clock and the steady clock, ms; empty: the machine's.
   std::function<int64_t()> wall_clock, steady_clock;
@@ -43,12 +45,10 @@ class Service {
   virtual bool stop(std::chrono::milliseconds patience) = 0;
 
   // Read-only, for HTTP (coordinator/farm/web); callable from any thread.
-  virtual FarmStatus farm_status() = 0;
+  virtual FarmSource source() = 0;            // valid as long as the service
   virtual std::vector<JobRecord> jobs() = 0;  // by id
   virtual std::optional<JobRecord> job(JobId id) = 0;
   virtual std::vector<JobEvent> events_of(JobId id) = 0;  // oldest first
-  virtual std::string held_for() const = 0;               // why the disk accepts no writes; empty: it does
-  virtual uint64_t log_bytes() = 0;                       // size of the database's log
   virtual BlobStore::Verified verified() const = 0;       // what was read back of stored files
 };
 

@@ -30,14 +30,13 @@ class ServiceImpl final : public Service {
 
   uint16_t port() const override { return farm_->port(); }
   bool stop(std::chrono::milliseconds patience) override;
-  FarmStatus farm_status() override { return farm_->status(); }
   std::vector<JobRecord> jobs() override { return store_->jobs(); }
   std::optional<JobRecord> job(JobId id) override { return store_->job(id); }
   std::vector<JobEvent> events_of(JobId id) override {
     return store_->events(id).value_or(std::vector<JobEvent>{});
   }
-  std::string held_for() const override;
-  uint64_t log_bytes() override { return store_->wal_size(); }
+  std::string held_for() const;
+  FarmSource source() override;
   BlobStore::Verified verified() const override { return blobs_->verified(); }
 
   // For the handlers of requests.
@@ -84,6 +83,9 @@ class ServiceImpl final : public Service {
     uint64_t progress_at = 0;  // stored() when `preparations` was last set
   };
 
+  // data_report.cpp
+  FarmHealth health();
+  void measure_data();  // the keeper's, once a minute
   // lost_results.cpp
   // A done job that has it among its results, `asked` if that has: the job that bakes it now. 0: none has.
   Expected<JobId> bake_again(const Digest& lost, JobId asked);
@@ -147,11 +149,17 @@ class ServiceImpl final : public Service {
   std::thread keeper_, scrubber_;
   std::thread backup_;  // the keeper's
   std::atomic<bool> backing_up_{false};
+  std::atomic<uint64_t> damaged_results_{0};  // seen by the scrubber
 
   mutable std::mutex time_mutex_;
   ObservedTime time_;
   bool doubted_ = false;                                               // was said
   int64_t next_clock_ = 0, next_collection_ = 0, next_idle_look_ = 0;  // steady ms
+  int64_t next_measure_ = 0;
+  GrowthHistory growth_;  // the keeper's
+
+  mutable std::mutex data_mutex_;
+  DataReport data_;
 };
 
 }  // namespace kiln

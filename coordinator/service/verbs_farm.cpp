@@ -2,7 +2,7 @@
 
 #include "common/base/format.h"
 #include "coordinator/farm/authority/tokens.h"
-#include "coordinator/service/documents.h"
+#include "coordinator/farm/documents/farm_documents.h"
 #include "coordinator/service/fields.h"
 #include "coordinator/service/service_impl.h"
 #include "coordinator/service/turn.h"
@@ -12,6 +12,17 @@ namespace kiln {
 namespace {
 
 constexpr int64_t kMaxId = int64_t{1} << 62;
+
+constexpr size_t kMaxEvents = 1000;
+
+std::string events_document(ServiceImpl& service, uint64_t cursor, JobId job) {
+  const std::vector<ServiceEvent> events = service.events().since(cursor, job, kMaxEvents);
+  JsonWriter w;
+  w.begin_object().key("events").begin_array();
+  for (const ServiceEvent& e : events)
+    w.begin_object().pair("at_ms", e.at_ms).pair("job", e.job).pair("text", e.text).end_object();
+  return w.end_array().pair("next", cursor).end_object().take();
+}
 
 std::string lines_document(const std::vector<std::string>& lines) {
   JsonWriter w;
@@ -87,7 +98,7 @@ Expected<std::string> verb_why(const Ask& ask) {
 
 Expected<std::string> verb_workers(const Ask& ask) {
   KILN_TRY_STATUS(only_fields(ask.document, {}));
-  return workers_document(ask.service);
+  return workers_document(ask.service.source());
 }
 
 Expected<std::string> verb_forgive(const Ask& ask) {
@@ -99,7 +110,7 @@ Expected<std::string> verb_forgive(const Ask& ask) {
 
 Expected<std::string> verb_status(const Ask& ask) {
   KILN_TRY_STATUS(only_fields(ask.document, {}));
-  return status_document(ask.service);
+  return status_document(ask.service.source());
 }
 
 Expected<std::string> verb_events(const Ask& ask) {

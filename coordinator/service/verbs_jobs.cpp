@@ -2,7 +2,7 @@
 #include <limits>
 
 #include "common/base/format.h"
-#include "coordinator/service/documents.h"
+#include "coordinator/farm/documents/farm_documents.h"
 #include "coordinator/service/fields.h"
 #include "coordinator/service/job_settings.h"
 #include "coordinator/service/service_impl.h"
@@ -132,13 +132,14 @@ Expected<std::string> verb_jobs(const Ask& ask) {
   KILN_TRY_STATUS(only_fields(ask.document, {"before", "most"}));
   KILN_TRY(const int64_t before, number_field(ask.document, "before", 0, kMaxId, 0));
   KILN_TRY(const int64_t most, number_field(ask.document, "most", 1, 1000, 200));
-  return jobs_document(ask.service, {static_cast<JobId>(before), static_cast<size_t>(most)});
+  return jobs_document(ask.service.source(), {static_cast<JobId>(before), static_cast<size_t>(most)});
 }
 
 Expected<std::string> verb_job(const Ask& ask) {
   KILN_TRY_STATUS(only_fields(ask.document, {"id"}));
   KILN_TRY(const int64_t id, number_field(ask.document, "id", 1, kMaxId));
-  return job_document(ask.service, static_cast<JobId>(id));
+  if (auto document = job_document(ask.service.source(), static_cast<JobId>(id))) return *std::move(document);
+  return fail(ErrorKind::kInvalidInput, text("there is no job {}", id));
 }
 
 }  // namespace kiln

@@ -22,11 +22,12 @@ sys.dont_write_bytecode = True
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 import rows_certificates  # noqa: E402
 import rows_service  # noqa: E402
+import rows_upgrade  # noqa: E402
 import rows_workers  # noqa: E402
 from farm import Failed, Lab, Skipped  # noqa: E402
 
 INSIDE = "KILN_FAULTS_INSIDE"
-ROWS = rows_workers.ROWS + rows_certificates.ROWS + rows_service.ROWS
+ROWS = rows_workers.ROWS + rows_certificates.ROWS + rows_service.ROWS + rows_upgrade.ROWS
 
 
 def skip(reason):

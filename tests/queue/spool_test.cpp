@@ -3,6 +3,7 @@
 #include <sys/stat.h>
 
 #include <fstream>
+#include <thread>
 
 #include "common/base/files.h"
 #include "coordinator/farm/queue/spool_record.h"
@@ -75,6 +76,7 @@ TEST(Spool, ATornTailIsCutAndNothingElse) {
     ASSERT_TRUE(write_file_atomic(spooled.file, std::span(torn).first(length)));
     const auto store = open_store(spooled.dir.path());
     ASSERT_TRUE(store);
+    ASSERT_TRUE(store->compact());
     ASSERT_EQ(fs::file_size(spooled.file), whole.size()) << length;
     ASSERT_EQ(store->commits(spooled.job)->size(), 2u);
     if (length % 16 == 0) ASSERT_TRUE(store->check()->empty());
@@ -105,10 +107,23 @@ TEST(Spool, FilesWithoutRowsGoAndStrangersStay) {
   fs::create_directories(spooled.dir.path() / "spool" / "9999");
   ASSERT_TRUE(write_file_atomic(spooled.dir.path() / "spool" / "9999" / "1-1.spool", std::string_view("x")));
   const auto store = open_store(spooled.dir.path());
+  ASSERT_TRUE(commit_now(*store, spooled.job, 2, 40));  // before the folder is tidied
+  ASSERT_TRUE(store->compact());
   EXPECT_FALSE(fs::exists(folder / "1-2.spool"));
   EXPECT_TRUE(fs::exists(folder / "notes.txt"));
   EXPECT_TRUE(fs::exists(spooled.file));
   EXPECT_FALSE(fs::exists(spooled.dir.path() / "spool" / "9999"));
+  EXPECT_TRUE(store->read_result(spooled.job, 2, sha256(sample_payload(2, 40))));
+}
+
+TEST(Spool, TidiesByItselfOnceNothingIsWritten) {
+  const Spooled spooled(1);
+  const fs::path stray = spooled.file.parent_path() / "1-2.spool";
+  ASSERT_TRUE(write_file_atomic(stray, std::string_view("of a group that was not committed")));
+  const auto store = open_store(spooled.dir.path());
+  for (int i = 0; i < 600 && fs::exists(stray); ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  EXPECT_FALSE(fs::exists(stray));
 }
 
 TEST(Spool, NamesAreReadBackExactly) {

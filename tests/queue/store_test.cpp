@@ -456,6 +456,61 @@ TEST(Store, LeavesAFolderAloneThatItCannotOpen) {
   EXPECT_EQ(contents(dir.path() / "new").size(), 1u);
 }
 
+// Pages of results are checked after the opening, and from then on nothing is built on them.
+TEST(Store, ADamagedTableOfResultsIsFoundLate) {
+  const MemoryDir dir;
+  const fs::path database = dir.path() / "kiln.db";
+  JobId job = 0;
+  {
+    const auto store = open_store(dir.path());
+    job = *store->submit(sample_job());
+    for (uint64_t unit = 0; unit < 600; ++unit) ASSERT_TRUE(commit_now(*store, job, unit, 8));
+  }
+  // An interior page of the table: its last child points beyond the file.
+  Bytes bytes = *read_file(database);
+  size_t damaged = 0;
+  for (size_t page = 4096; page < bytes.size(); page += 4096)
+    if (bytes[page] == std::byte{2} && ++damaged) bytes[page + 8] = std::byte{0x7f};
+  ASSERT_GT(damaged, 0u);
+  ASSERT_TRUE(write_file_atomic(database, bytes));
+  const auto store = Store::open(dir.path(), {});
+  ASSERT_TRUE(store) << store.error().message;
+  const Status late = (*store)->compact();
+  ASSERT_FALSE(late);
+  EXPECT_EQ(late.error().kind, ErrorKind::kIo);
+  EXPECT_NE(late.error().message.find("is damaged"), std::string::npos) << late.error().message;
+  EXPECT_NE(late.error().message.find("restore it from a copy"), std::string::npos);
+  EXPECT_EQ((*store)->submit(sample_job()).error().message, late.error().message);
+  EXPECT_EQ((*store)->probe().error().message, late.error().message);
+  EXPECT_EQ((*store)->jobs().size(), 1u);  // what there is can be read
+}
+
+TEST(Store, ResultsReadInOrderAreTheStoredOnes) {
+  const MemoryDir dir;
+  const auto store = open_store(dir.path());
+  const JobId job = *store->submit(sample_job());
+  const auto digest = [](uint64_t unit) { return sha256(sample_payload(unit, 20)); };
+  for (uint64_t unit = 0; unit < 600; ++unit) ASSERT_TRUE(commit_now(*store, job, unit, 20));
+  for (uint64_t unit = 0; unit < 600; ++unit) {
+    const auto payload = store->read_result(job, unit, digest(unit));
+    ASSERT_TRUE(payload) << unit << payload.error().message;
+    ASSERT_EQ(*payload, sample_payload(unit, 20));
+    ASSERT_FALSE(store->read_result(job, unit, digest(unit + 1)));  // not its own
+  }
+  // Neither what is revoked, nor what was stored elsewhere since, comes from rows that were read before.
+  ASSERT_TRUE(store->read_result(job, 10, digest(10)));
+  ASSERT_TRUE(wait_for([&](auto done) { store->revoke(job, {11}, done); }));
+  EXPECT_EQ(store->read_result(job, 11, digest(11)).error().kind, ErrorKind::kInvalidInput);
+  ASSERT_TRUE(store->read_result(job, 10, digest(10)));
+  ASSERT_TRUE(wait_for([&](auto done) { store->revoke_answer(job, 12, digest(12), done); }));
+  EXPECT_EQ(store->read_result(job, 12, digest(12)).error().kind, ErrorKind::kInvalidInput);
+  ASSERT_TRUE(store->read_result(job, 10, digest(10)));
+  ASSERT_TRUE(wait_for([&](auto done) { store->drop_results(job, done); }));
+  EXPECT_EQ(store->read_result(job, 13, digest(13)).error().kind, ErrorKind::kInvalidInput);
+  ASSERT_TRUE(commit_now(*store, job, 13, 20));
+  EXPECT_EQ(*store->read_result(job, 13, digest(13)), sample_payload(13, 20));
+}
+
 TEST(Store, AnOlderSchemaIsBroughtForwardInOneTransaction) {
   const TempDir dir;
   const char* const steps[] = {"CREATE TABLE a(x); INSERT INTO a VALUES(1);", "ALTER TABLE a ADD COLUMN y;",

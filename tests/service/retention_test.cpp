@@ -17,6 +17,7 @@ class Retention : public testing::Test {
   Retention() : host_(dir_.path() / "data", 0) {
     host_.settings.wall_clock = [this] { return wall_.load(); };
     host_.settings.steady_clock = [this] { return steady_.load(); };
+    host_.service.reset();
     std::filesystem::remove_all(dir_.path() / "data");
     host_.restart();
     write_scene_glb(small_room(), dir_.path() / "room.glb");

@@ -223,7 +223,7 @@ TEST_F(ServiceJobs, HoldWhileTheDiskIsFull) {
     }
     std::string held;
     for (int i = 0; i < 400 && held.empty(); ++i) {
-      held = host.service->held_for();
+      held = host.service->source().health().held_for;
       std::this_thread::sleep_for(std::chrono::milliseconds(50));
     }
     EXPECT_FALSE(held.empty());
@@ -231,7 +231,7 @@ TEST_F(ServiceJobs, HoldWhileTheDiskIsFull) {
               std::string::npos);
     fs::remove(small / "filler");
     ASSERT_EQ(wait_for_state(*client, id, "done failed"), "done") << host.service->job(id)->reason;
-    EXPECT_EQ(host.service->held_for(), "");
+    EXPECT_EQ(host.service->source().health().held_for, "");
     expect_masters(fetched(*client, id, dir_.path() / "out"));
   }
 }
@@ -276,13 +276,13 @@ TEST_F(ServiceJobs, AreListedAndFetchedFromADiskThatIsFullAtTheStart) {
   const auto client = host.client();
   ASSERT_TRUE(client);
   expect_masters(fetched(*client, done, dir_.path() / "out"));
-  EXPECT_FALSE(host.service->held_for().empty());
+  EXPECT_FALSE(host.service->source().health().held_for.empty());
   EXPECT_NE(ask(*client, "job", text("{{\"id\":{}}}", begun)).find("reason")->text.find("cannot be written"),
             std::string::npos);
   EXPECT_NE(ask_error(*client, "submit", submission(snapshot_, "c")).find("full"), std::string::npos);
   fs::remove(small / "filler");
   ASSERT_EQ(wait_for_state(*client, begun, "done failed"), "done") << host.service->job(begun)->reason;
-  EXPECT_EQ(host.service->held_for(), "");
+  EXPECT_EQ(host.service->source().health().held_for, "");
 }
 
 TEST_F(ServiceJobs, SurviveKillsOfTheCoordinator) {

@@ -16,7 +16,7 @@ using test::say;
 using test::status_of;
 
 std::unique_ptr<WebServer> serve(const test::FakeFarm& fake, WebSettings settings = {}) {
-  auto server = WebServer::start(settings, fake.sources());
+  auto server = WebServer::start(settings, fake.source());
   EXPECT_TRUE(server);
   return std::move(*server);
 }
@@ -30,7 +30,9 @@ TEST(WebServer, AnswersWhatItHas) {
   EXPECT_NE(metrics.find("\nkiln_results_total 913\n"), metrics.npos);
   const std::string status = get(server->port(), "/api/status.json");
   EXPECT_NE(status.find("Content-Type: application/json\r\n"), status.npos);
-  EXPECT_NE(status.find("\"identity\": \"render7\""), status.npos) << status;
+  EXPECT_NE(status.find("\"days_until_full\": 20"), status.npos) << status;
+  const std::string workers = get(server->port(), "/api/workers.json");
+  EXPECT_NE(workers.find("\"identity\": \"render7\""), workers.npos) << workers;
   EXPECT_NE(get(server->port(), "/api/jobs.json?since=3").find("\"state\": \"baking\""), std::string::npos);
   const std::string job = get(server->port(), "/api/jobs/2.json");
   EXPECT_EQ(status_of(job), 200);
@@ -43,7 +45,7 @@ TEST(WebServer, AnswersWhatItHas) {
 
 TEST(WebServer, HealthFollowsTheStore) {
   test::FakeFarm fake;
-  fake.store.held_for = "no space is left on the disk";
+  fake.health.held_for = "no space is left on the disk";
   const auto server = serve(fake);
   const std::string answer = get(server->port(), "/healthz");
   EXPECT_EQ(status_of(answer), 503);
@@ -102,24 +104,24 @@ TEST(WebServer, WithoutATokenItSpeaksToThisMachineOnly) {
         << host;
   WebSettings abroad;
   abroad.host = "127.evil.example";
-  EXPECT_FALSE(WebServer::start(abroad, fake.sources())) << "it may resolve to any address";
+  EXPECT_FALSE(WebServer::start(abroad, fake.source())) << "it may resolve to any address";
   abroad.host = "0.0.0.0";
-  EXPECT_FALSE(WebServer::start(abroad, fake.sources()));
+  EXPECT_FALSE(WebServer::start(abroad, fake.source()));
   abroad.beyond_loopback = true;
-  EXPECT_FALSE(WebServer::start(abroad, fake.sources())) << "a token is needed too";
+  EXPECT_FALSE(WebServer::start(abroad, fake.source())) << "a token is needed too";
 }
 
 TEST(WebServer, ATokenIsAskedForAllButHealthAndTheEmptyPage) {
   test::FakeFarm fake;
-  fake.store.held_for = "the disk /srv/kiln is full";
+  fake.health.held_for = "the disk /srv/kiln is full";
   WebSettings settings;
   settings.host = "0.0.0.0";
   settings.beyond_loopback = true;
   settings.token = "s3cret";
   const auto server = serve(fake, settings);
   const uint16_t port = server->port();
-  for (const char* path :
-       {"/metrics", "/api/status.json", "/api/jobs.json", "/api/jobs/1.json", "/nothing"}) {
+  for (const char* path : {"/metrics", "/api/status.json", "/api/jobs.json", "/api/workers.json",
+                           "/api/jobs/1.json", "/nothing"}) {
     EXPECT_EQ(status_of(get(port, path)), 401) << path;
     EXPECT_EQ(status_of(get(port, path, "Authorization: Bearer s3cre\r\n")), 401) << path;
     EXPECT_EQ(status_of(get(port, path, "Authorization: s3cret\r\n")), 401) << path;
@@ -212,18 +214,18 @@ TEST(WebServer, ManyAddressesTogetherHaveABoundToo) {
 // A program that a liveness probe restarts must be unable to answer; a full disk or a slow farm is not that.
 TEST(WebServer, IsAliveWhileItIsNotReady) {
   test::FakeFarm fake;
-  fake.store.held_for = "no space is left on the disk";
+  fake.health.held_for = "no space is left on the disk";
   std::promise<void> go_on;
   const std::shared_future<void> stuck = go_on.get_future().share();
-  WebSources sources = fake.sources();
-  sources.farm = [&, stuck] {
+  FarmSource source = fake.source();
+  source.farm = [&, stuck] {
     stuck.wait();
     return fake.farm;
   };
   WebSettings settings;
   settings.threads = 1;
   settings.waiting = 1;
-  const auto server = std::move(*WebServer::start(settings, sources));
+  const auto server = std::move(*WebServer::start(settings, source));
   const uint16_t port = server->port();
   EXPECT_EQ(status_of(get(port, "/livez")), 200);
   EXPECT_EQ(status_of(get(port, "/readyz")), 503);
@@ -250,7 +252,7 @@ TEST(WebServer, ATakenPortIsAnError) {
   const auto server = serve(fake);
   WebSettings same;
   same.port = server->port();
-  const auto second = WebServer::start(same, fake.sources());
+  const auto second = WebServer::start(same, fake.source());
   ASSERT_FALSE(second);
   EXPECT_NE(second.error().message.find("another program has the port"), std::string::npos);
 }

@@ -34,11 +34,27 @@ FakeFarm::FakeFarm() {
   add("cellar", "eve", JobState::kFailed, "unit 7 failed 3 times, the last time because render9 was lost");
   jobs[1].passes_done = 1;
   events = {{1700000000000, "render7 joined with 16 threads"}};
-  store.wal_bytes = 4096;
+  WorkerRecord liar;
+  liar.identity = "render3";
+  liar.quarantined = true;
+  liar.quarantine_reason = "its answers to unit 7 differ from two others'";
+  workers = {liar};
+  health.release = "0.1.0";
+  health.wal_bytes = 4096;
+  health.tls = true;
+  health.certificate_until = 1800000000;
+  health.damaged_results = 3;
+  health.data.sizes = {1000, 200, 30, 4, 5};
+  health.data.bytes_a_day = {100, 10, -1, 0, 0.5};
+  health.data.disk_bytes = 5000000, health.data.free_bytes = 2190;
+  health.data.days_until_full = 20;
+  health.data.keep_days = 30;
+  health.data.next = {1700000000000, {1, 4}, 77};
+  health.data.backup_ms = 1690000000000;
 }
 
-WebSources FakeFarm::sources() const {
-  WebSources s;
+FarmSource FakeFarm::source() const {
+  FarmSource s;
   s.farm = [this] { return farm; };
   s.jobs = [this] { return jobs; };
   s.job = [this](JobId id) -> std::optional<JobRecord> {
@@ -46,8 +62,12 @@ WebSources FakeFarm::sources() const {
     return jobs[id - 1];
   };
   s.events = [this](JobId) { return events; };
-  s.store = [this] { return store; };
-  s.release = "0.1.0";
+  s.progress = [](JobId id) -> std::optional<JobProgress> {
+    if (id != 2) return std::nullopt;
+    return JobProgress{"bake", 2, 30};
+  };
+  s.workers = [this] { return workers; };
+  s.health = [this] { return health; };
   return s;
 }
 

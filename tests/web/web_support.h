@@ -11,9 +11,10 @@ struct FakeFarm {
   FarmStatus farm;
   std::vector<JobRecord> jobs;
   std::vector<JobEvent> events;
-  StoreHealth store;
+  std::vector<WorkerRecord> workers;
+  FarmHealth health;
   FakeFarm();  // three workers, four jobs, names that need escapes
-  WebSources sources() const;
+  FarmSource source() const;
 };
 
 // The whole answer, head and content; empty: the server closed without one.

@@ -13,6 +13,7 @@ namespace {
 
 // `kMark` is written last.
 constexpr const char *kMark = "backup.json", *kLinks = "work/backup";
+constexpr const char* kNote = "last-backup.json";
 constexpr const char *kRequest = "backup-request", *kAnswer = "backup-answer";
 constexpr size_t kMaxFile = 16384;
 
@@ -72,12 +73,28 @@ Status copy_blob(const Digest& digest, BlobStore& blobs, const fs::path& folder,
   return {};
 }
 
+void write_numbers(JsonWriter& w, const BackedUp& made) {
+  w.pair("jobs", made.jobs).pair("files", made.files).pair("linked", made.linked).pair("bytes", made.bytes);
+  w.pair("damaged", made.damaged);
+}
+
+BackedUp read_numbers(const JsonValue& json) {
+  BackedUp made;
+  for (const auto& [name, value] : {std::pair{"jobs", &made.jobs},
+                                    {"files", &made.files},
+                                    {"linked", &made.linked},
+                                    {"bytes", &made.bytes},
+                                    {"damaged", &made.damaged}})
+    if (const JsonValue* member = json.find(name)) *value = member->whole;
+  return made;
+}
+
 std::string document_of(const Expected<BackedUp>& outcome) {
   const BackedUp made = outcome.value_or(BackedUp{});
   JsonWriter w;
   w.begin_object().pair("error", outcome ? "" : outcome.error().message);
-  w.pair("jobs", made.jobs).pair("files", made.files).pair("linked", made.linked).pair("bytes", made.bytes);
-  return w.pair("damaged", made.damaged).end_object().take();
+  write_numbers(w, made);
+  return w.end_object().take();
 }
 
 std::optional<std::string> take_file(const fs::path& file) {
@@ -131,6 +148,22 @@ bool is_whole_backup(const fs::path& folder) {
   return fs::is_regular_file(folder / kMark, code);
 }
 
+Status note_backup(const fs::path& data, int64_t at_ms, const BackedUp& made) {
+  JsonWriter w;
+  w.begin_object().pair("at_ms", at_ms);
+  write_numbers(w, made);
+  return write_file_atomic(data / kNote, w.end_object().take());
+}
+
+BackupNote read_backup_note(const fs::path& data) {
+  const auto bytes = read_file(data / kNote, kMaxFile);
+  if (!bytes) return {};
+  const auto json = parse_json({reinterpret_cast<const char*>(bytes->data()), bytes->size()});
+  const JsonValue* at = json ? json->find("at_ms") : nullptr;
+  if (!at || !at->is_whole || at->negative || at->whole >= uint64_t{1} << 60) return {};
+  return {static_cast<int64_t>(at->whole), read_numbers(*json)};
+}
+
 Status request_backup(const fs::path& data, const fs::path& folder) {
   take_file(data / kAnswer);  // of an earlier request
   return write_file_atomic(data / kRequest, folder.string());
@@ -157,14 +190,7 @@ std::optional<Expected<BackedUp>> take_backup_answer(const fs::path& data) {
   const JsonValue* error = json ? json->find("error") : nullptr;
   if (!error) return Expected<BackedUp>(fail(ErrorKind::kIo, "the coordinator's answer cannot be read"));
   if (!error->text.empty()) return Expected<BackedUp>(fail(ErrorKind::kIo, error->text));
-  BackedUp made;
-  for (const auto& [name, value] : {std::pair{"jobs", &made.jobs},
-                                    {"files", &made.files},
-                                    {"linked", &made.linked},
-                                    {"bytes", &made.bytes},
-                                    {"damaged", &made.damaged}})
-    if (const JsonValue* member = json->find(name)) *value = member->whole;
-  return Expected<BackedUp>(made);
+  return Expected<BackedUp>(read_numbers(*json));
 }
 
 }  // namespace kiln

@@ -29,6 +29,14 @@ Expected<BackedUp> back_up(Store& store, BlobStore& blobs, const std::filesystem
 // Whether a folder holds a whole backup.
 bool is_whole_backup(const std::filesystem::path& folder);
 
+// The last backup of a data folder, in its file `last-backup.json`.
+struct BackupNote {
+  int64_t at_ms = 0;  // Unix ms; 0: none is known
+  BackedUp made;
+};
+Status note_backup(const std::filesystem::path& data, int64_t at_ms, const BackedUp& made);
+BackupNote read_backup_note(const std::filesystem::path& data);
+
 // The request of another program, and the answer to it.
 Status request_backup(const std::filesystem::path& data, const std::filesystem::path& folder);
 std::optional<std::filesystem::path> take_backup_request(const std::filesystem::path& data);  // once

@@ -12,7 +12,10 @@
 namespace kiln {
 namespace {
 
-constexpr std::chrono::seconds kIdle{1};  // after which the log is emptied
+constexpr std::chrono::seconds kIdle{1};  // after which late checks begin and the log is emptied
+constexpr std::chrono::seconds kLate{
+    60};  // after the opening, any moment without work is one for late checks
+constexpr std::chrono::seconds kNoWait{0};
 
 bool is_own_fault(const Error& error) {
   return error.kind == ErrorKind::kInvalidInput || error.kind == ErrorKind::kUsage;
@@ -50,12 +53,13 @@ std::optional<WorkerRecord> GroupTransaction::worker(const std::string& identity
 }
 
 GroupWriter::GroupWriter(Database database, Spool spool, RecordCache& cache, const StoreOptions& options,
-                         FirstWrite first)
+                         FirstWrite first, LateChecks late)
     : database_(std::move(database)),
       spool_(std::move(spool)),
       cache_(cache),
       options_(options),
-      first_(std::move(first)) {
+      first_(std::move(first)),
+      late_(std::move(late)) {
   thread_ = std::thread([this] { run(); });
 }
 
@@ -90,10 +94,19 @@ void GroupWriter::stop() {
 }
 
 void GroupWriter::run() {
+  bool idle = false;  // late checks go on until there is work
   for (;;) {
     std::unique_lock lock(mutex_);
-    const bool work = wake_.wait_for(lock, kIdle, [this] { return stopping_ || !queue_.empty(); });
+    const bool overdue = late_.left() && std::chrono::steady_clock::now() - opened_ > kLate;
+    const auto work_or_end = [this] { return stopping_ || !queue_.empty(); };
+    const bool work = wake_.wait_for(lock, idle || overdue ? kNoWait : kIdle, work_or_end);
     if (work && queue_.empty()) break;  // stopping
+    idle = !work && late_.left();
+    if (idle) {
+      lock.unlock();
+      late_step();
+      continue;
+    }
     std::vector<Operation> group = take_group(lock);
     lock.unlock();
     if (!group.empty()) write_group(group);
@@ -118,7 +131,22 @@ std::vector<Operation> GroupWriter::take_group(std::unique_lock<std::mutex>&) {
   return group;
 }
 
+void GroupWriter::late_step() {
+  const Status status = late_.step(database_);
+  if (status || !damage_) return;
+  damage_ = status;
+  log_error(text("nothing is stored any more: {}", status.error().message));
+}
+
+Status GroupWriter::finish_late() {
+  while (late_.left()) late_step();
+  return damage_;
+}
+
 bool GroupWriter::begin_writing(std::span<Operation> group) {
+  for (Operation& operation : group)
+    if (!damage_ && !operation.reads) operation.status = damage_;
+  if (!damage_) return false;
   if (!first_) return true;
   if (std::all_of(group.begin(), group.end(), [](const Operation& o) { return o.reads; })) return true;
   const Status status = first_(database_);

@@ -2,6 +2,7 @@
 // the callbacks.
 #pragma once
 
+#include <chrono>
 #include <condition_variable>
 #include <deque>
 #include <functional>
@@ -12,6 +13,7 @@
 #include <thread>
 #include <vector>
 
+#include "coordinator/farm/queue/late_checks.h"
 #include "coordinator/farm/queue/record_cache.h"
 #include "coordinator/farm/queue/spool.h"
 #include "coordinator/farm/queue/sqlite.h"
@@ -66,7 +68,7 @@ class GroupWriter {
   // What must be written before anything else; tried before each group that writes, until it succeeds.
   using FirstWrite = std::function<Status(Database&)>;
   GroupWriter(Database database, Spool spool, RecordCache& cache, const StoreOptions& options,
-              FirstWrite first);
+              FirstWrite first, LateChecks late);
   ~GroupWriter() { stop(); }
 
   void give(Operation operation);
@@ -77,9 +79,11 @@ class GroupWriter {
   // Writer thread only: from `after`.
   Spool& spool() { return spool_; }
   Database& database() { return database_; }
+  Status finish_late();  // all that LateChecks has left; its damage, if any
 
  private:
   void run();
+  void late_step();
   std::vector<Operation> take_group(std::unique_lock<std::mutex>& lock);
   void write_group(std::vector<Operation>& group);
   bool begin_writing(std::span<Operation> group);  // false: the group's writes have failed
@@ -93,7 +97,10 @@ class GroupWriter {
   Spool spool_;
   RecordCache& cache_;
   const StoreOptions options_;
-  FirstWrite first_;     // empty: done
+  FirstWrite first_;  // empty: done
+  LateChecks late_;
+  const std::chrono::steady_clock::time_point opened_ = std::chrono::steady_clock::now();
+  Status damage_;        // of the database, found late: nothing is written any more
   bool warned_ = false;  // about a log that cannot be emptied
 
   std::mutex mutex_;

@@ -29,6 +29,12 @@ class RecordCache {
     for (const auto& [id, job] : jobs_) all.push_back(job);
     return all;
   }
+  std::vector<JobId> ids() const {
+    const std::lock_guard lock(mutex_);
+    std::vector<JobId> all;
+    for (const auto& [id, job] : jobs_) all.push_back(id);
+    return all;
+  }
   std::optional<JobRecord> job(JobId id) const {
     const std::lock_guard lock(mutex_);
     const auto it = jobs_.find(id);

@@ -69,9 +69,10 @@ class Spool {
 // The payload of a row, its header and checksums verified; kIo naming file and offset if they do not fit.
 Expected<Bytes> read_spool_record(const std::filesystem::path& folder, const CommitRow& row);
 
-// After opening: removes unreferenced files and truncates the others after their last record. Returns a
-// message for each file that is shorter than its rows require, or cannot be cleaned up.
-std::vector<std::string> tidy_spool(const std::filesystem::path& folder,
+// Once after an opening, that of `epoch`, whose own files stay: removes a job's unreferenced files and
+// truncates the others after their last record. Returns a message for each file that is shorter than its rows
+// require, or cannot be cleaned up.
+std::vector<std::string> tidy_spool(const std::filesystem::path& folder, JobId job, uint64_t epoch,
                                     const std::map<SpoolFileId, uint64_t>& ends);
 
 }  // namespace kiln

@@ -91,25 +91,30 @@ Expected<Bytes> read_spool_record(const fs::path& folder, const CommitRow& row) 
   return damaged(same_head ? "the payload" : "the head");
 }
 
-std::vector<std::string> tidy_spool(const fs::path& folder, const std::map<SpoolFileId, uint64_t>& ends) {
+std::optional<JobId> spool_job(const fs::path& folder) {
+  return decimal(folder.filename().string());
+}
+
+std::vector<std::string> tidy_spool(const fs::path& folder, JobId job, uint64_t epoch,
+                                    const std::map<SpoolFileId, uint64_t>& ends) {
   std::vector<std::string> faults;
   std::error_code code;
-  for (const fs::path& job : list_folder(folder)) {
-    if (!decimal(job.filename().string())) continue;
-    for (const fs::path& path : list_folder(job)) {
-      const auto id = spool_id(path);
-      if (!id) continue;
-      const auto end = ends.find(*id);
-      code.clear();
-      if (end == ends.end()) {
-        fs::remove(path, code);
-      } else if (const uint64_t size = fs::file_size(path, code); !code && size > end->second) {
-        fs::resize_file(path, end->second, code);
-      }
-      if (code) faults.push_back(text("cannot clean up {}: {}", path.string(), code.message()));
+  const fs::path own = spool_folder(folder, job);
+  bool in_use = false;  // by this opening
+  for (const fs::path& path : list_folder(own)) {
+    const auto id = spool_id(path);
+    in_use = in_use || (id && id->epoch >= epoch);
+    if (!id || id->epoch >= epoch) continue;
+    const auto end = ends.find(*id);
+    code.clear();
+    if (end == ends.end()) {
+      fs::remove(path, code);
+    } else if (const uint64_t size = fs::file_size(path, code); !code && size > end->second) {
+      fs::resize_file(path, end->second, code);
     }
-    fs::remove(job, code);  // if empty
+    if (code) faults.push_back(text("cannot clean up {}: {}", path.string(), code.message()));
   }
+  if (!in_use) fs::remove(own, code);  // if empty
   for (const auto& [id, end] : ends) {
     const fs::path path = spool_path(folder, id);
     const uint64_t size = fs::file_size(path, code);

@@ -20,6 +20,7 @@ std::array<std::byte, kSpoolHead> write_spool_head(const UnitCommit& commit,
 std::filesystem::path spool_folder(const std::filesystem::path& folder, JobId job);
 std::filesystem::path spool_path(const std::filesystem::path& folder, const SpoolFileId& id);
 // Inverse of spool_path(); nullopt for other names.
+std::optional<JobId> spool_job(const std::filesystem::path& folder);  // the job of spool_folder()
 std::optional<SpoolFileId> spool_id(const std::filesystem::path& path);
 
 }  // namespace kiln

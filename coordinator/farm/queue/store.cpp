@@ -2,6 +2,7 @@
 
 #include "common/base/format.h"
 #include "common/base/log.h"
+#include "coordinator/farm/queue/late_checks.h"
 #include "coordinator/farm/queue/schema.h"
 #include "coordinator/farm/queue/store_impl.h"
 
@@ -28,17 +29,6 @@ class NewFiles {
   std::vector<fs::path> paths_;
   bool keep_ = false;
 };
-
-Status check_database(Database& database) {
-  Query query = database.ask("PRAGMA quick_check(1)");
-  KILN_TRY(const bool row, query.next());
-  const std::string verdict = row ? query.string() : "nothing";
-  if (verdict == "ok") return {};
-  return fail(ErrorKind::kIo,
-              text("the database {} is damaged ({}): restore it from a copy, or move the folder "
-                   "away to begin anew",
-                   database.path().string(), verdict));
-}
 
 // The first write of a store's life.
 Status begin_life(Database& database, uint64_t epoch, const std::string& release) {
@@ -84,16 +74,14 @@ Expected<std::unique_ptr<Store>> Store::open(const fs::path& given, const StoreO
   fresh.expect(spool);
   for (const char* tail : {"", "-wal", "-journal"}) fresh.expect(path.string() + tail);
   KILN_TRY(Database database, Database::open(path));
-  KILN_TRY_STATUS(check_database(database));
+  KILN_TRY_STATUS(check_small_tables(database));
   KILN_TRY_STATUS(migrate(database, store_schema()));
   KILN_TRY_STATUS(make_folder(real_disk_calls(), spool));
   KILN_TRY(StoreImpl::Loaded loaded, load(database, options.release));
   KILN_TRY_STATUS(sync_folder(real_disk_calls(), folder));
-  KILN_TRY(const auto ends, Tables(database).load_spool_ends(kSpoolHead));
   if (const Status status = lock.sign(); !status && status.error().kind != ErrorKind::kNoSpace)
     return tl::unexpected<Error>(status.error());
   fresh.keep();
-  for (const std::string& fault : tidy_spool(spool, ends)) log_warning(fault);
   return std::unique_ptr<Store>(
       new StoreImpl(folder, options, std::move(lock), std::move(database), std::move(loaded)));
 }
@@ -109,7 +97,7 @@ StoreImpl::StoreImpl(fs::path folder, const StoreOptions& options, FolderLock lo
       writer_(std::move(database),
               Spool(spool_, epoch_, options.spool_file_bytes,
                     options.faults ? *options.faults : real_disk_calls()),
-              cache_, options_, std::move(loaded.begins)) {}
+              cache_, options_, std::move(loaded.begins), LateChecks(spool_, epoch_, cache_.ids())) {}
 
 void StoreImpl::close() {
   writer_.stop();
@@ -117,8 +105,15 @@ void StoreImpl::close() {
 }
 
 Expected<Bytes> StoreImpl::read_result(JobId job, uint64_t unit, const Digest& digest) {
-  KILN_TRY(const CommitRow row,
-           read<CommitRow>([&](GroupTransaction& t) { return t.tables().load_result(job, unit, digest); }));
+  if (const auto row = windows_.find(job, unit, digest))
+    if (auto payload = read_result(*row)) return payload;  // else it may have been stored anew, elsewhere
+  KILN_TRY(const CommitRow row, read<CommitRow>([&](GroupTransaction& t) -> Expected<CommitRow> {
+             KILN_TRY(std::vector<CommitRow> rows,
+                      t.tables().load_results_from(job, unit, digest, RowWindows::kRows));
+             const CommitRow first = rows.front();
+             windows_.put(job, std::move(rows));
+             return first;
+           }));
   return read_result(row);
 }
 
@@ -143,7 +138,10 @@ Status StoreImpl::flush() {
 Status StoreImpl::compact() {
   Operation operation;
   operation.reads = true;
-  operation.after = [this] { return writer_.database().checkpoint(); };
+  operation.after = [this]() -> Status {
+    KILN_TRY_STATUS(writer_.finish_late());
+    return writer_.database().checkpoint();
+  };
   return writer_.give_and_wait(std::move(operation));
 }
 

@@ -42,8 +42,9 @@ class Store {
   using Edit = std::function<Status(JobRecord&)>;
 
   // Creates the folder if needed, takes its lock, migrates an older schema, increments the epoch, checks and
-  // loads. Fails and leaves the folder unchanged if another coordinator holds it (naming the process and
-  // host), if a newer release wrote it, or if the database is damaged.
+  // loads all but results and events, which are checked later. Fails and leaves the folder unchanged if
+  // another coordinator holds it (naming the process and host), if a newer release wrote it, or if the
+  // database is damaged.
   static Expected<std::unique_ptr<Store>> open(const std::filesystem::path& folder,
                                                const StoreOptions& options);
   virtual ~Store() = default;  // as close()
@@ -126,7 +127,8 @@ class Store {
   virtual Status probe() = 0;
   // Waits until all earlier operations are written or have reported failure.
   virtual Status flush() = 0;
-  // Empties the log into the database; happens automatically at wal_bytes and after a second without writes.
+  // Empties the log into the database, and checks and tidies what opening left for later (late_checks.h).
+  // Both happen automatically: the log at wal_bytes, both after a second without writes.
   virtual Status compact() = 0;
   virtual uint64_t wal_size() const = 0;  // bytes
   // Verifies everything: SQLite's own check and every record of every result. One message per fault; empty:

@@ -7,6 +7,7 @@
 
 #include "coordinator/farm/queue/folder_lock.h"
 #include "coordinator/farm/queue/group_writer.h"
+#include "coordinator/farm/queue/row_windows.h"
 #include "coordinator/farm/queue/store.h"
 
 namespace kiln {
@@ -99,6 +100,7 @@ class StoreImpl final : public Store {
   const uint64_t epoch_;
   std::optional<FolderLock> lock_;
   RecordCache cache_;
+  RowWindows windows_;
   GroupWriter writer_;
 };
 

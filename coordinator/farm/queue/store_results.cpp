@@ -40,7 +40,8 @@ void StoreImpl::settle(JobId job, uint64_t unit, const Digest& winner, bool veri
                        const std::string& worker, Callback done) {
   Operation operation;
   operation.removes = true;
-  operation.apply = [=](GroupTransaction& t) {
+  operation.apply = [=, this](GroupTransaction& t) {
+    windows_.forget(job);
     return t.tables().settle(job, unit, winner, verified, worker);
   };
   give(std::move(operation), std::move(done));
@@ -49,14 +50,18 @@ void StoreImpl::settle(JobId job, uint64_t unit, const Digest& winner, bool veri
 void StoreImpl::revoke_answer(JobId job, uint64_t unit, const Digest& digest, Callback done) {
   Operation operation;
   operation.removes = true;
-  operation.apply = [=](GroupTransaction& t) { return t.tables().revoke_answer(job, unit, digest); };
+  operation.apply = [=, this](GroupTransaction& t) {
+    windows_.forget(job);
+    return t.tables().revoke_answer(job, unit, digest);
+  };
   give(std::move(operation), std::move(done));
 }
 
 void StoreImpl::revoke(JobId job, std::vector<uint64_t> units, Callback done) {
   Operation operation;
   operation.removes = true;
-  operation.apply = [job, units = std::move(units)](GroupTransaction& t) -> Status {
+  operation.apply = [this, job, units = std::move(units)](GroupTransaction& t) -> Status {
+    windows_.forget(job);
     for (const uint64_t unit : units) KILN_TRY_STATUS(t.tables().revoke(job, unit));
     return {};
   };
@@ -66,7 +71,10 @@ void StoreImpl::revoke(JobId job, std::vector<uint64_t> units, Callback done) {
 void StoreImpl::drop_results(JobId job, Callback done) {
   Operation operation;
   operation.removes = true;
-  operation.apply = [job](GroupTransaction& t) { return t.tables().drop_results(job); };
+  operation.apply = [this, job](GroupTransaction& t) {
+    windows_.forget(job);
+    return t.tables().drop_results(job);
+  };
   operation.after = [this, job]() -> Status {
     writer_.spool().drop(job);
     return {};

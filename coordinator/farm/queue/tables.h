@@ -46,10 +46,12 @@ class Tables {
   Expected<std::vector<Unproven>> load_unproven(const std::string& worker);
   Status drop_results(JobId job);
   Expected<std::vector<CommitRow>> load_results(JobId job);
-  Expected<CommitRow> load_result(JobId job, uint64_t unit, const Digest& digest);
-  // The used length of each spool file: the end of its last record, whose head of `record_head` bytes
-  // precedes the payload.
-  Expected<std::map<SpoolFileId, uint64_t>> load_spool_ends(uint64_t record_head);
+  // At most `most`, from this one on. Fails (kInvalidInput) if it does not exist.
+  Expected<std::vector<CommitRow>> load_results_from(JobId job, uint64_t unit, const Digest& digest,
+                                                     size_t most);
+  // The used length of each of a job's spool files of openings before `epoch`: the end of its last record,
+  // whose head of `record_head` bytes precedes the payload.
+  Expected<std::map<SpoolFileId, uint64_t>> load_spool_ends(JobId job, uint64_t epoch, uint64_t record_head);
 
   Status put_pass(JobId job, const PassRecord& pass);
   Expected<std::vector<PassRecord>> load_passes(JobId job);

@@ -21,6 +21,15 @@ CommitRow read_row(Query& query) {
   return row;
 }
 
+Expected<std::vector<CommitRow>> read_rows(Query query) {
+  std::vector<CommitRow> rows;
+  for (;;) {
+    KILN_TRY(const bool row, query.next());
+    if (!row) return rows;
+    rows.push_back(read_row(query));
+  }
+}
+
 tl::unexpected<Error> no_result(JobId job, uint64_t unit, const Digest& digest) {
   return fail(ErrorKind::kInvalidInput,
               text("unit {} of job {} has no stored result {}", unit, job, digest.hex().substr(0, 16)));
@@ -106,37 +115,35 @@ Status Tables::drop_results(JobId job) {
 }
 
 Expected<std::vector<CommitRow>> Tables::load_results(JobId job) {
-  std::vector<CommitRow> rows;
-  Query query = database_.ask(
+  return read_rows(database_.ask(
       "SELECT job,unit,digest,shape,worker,verified,settled,epoch,file,offset,length FROM unit_results "
       "WHERE job=?1 ORDER BY unit,digest",
-      job);
-  for (;;) {
-    KILN_TRY(const bool row, query.next());
-    if (!row) return rows;
-    rows.push_back(read_row(query));
-  }
+      job));
 }
 
-Expected<CommitRow> Tables::load_result(JobId job, uint64_t unit, const Digest& digest) {
-  Query query = database_.ask(
-      "SELECT job,unit,digest,shape,worker,verified,settled,epoch,file,offset,length FROM unit_results "
-      "WHERE job=?1 AND unit=?2 AND digest=?3",
-      job, unit, digest);
-  KILN_TRY(const bool row, query.next());
-  if (!row) return no_result(job, unit, digest);
-  return read_row(query);
+Expected<std::vector<CommitRow>> Tables::load_results_from(JobId job, uint64_t unit, const Digest& digest,
+                                                           size_t most) {
+  KILN_CHECK(most > 0);
+  KILN_TRY(std::vector<CommitRow> rows,
+           read_rows(database_.ask(
+               "SELECT job,unit,digest,shape,worker,verified,settled,epoch,file,offset,length "
+               "FROM unit_results WHERE job=?1 AND (unit,digest)>=(?2,?3) ORDER BY unit,digest LIMIT ?4",
+               job, unit, digest, uint64_t{most})));
+  if (rows.empty() || rows.front().unit != unit || rows.front().digest != digest)
+    return no_result(job, unit, digest);
+  return rows;
 }
 
-Expected<std::map<SpoolFileId, uint64_t>> Tables::load_spool_ends(uint64_t record_head) {
+Expected<std::map<SpoolFileId, uint64_t>> Tables::load_spool_ends(JobId job, uint64_t epoch,
+                                                                  uint64_t record_head) {
   std::map<SpoolFileId, uint64_t> ends;
-  Query query =
-      database_.ask("SELECT job,epoch,file,max(offset+length) FROM unit_results GROUP BY job,epoch,file");
+  Query query = database_.ask(
+      "SELECT epoch,file,max(offset+length) FROM unit_results WHERE job=?1 AND epoch<?2 GROUP BY epoch,file",
+      job, epoch);
   for (;;) {
     KILN_TRY(const bool row, query.next());
     if (!row) return ends;
-    SpoolFileId id;
-    id.job = query.number();
+    SpoolFileId id{job};
     id.epoch = query.number();
     id.file = static_cast<uint32_t>(query.integer());
     ends[id] = query.number() + record_head;

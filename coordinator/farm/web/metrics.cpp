@@ -114,6 +114,28 @@ void write_active_jobs(Exposition& e, const FarmStatus& farm) {
   }
 }
 
+void write_data(Exposition& e, const DataReport& data) {
+  e.metric("kiln_data_bytes", "gauge", "Size of the data folder by kind.");
+  for (const DataKind& kind : kDataKinds) e.sample(data.sizes.*kind.bytes, label("kind", kind.name));
+  if (data.bytes_a_day) {
+    e.metric("kiln_data_growth_bytes_per_day", "gauge", "Its growth over the last week at most, by kind.");
+    for (size_t k = 0; k < kDataKinds.size(); ++k)
+      e.sample((*data.bytes_a_day)[k], label("kind", kDataKinds[k].name));
+  }
+  e.metric("kiln_disk_bytes", "gauge", "Size of the file system of the data folder.").sample(data.disk_bytes);
+  e.metric("kiln_disk_free_bytes", "gauge", "Free bytes of it.").sample(data.free_bytes);
+  if (data.days_until_full)
+    e.metric("kiln_disk_full_in_seconds", "gauge",
+             "Time until it is full at that growth; absent: it shrinks.")
+        .sample(*data.days_until_full * 86400);
+  e.metric("kiln_retention_next_timestamp_seconds", "gauge", "When the next ended jobs are old; 0: never.")
+      .sample(data.next.at_ms / 1000);
+  e.metric("kiln_retention_next_jobs", "gauge", "Jobs that are forgotten on that day.")
+      .sample(data.next.jobs.size());
+  e.metric("kiln_backup_last_timestamp_seconds", "gauge", "When the last backup was made; 0: none is known.")
+      .sample(data.backup_ms / 1000);
+}
+
 }  // namespace
 
 std::string escape_label(const std::string& value) {
@@ -128,24 +150,37 @@ std::string escape_label(const std::string& value) {
   return escaped;
 }
 
-std::string write_metrics(const WebSources& sources) {
-  const FarmStatus farm = sources.farm();
-  const StoreHealth store = sources.store();
-  const bool held = !farm.held_for.empty() || !store.held_for.empty();
+std::string write_metrics(const FarmSource& source) {
+  const FarmStatus farm = source.farm();
+  const FarmHealth health = source.health();
+  const bool held = !farm.held_for.empty() || !health.held_for.empty();
   Exposition e;
   e.metric("kiln_build_info", "gauge", "1; the release is a label.")
-      .sample(1, label("release", sources.release));
-  write_queue(e, sources.jobs());
+      .sample(1, label("release", health.release));
+  write_queue(e, source.jobs());
   write_workers(e, farm);
+  uint64_t quarantined = 0;
+  for (const WorkerRecord& worker : source.workers()) quarantined += worker.quarantined;
+  e.metric("kiln_workers_quarantined", "gauge", "Workers that are refused for wrong answers.")
+      .sample(quarantined);
   write_totals(e, farm);
   write_active_jobs(e, farm);
-  e.metric("kiln_store_wal_bytes", "gauge", "Size of the database's log.").sample(store.wal_bytes);
+  e.metric("kiln_store_wal_bytes", "gauge", "Size of the database's log.").sample(health.wal_bytes);
   e.metric("kiln_store_held", "gauge", "1 while the disk cannot be written and no units are handed out.")
       .sample(held ? 1 : 0);
   e.metric("kiln_store_verified_bytes_total", "counter", "Bytes of stored files held against their digest.")
-      .sample(store.verified_bytes);
+      .sample(health.verified_bytes);
   e.metric("kiln_store_damaged_blobs_total", "counter", "Stored files that were damaged and set aside.")
-      .sample(store.damaged_blobs);
+      .sample(health.damaged_blobs);
+  e.metric("kiln_store_damaged_results_total", "counter",
+           "Stored results of units found damaged by the scrub.")
+      .sample(health.damaged_results);
+  e.metric("kiln_clock_doubted", "gauge", "1 while a leap of the clock keeps anything from being deleted.")
+      .sample(health.clock_doubt.empty() ? 0 : 1);
+  if (health.tls)
+    e.metric("kiln_certificate_expiry_timestamp_seconds", "gauge", "When the coordinator's certificate ends.")
+        .sample(health.certificate_until);
+  write_data(e, health.data);
   return e.take();
 }
 

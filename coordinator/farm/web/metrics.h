@@ -5,13 +5,13 @@
 
 #include <string>
 
-#include "coordinator/farm/web/web_sources.h"
+#include "coordinator/farm/documents/farm_source.h"
 
 namespace kiln {
 
 inline constexpr const char* kMetricsType = "text/plain; version=0.0.4; charset=utf-8";
 
-std::string write_metrics(const WebSources& sources);
+std::string write_metrics(const FarmSource& source);
 std::string escape_label(const std::string& value);
 
 }  // namespace kiln

@@ -30,6 +30,7 @@ constexpr const char* kBody = R"(
 <input id="token" type="password" aria-label="token" autocomplete="off"> <button>Show</button></form>
 <div id="held" role="alert" hidden></div>
 <div id="numbers"></div>
+<p id="data" class="soft"></p>
 <h2>Jobs</h2><div class="scroll"><table><thead><tr><th class="n">Job</th><th>Name</th><th>User</th>
 <th>State</th><th>Pass</th><th class="n">Workers</th><th class="n">Rays</th><th>Why</th></tr></thead>
 <tbody id="jobs"></tbody></table></div>
@@ -74,38 +75,52 @@ const number = (box, name, value) => {
   div.append(big, name);
   box.append(div);
 };
-const show = (status, jobs) => {
+const bytes = n => short(n) + 'B';
+const show = (status, jobs, workers) => {
   $('held').hidden = !status.held_for;
   $('held').textContent = 'Nothing is handed out: ' + status.held_for;
   const active = jobs.filter(j => !['done', 'failed', 'cancelled'].includes(j.state));
   const box = document.createElement('div');
   box.id = 'numbers';
   number(box, 'jobs to do', active.length);
-  number(box, 'workers', status.workers.length);
-  number(box, 'threads', status.workers.reduce((n, w) => n + w.threads, 0));
-  number(box, 'rays per second', short(status.workers.reduce((n, w) => n + w.rays_per_second, 0)));
+  number(box, 'workers', status.workers);
+  number(box, 'threads', status.threads);
+  number(box, 'rays per second', short(status.rays_per_second));
   number(box, 'results', short(status.results));
+  const data = status.data, growth = data.growth_bytes_a_day;
+  number(box, 'stored', bytes(data.size_bytes.total));
+  number(box, 'growth a day', growth ? bytes(growth.total) : 'measuring');
+  number(box, 'free', bytes(data.free_bytes));
+  if (data.days_until_full !== undefined) number(box, 'days until full', short(data.days_until_full));
   $('numbers').replaceWith(box);
-  const order = active.concat(jobs.filter(j => !active.includes(j)).reverse().slice(0, 50));
+  const next = data.retention, date = ms => new Date(ms).toLocaleString();
+  $('data').textContent = [
+    Object.entries(data.size_bytes).map(([kind, n]) => kind + ' ' + bytes(n)).join(', '),
+    next.next_ms ? 'next deletion: ' + next.next_jobs.length + ' jobs, ' + bytes(next.next_bytes) + ', from ' +
+      date(next.next_ms) : 'nothing grows old',
+    data.backup.last_ms ? 'last backup: ' + date(data.backup.last_ms) : 'no backup is known',
+    status.clock_doubt].filter(Boolean).join('; ');
+  const order = active.concat(jobs.filter(j => !active.includes(j)).slice(0, 50));
   fill('jobs', order, 'No job: kiln submit SCENE', (row, j) => {
     cell(row, j.id, 'n');
     cell(row, j.name);
     cell(row, j.user);
     cell(row, j.paused ? j.state + ', paused' : j.state, j.state);
-    const pass = cell(row, j.farm ? 'pass ' + j.farm.pass + ': ' + j.farm.pass_units_done + ' of ' +
-      j.farm.pass_units + ' units' : j.passes_done ? j.passes_done + ' passes' : '');
-    if (j.farm && j.farm.weight > 0) {
+    const now = j.progress;
+    const pass = cell(row, !now ? j.passes_done ? j.passes_done + ' passes' : '' : now.stage !== 'bake' ? now.stage :
+      'pass ' + now.pass + ': ' + now.units_done + ' of ' + now.units_total + ' units');
+    if (now && now.pass_share > 0) {
       const bar = document.createElement('div'), full = document.createElement('i');
       bar.className = 'bar';
-      full.style.width = 100 * j.farm.weight_done / j.farm.weight + '%';
+      full.style.width = 100 * now.pass_share + '%';
       bar.append(full);
       pass.append(bar);
     }
-    cell(row, j.farm ? j.farm.workers : '', 'n');
-    cell(row, j.farm ? short(j.farm.rays) : '', 'n');
+    cell(row, now ? now.workers : '', 'n');
+    cell(row, now ? short(now.rays) : '', 'n');
     cell(row, [j.reason, j.taint, j.verification].filter(Boolean).join('; '), 'reason');
   });
-  fill('workers', status.workers, 'No worker: kiln-worker --connect HOST:PORT', (row, w) => {
+  fill('workers', workers, 'No worker: kiln-worker --connect HOST:PORT', (row, w) => {
     cell(row, w.name);
     cell(row, w.state, w.state);
     cell(row, w.job || '', 'n');
@@ -119,8 +134,9 @@ const show = (status, jobs) => {
 };
 const refresh = async () => {
   try {
-    const [status, jobs] = await Promise.all([get('/api/status.json'), get('/api/jobs.json')]);
-    show(status, jobs.jobs);
+    const [status, jobs, workers] = await Promise.all(
+      ['status', 'jobs', 'workers'].map(name => get('/api/' + name + '.json')));
+    show(status, jobs.jobs, workers.workers);
   } catch (e) {
     $('when').textContent = 'no answer: ' + e.message;
   }

@@ -5,14 +5,16 @@
 #include "common/base/format.h"
 #include "common/base/hash.h"
 #include "common/base/loopback.h"
+#include "coordinator/farm/documents/farm_documents.h"
 #include "coordinator/farm/web/answer_pool.h"
-#include "coordinator/farm/web/documents.h"
 #include "coordinator/farm/web/metrics.h"
 #include "coordinator/farm/web/page.h"
 #include "coordinator/farm/web/response.h"
 
 namespace kiln {
 namespace {
+
+constexpr size_t kMaxJobs = 1000;  // of /api/jobs.json, the newest
 
 Response json_response(std::string document) {
   return {200, "application/json", std::move(document)};
@@ -21,8 +23,8 @@ Response json_response(std::string document) {
 }  // namespace
 
 struct WebServer::Impl {
-  Impl(const WebSettings& s, WebSources from)
-      : settings(s), sources(std::move(from)), pool(settings.threads, settings.waiting) {}
+  Impl(const WebSettings& s, FarmSource from)
+      : settings(s), source(std::move(from)), pool(settings.threads, settings.waiting) {}
 
   // On the loop's thread.
   void take(uint64_t connection, RequestHead head) {
@@ -53,7 +55,7 @@ struct WebServer::Impl {
     const bool trusted = may_read(head);
     // /healthz: the name before there were two.
     if (head.path == "/readyz" || head.path == "/healthz") {
-      const std::string why = unhealthy(sources);
+      const std::string why = held_for(source);
       if (why.empty()) return plain_response(200, "ok");
       return plain_response(503, trusted ? "nothing is handed out: " + why : "nothing is handed out");
     }
@@ -71,24 +73,27 @@ struct WebServer::Impl {
   }
 
   Response answer_data(const std::string& path) const {
-    if (path == "/metrics") return {200, kMetricsType, write_metrics(sources)};
-    if (path == "/api/status.json") return json_response(status_json(sources));
-    if (path == "/api/jobs.json") return json_response(jobs_json(sources));
+    if (path == "/metrics") return {200, kMetricsType, write_metrics(source)};
+    if (path == "/api/status.json") return json_response(status_document(source));
+    if (path == "/api/workers.json") return json_response(workers_document(source));
+    if (path == "/api/jobs.json") return json_response(jobs_document(source, {0, kMaxJobs}));
     constexpr std::string_view kBefore = "/api/jobs/", kAfter = ".json";
     if (path.starts_with(kBefore) && path.ends_with(kAfter) && path.size() > kBefore.size() + kAfter.size()) {
       JobId id = 0;
       const char *first = path.data() + kBefore.size(), *last = path.data() + path.size() - kAfter.size();
       const auto [stop, code] = std::from_chars(first, last, id);
       if (code == std::errc() && stop == last)
-        if (auto document = job_json(sources, id)) return json_response(std::move(*document));
+        if (auto document = job_document(source, id)) return json_response(std::move(*document));
       return plain_response(404, "there is no such job");
     }
     return plain_response(
-        404, "here are /, /metrics, /livez, /readyz, /api/status.json, /api/jobs.json and /api/jobs/ID.json");
+        404,
+        "here are /, /metrics, /livez, /readyz, /api/status.json, /api/workers.json, /api/jobs.json and "
+        "/api/jobs/ID.json");
   }
 
   const WebSettings settings;
-  const WebSources sources;
+  const FarmSource source;
   std::unique_ptr<HttpLoop> loop;  // replies of the pool's last work go to it: it ends after the pool
   AnswerPool pool;
 };
@@ -103,14 +108,14 @@ uint16_t WebServer::port() const {
   return impl_->loop->port();
 }
 
-Expected<std::unique_ptr<WebServer>> WebServer::start(const WebSettings& settings, WebSources sources) {
+Expected<std::unique_ptr<WebServer>> WebServer::start(const WebSettings& settings, FarmSource source) {
   if (!is_loopback(settings.host) && (!settings.beyond_loopback || settings.token.empty()))
     return fail(
         ErrorKind::kUsage,
         text("HTTP on {} would be read by others: listen on 127.0.0.1 behind a proxy that speaks TLS, "
              "or allow it and give a token",
              settings.host));
-  auto impl = std::make_unique<Impl>(settings, std::move(sources));
+  auto impl = std::make_unique<Impl>(settings, std::move(source));
   KILN_TRY(impl->loop, HttpLoop::open(settings.host, settings.port, settings.limits));
   impl->loop->start([server = impl.get()](uint64_t connection, RequestHead head) {
     server->take(connection, std::move(head));

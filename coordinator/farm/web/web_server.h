@@ -1,14 +1,14 @@
-// The farm over HTTP, read-only: /metrics, /livez, /readyz, /api/status.json, /api/jobs.json,
-// /api/jobs/ID.json and a page that shows them. Serves no files, accepts no content, answers one request per
-// connection.
+// The farm over HTTP, read-only: /metrics, /livez, /readyz, /api/status.json, /api/workers.json,
+// /api/jobs.json, /api/jobs/ID.json and a page that shows them. Serves no files, accepts no content, answers
+// one request per connection.
 #pragma once
 
 #include <memory>
 #include <string>
 
 #include "common/base/status.h"
+#include "coordinator/farm/documents/farm_source.h"
 #include "coordinator/farm/web/http_loop.h"
-#include "coordinator/farm/web/web_sources.h"
 
 namespace kiln {
 
@@ -27,8 +27,8 @@ struct WebSettings {
 
 class WebServer {
  public:
-  // Listens and returns; `sources` are called from the server's own threads until it is destroyed.
-  static Expected<std::unique_ptr<WebServer>> start(const WebSettings& settings, WebSources sources);
+  // Listens and returns; `source` is called from the server's own threads until it is destroyed.
+  static Expected<std::unique_ptr<WebServer>> start(const WebSettings& settings, FarmSource source);
   ~WebServer();
   uint16_t port() const;
 
