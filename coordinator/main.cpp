@@ -8,5 +8,8 @@ int main(int argc, char** argv) {
       kiln::why_command(),    kiln::workers_command(),    kiln::doctor_command(), kiln::view_command(),
       kiln::backup_command(), kiln::check_scene_command()};
   for (kiln::Command& command : kiln::change_commands()) commands.push_back(std::move(command));
+  const kiln::Command completion = kiln::completion_command(commands);
+  commands.push_back(completion);
+  commands.push_back(kiln::manual_pages_command(commands));
   return kiln::run_command_line(argc, argv, commands);
 }

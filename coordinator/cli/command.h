@@ -59,6 +59,9 @@ Command fetch_command();
 Command why_command();
 Command workers_command();
 Command view_command();
+// Of all the others.
+Command completion_command(const std::vector<Command>& commands);
+Command manual_pages_command(const std::vector<Command>& commands);
 std::vector<Command> change_commands();  // cancel, pause, resume, retry, priority, forget
 
 // Prints "kiln: ..." on standard error and returns the exit status of the error.

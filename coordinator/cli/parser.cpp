@@ -1,13 +1,17 @@
 // The only CLI11 include.
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <optional>
 
 #include "common/base/files.h"
 #include "common/base/format.h"
 #include "common/base/json.h"
 #include "common/base/printable.h"
 #include "coordinator/cli/command.h"
+#include "coordinator/cli/pages.h"
+#include "coordinator/cli/suggest.h"
 
 namespace kiln {
 namespace {
@@ -120,6 +124,56 @@ int run_parsed(const Parsed& p) {
   return p.command->run(arguments, *settings);
 }
 
+std::string did_you_mean(const std::string& word, const std::vector<std::string>& candidates) {
+  const std::string meant = nearest_word(word, candidates);
+  return meant.empty() ? "" : text(": did you mean '{}'?", meant);
+}
+
+// `kiln help [COMMAND]` and `kiln version` say the same as the options; a word in the first place that is no
+// command is named. What it returns ends the program.
+std::optional<int> settle_first_word(std::vector<std::string>& words, const std::vector<Command>& commands) {
+  if (words.empty() || words[0].starts_with("-")) return {};
+  std::vector<std::string> names = {"help", "version"};
+  const auto is_known = [&](const std::string& word) {
+    return std::any_of(commands.begin(), commands.end(), [&](const Command& c) { return c.name == word; });
+  };
+  for (const Command& c : commands)
+    if (!c.hidden) names.push_back(c.name);
+  if (words[0] == "version" && words.size() == 1) {
+    words = {"--version"};
+  } else if (words[0] == "help") {
+    words.erase(words.begin());
+    words.resize(std::min<size_t>(words.size(), 1));
+    words.push_back("--help");
+  }
+  if (words[0].starts_with("-") || is_known(words[0])) return {};
+  return report_error({ErrorKind::kUsage, text("there is no command '{}'{} (`kiln help` lists them)",
+                                               words[0], did_you_mean(words[0], names))});
+}
+
+// What CLI11 says of a wrong command line; before that, words that it does not know, and what may have been
+// meant.
+int explain_usage(const CLI::App& app, const CLI::ParseError& error,
+                  const std::vector<std::unique_ptr<Parsed>>& all) {
+  const Parsed* used = nullptr;
+  for (const auto& p : all)
+    if (p->app->parsed()) used = p.get();
+  const std::vector<std::string> left = (used ? used->app : &app)->remaining();
+  std::string said = error.what();
+  const std::string program = used ? text("`kiln {}`", used->command->name) : "kiln";
+  if (!left.empty()) {
+    const std::string word = left[0].substr(0, left[0].find('='));
+    const std::vector<std::string> options =
+        used ? long_options(*used->command) : std::vector<std::string>{"--help", "--version"};
+    said = word.starts_with("-") ? text("{} has no option {}{}", program, word, did_you_mean(word, options))
+                                 : text("{} does not take '{}'", program, word);
+  } else if (!used) {
+    said = "a command is missing";
+  }
+  return report_error({ErrorKind::kUsage,
+                       text("{} (`kiln help{}` shows more)", said, used ? " " + used->command->name : "")});
+}
+
 }  // namespace
 
 bool Arguments::has(const std::string& name) const {
@@ -157,12 +211,15 @@ int run_command_line(int argc, char** argv, const std::vector<Command>& commands
     all.push_back(std::make_unique<Parsed>(Parsed{sub, &c, {}, {}, {}, {}}));
     declare(*all.back());
   }
+  std::vector<std::string> words(argv + 1, argv + std::max(argc, 1));
+  if (const auto status = settle_first_word(words, commands)) return *status;
   try {
-    app.parse(argc, argv);
+    std::reverse(words.begin(), words.end());  // CLI11 takes them from the back
+    app.name(argc > 0 ? argv[0] : "kiln");
+    app.parse(words);
   } catch (const CLI::ParseError& e) {
-    const bool asked = e.get_exit_code() == 0;  // --help, --version
-    app.exit(e);
-    return asked ? 0 : 2;
+    if (e.get_exit_code() != 0) return explain_usage(app, e, all);
+    return app.exit(e);  // --help, --version
   }
   try {
     for (const auto& p : all)

@@ -91,8 +91,9 @@ fs::path find_share() {
   if (const char* set = std::getenv("KILN_SHARE")) return set;
   std::error_code code;
   const fs::path program = fs::read_symlink("/proc/self/exe", code);
-  const fs::path installed = program.parent_path().parent_path() / "share/kiln";
-  return fs::exists(installed / "examples/three/index.html", code) ? installed : fs::path(KILN_DOCS_DIR);
+  const fs::path above = program.parent_path().parent_path(), installed = above / "share/kiln";
+  // A program that is not installed stands in bin/ of a build folder in the sources.
+  return fs::exists(installed / "examples/three/index.html", code) ? installed : above.parent_path() / "docs";
 }
 
 Status check_view(const ViewSettings& s) {
