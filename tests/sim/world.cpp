@@ -3,11 +3,13 @@
 #include <cstdio>
 
 #include "common/base/format.h"
+#include "tests/sim/action_text.h"
 
 namespace kiln::sim {
 namespace {
 
 constexpr uint64_t kAlwaysAudited = 2000;  // units and workers
+constexpr uint64_t kDigestEvery = 20;      // batches of actions
 
 }  // namespace
 
@@ -100,6 +102,9 @@ void World::start_coordinator() {
   ++epoch_;
   ledger_ = std::make_unique<FarmLedger>(rules_);
   machine_of_.clear();
+  process_of_.clear();
+  granted_.clear();
+  may_return_.clear();
   worker_of_.clear();
   heard_at_.clear();
   for (const auto& [identity, agreed] : disk_.agreed) ledger_->restore_trust(identity, agreed, "");
@@ -208,8 +213,41 @@ void World::check_published(JobId id) {
     }
 }
 
+void World::mix(const std::string& words) {
+  const std::string all = text("{} {} {}", digest_, now_, words);
+  digest_ = xxh3(std::as_bytes(std::span(all)));
+}
+
+void World::mix_state() {
+  const auto mix_all = [this](const std::vector<std::string>& lines) {
+    for (const std::string& line : lines) mix(line);
+  };
+  for (const auto& [id, job] : conductors_) {
+    mix_all(ledger_->why_job(id, now_));
+    const PassCounts pass = ledger_->pass(id);
+    const JobCounts counts = ledger_->counts(id);
+    mix(text("{} {} {} {} {} {}", pass.number, pass.units, pass.done, pass.failed, pass.weight,
+             pass.weight_done));
+    mix(text("{} {} {} {} {} {} {}", counts.duplicates, counts.copies, counts.reassigned, counts.lost,
+             counts.disputes, ledger_->stuck_ms(id, now_), ledger_->numeric_class(id)));
+    if (job.pass < job.passes.size())
+      for (const UnitPlan& plan : job.passes[job.pass]) mix_all(ledger_->why_unit(id, plan.id, now_));
+  }
+  for (const auto& [worker, machine] : machine_of_) {
+    mix_all(ledger_->why_worker(worker, now_));
+    const WorkerView view = ledger_->view(worker, now_);
+    mix(text("{} {} {} {} {}", view.job, view.state, view.held, view.credits, view.agreed));
+  }
+}
+
 void World::perform(const Actions& actions) {
-  for (const Action& action : actions) carry_out(action);
+  for (const Action& action : actions) {
+    if (digest_on_) mix(action_text(action));
+    if (trace_)
+      std::fprintf(stderr, "%8lld  %s\n", static_cast<long long>(now_), action_text(action).c_str());
+    carry_out(action);
+  }
+  if (digest_on_ && ledger_ && performed_ % kDigestEvery == 0) mix_state();
   // An audit reads every unit: small worlds after each event, large ones now and then.
   if (!ledger_ || ++performed_ % audit_every_ != 0) return;
   if (const std::string wrong = ledger_->audit(); !wrong.empty()) fail(wrong);
@@ -240,6 +278,7 @@ void World::carry_out(const Action& action) {
                 const uint32_t credits = machine.traits.threads + 2;
                 to_coordinator(i,
                                [this, worker, job, c = machine.numeric_class, credits, held](Actions& out) {
+                                 for (const uint64_t unit : held) granted_[worker].insert({job, unit});
                                  ledger_->ready(worker, job, c, credits, held, now_, out);
                                });
                 for (Kept& kept : machine.kept) kept.sent &= kept.job != job;
@@ -256,6 +295,7 @@ void World::carry_out(const Action& action) {
           },
           [&](const Grant& a) {
             ++figures_.grants;
+            granted_[a.worker].insert({a.job, a.unit});
             if (!machine_of_.count(a.worker)) fail("a unit is given to a worker that is not connected");
             const Conductor& job = conductors_.at(a.job);
             const bool of_pass = job.pass < job.passes.size() &&
@@ -268,6 +308,8 @@ void World::carry_out(const Action& action) {
             });
           },
           [&](const Recall& a) {
+            if (const auto it = granted_.find(a.worker); it != granted_.end())
+              it->second.erase({a.job, a.unit});
             to_machine(a.worker, [a](Machine& m, size_t) {
               std::erase_if(m.queue, [&](const Grant& g) { return g.job == a.job && g.unit == a.unit; });
             });
@@ -371,9 +413,7 @@ void World::carry_out(const Action& action) {
               if (up_ && epoch == epoch_ && conductors_[id].run == run) begin(id);
             });
           },
-          [&](const Note& a) {
-            if (trace_) std::fprintf(stderr, "%8lld  %s\n", static_cast<long long>(now_), a.text.c_str());
-          },
+          [](const Note&) {},
       },
       action);
 }

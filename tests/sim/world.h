@@ -37,6 +37,10 @@ class World {
   std::string run();
   const WorldFigures& figures() const { return figures_; }
   void trace(bool on) { trace_ = on; }
+  // Of every action of the ledger with its time, and of what it says of itself now and then (`why`, counts,
+  // views): equal digests are equal conduct. Slow: keep it off but to compare.
+  void digest(bool on) { digest_on_ = on; }
+  uint64_t digest() const { return digest_; }
 
  private:
   using Key = std::pair<JobId, uint64_t>;
@@ -95,6 +99,8 @@ class World {
   void carry_out(const Action& action);
   void check_published(JobId job);
   void note_waived();
+  void mix(const std::string& words);
+  void mix_state();
   Digest truth(JobId job, uint64_t unit) const;
   bool of_ring(const std::string& identity) const;
   bool poison(JobId job, uint64_t unit) const { return poison_.count({job, unit}) > 0; }
@@ -111,11 +117,15 @@ class World {
   void work(size_t machine);
   void finished(size_t machine, const Grant& grant);
   void echo(size_t machine, JobId job, uint64_t unit, const Digest& digest);
+  void take_result(WorkerId worker, JobId job, uint64_t unit, const Digest& digest, Actions& out);
   void deliver_kept(size_t machine, JobId job);
   void heartbeat(size_t machine);
   void crash(size_t machine);
   void vanish(size_t machine);
-  bool may_kill(size_t machine);
+  void notice_break(WorkerId worker, bool crashed, uint64_t process);
+  bool count_losses(WorkerId worker, uint64_t process);
+  void forget_losses(uint64_t process);
+  bool may_lose(const Grant& grant);
   void end_process(size_t machine, bool crashed);
   void make_trouble();
 
@@ -150,15 +160,25 @@ class World {
 
   std::vector<Machine> machines_;
   std::map<WorkerId, size_t> machine_of_;  // of the present epoch
+  std::map<WorkerId, uint64_t> process_of_;
   std::map<WorkerId, int64_t> heard_at_;
   std::map<uint64_t, WorkerId> worker_of_;  // by link
   std::map<JobId, Conductor> conductors_;
   std::set<Key> poison_;
-  std::map<Key, int> killed_with_;
-  std::set<JobId> waived_;  // jobs with results that nobody else could confirm
+  // What each connected worker may hold by the coordinator's book: at least what the ledger says it holds.
+  std::map<WorkerId, std::set<Key>> granted_;
+  std::map<Key, int> lost_;  // times that a unit failed, hung, or was in the hands of a worker that was lost
+  struct Lost {
+    uint64_t process;
+    int64_t when;
+    Key unit;
+  };
+  std::vector<Lost> may_return_;  // counted in lost_, but the process may yet come back
+  std::set<JobId> waived_;        // jobs with results that nobody else could confirm
   std::string failure_;
   WorldFigures figures_;
-  bool trace_ = false, honest_enough_ = true;
+  bool trace_ = false, digest_on_ = false, honest_enough_ = true;
+  uint64_t digest_ = 0;
 };
 
 }  // namespace kiln::sim
