@@ -50,7 +50,7 @@ int main(int argc, char** argv) {
     sum.restarts += f.restarts, sum.lies += f.lies, sum.quarantined += f.quarantined,
         sum.rewinds += f.rewinds;
     sum.refused_writes += f.refused_writes, sum.skipped += f.skipped, sum.simulated_ms += f.simulated_ms;
-    sum.rotten += f.rotten;
+    sum.rotten += f.rotten, sum.leaps += f.leaps, sum.torn += f.torn, sum.cut_short += f.cut_short;
     if (!broken.empty()) {
       std::printf("seed %llu breaks a promise %s\nreplay: farm_sim --first %llu --seeds 1 --trace\n",
                   static_cast<unsigned long long>(seed), broken.c_str(),
@@ -63,9 +63,10 @@ int main(int argc, char** argv) {
       "%llu worlds kept every promise in %.1f s: %.1f h simulated, %llu events, %llu grants, %llu answers, "
       "%llu workers killed, %llu coordinators killed, %llu lies, %llu quarantined, %llu rewinds, %llu "
       "refused "
-      "writes, %llu units skipped, %llu results rotten\n",
+      "writes, %llu units skipped, %llu results rotten, %llu leaps of the clock, %llu rows torn, %llu jobs "
+      "cut short\n",
       n(seeds), watch.seconds(), static_cast<double>(sum.simulated_ms) / 3.6e6, n(sum.events), n(sum.grants),
       n(sum.answers), n(sum.kills), n(sum.restarts), n(sum.lies), n(sum.quarantined), n(sum.rewinds),
-      n(sum.refused_writes), n(sum.skipped), n(sum.rotten));
+      n(sum.refused_writes), n(sum.skipped), n(sum.rotten), n(sum.leaps), n(sum.torn), n(sum.cut_short));
   return 0;
 }

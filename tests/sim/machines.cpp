@@ -24,14 +24,14 @@ void World::flush() {
     Actions out;
     if (full_) {
       ++figures_.refused_writes;
-      ledger_->hold(true, now_, out);
+      ledger_->hold(true, clock(), out);
       perform(out);
       at(now_ + 50, [this, epoch] {
         if (up_ && epoch == epoch_) flush();
       });
       return;
     }
-    ledger_->hold(false, now_, out);
+    ledger_->hold(false, clock(), out);
     std::vector<Write> batch(std::make_move_iterator(unflushed_.begin()),
                              std::make_move_iterator(unflushed_.begin() + static_cast<ptrdiff_t>(count)));
     unflushed_.erase(unflushed_.begin(), unflushed_.begin() + static_cast<ptrdiff_t>(count));
@@ -62,13 +62,13 @@ void World::connect(size_t i) {
       if (!same) continue;
       heard_at_.erase(older);
       granted_.erase(older);
-      ledger_->leave(older, false, "it connected anew", now_, out);
+      ledger_->leave(older, false, "it connected anew", clock(), out);
     }
     machine_of_[worker] = i;
     process_of_[worker] = machines_[i].process;
     heard_at_[worker] = now_;
     forget_losses(machines_[i].process);
-    ledger_->join(worker, machines_[i].traits, now_, out);
+    ledger_->join(worker, machines_[i].traits, clock(), out);
     perform(out);
     heartbeat(i);
   });
@@ -105,7 +105,7 @@ void World::notice_break(WorkerId worker, bool crashed, uint64_t process) {
   heard_at_.erase(worker);
   granted_.erase(worker);
   Actions out;
-  ledger_->leave(worker, crashed, "the connection broke", now_, out);
+  ledger_->leave(worker, crashed, "the connection broke", clock(), out);
   perform(out);
 }
 
@@ -114,7 +114,7 @@ bool World::count_losses(WorkerId worker, uint64_t process) {
     if (!poison_.count(unit) && lost_[unit] >= kMostLosses) return false;
   for (const Key& unit : granted_[worker]) {
     ++lost_[unit];
-    may_return_.push_back({process, now_, unit});
+    may_return_.push_back({process, longest_ms(), unit});
   }
   return true;
 }
@@ -122,7 +122,7 @@ bool World::count_losses(WorkerId worker, uint64_t process) {
 // The process is back before its losses were judged.
 void World::forget_losses(uint64_t process) {
   std::erase_if(may_return_, [&](const Lost& lost) {
-    const bool returned = lost.process == process && now_ - lost.when < rules_.lease_ms;
+    const bool returned = lost.process == process && longest_ms() - lost.when < rules_.lease_ms;
     if (returned) --lost_[lost.unit];
     return returned || lost.process == process;
   });
@@ -155,9 +155,9 @@ void World::to_coordinator(size_t i, std::function<void(Actions&)> what) {
 
 void World::heartbeat(size_t i) {
   const uint64_t link = machines_[i].link;
-  if (!link || !worker_of_.count(link)) return;
+  if (!link || !worker_of_.count(link) || !machines_[i].alive) return;
   const WorkerId worker = worker_of_[link];
-  to_coordinator(i, [this, worker](Actions& out) { ledger_->heard(worker, now_, out); });
+  to_coordinator(i, [this, worker](Actions& out) { ledger_->heard(worker, clock(), out); });
   at(now_ + rules_.lease_ms / 4, [this, i, link] {
     if (machines_[i].link == link) heartbeat(i);
   });
@@ -179,6 +179,7 @@ void World::work(size_t i) {
     if (poison(grant.job, grant.unit) && chance(0.5)) return crash(i);
     m.running.push_back(grant);
     const bool hangs = now_ < faults_end_ && chance(0.002) && may_lose(grant);
+    m.hung |= hangs;
     if (hangs) continue;  // it stays in `running` until the coordinator has had enough of the machine
     at(now_ + 1 + m.unit_ms / 2 + static_cast<int64_t>(draw(static_cast<uint64_t>(m.unit_ms))),
        [this, i, grant, process = m.process] {
@@ -198,7 +199,7 @@ void World::finished(size_t i, const Grant& grant) {
   if (poison(grant.job, grant.unit) || (now_ < faults_end_ && chance(0.003) && may_lose(grant))) {
     to_coordinator(i, [this, worker, grant](Actions& out) {
       granted_[worker].erase({grant.job, grant.unit});
-      ledger_->unit_failed(worker, grant.job, grant.unit, Error{ErrorKind::kNoSpace, "memory"}, now_, out);
+      ledger_->unit_failed(worker, grant.job, grant.unit, Error{ErrorKind::kNoSpace, "memory"}, clock(), out);
     });
     return work(i);
   }
@@ -218,7 +219,7 @@ void World::finished(size_t i, const Grant& grant) {
 
 void World::take_result(WorkerId worker, JobId job, uint64_t unit, const Digest& digest, Actions& out) {
   const size_t before = ledger_->held(worker);
-  ledger_->result(worker, job, unit, digest, now_, out);
+  ledger_->result(worker, job, unit, digest, clock(), out);
   const auto is_grant = [&](const Action& action) {
     const auto* grant = std::get_if<Grant>(&action);
     return grant && grant->worker == worker;
@@ -272,6 +273,7 @@ void World::end_process(size_t i, bool crashed) {
   m.running.clear();
   m.kept.clear();
   m.job = 0;
+  m.hung = false;
   m.traits.process = m.process = next_process_++;
   cut(i, crashed);
 }
@@ -286,6 +288,41 @@ void World::vanish(size_t i) {
     end_process(i, true);
     if (!machines_[i].link) connect(i);
   });
+}
+
+// The coordinator is stopped for a while and does not know, or its machine's clock is wrong.
+void World::leap() {
+  ++figures_.leaps;
+  const auto ms =
+      static_cast<int64_t>(draw(chance(0.5) ? 2 * static_cast<uint64_t>(rules_.lease_ms) : 1000000));
+  if (chance(0.2)) {
+    clock_ahead_ -= ms;
+    return;
+  }
+  clock_ahead_ += ms;
+  leapt_ += ms;
+}
+
+// After a restart, pages of the disk have an older content or cannot be read.
+void World::tear_disk() {
+  if (now_ >= faults_end_ || !chance(0.3)) return;
+  for (auto& [key, rows] : disk_.rows) {
+    if (disk_.done.count(key.first)) continue;
+    for (Row& row : rows)
+      if (chance(0.05)) ++figures_.torn, row.settled = row.verified = false;
+    figures_.torn += std::erase_if(rows, [&](const Row&) { return chance(0.05); });
+  }
+  figures_.torn += std::erase_if(disk_.agreed, [&](const auto&) { return chance(0.05); });
+}
+
+// Its import fails, or its owner cancels it.
+void World::cut_short(JobId id) {
+  if (!up_ || !ledger_->has_job(id) || disk_.done.count(id)) return;
+  ++figures_.cut_short;
+  Actions out;
+  ledger_->end_job(id, conductors_.at(id).importing ? "failed: no mesh" : "cancelled", clock(), out);
+  write([id](Disk& disk) { disk.done.insert(id); }, nullptr);
+  perform(out);
 }
 
 // Draws a fault now and then, each world with its own mix.
@@ -314,12 +351,12 @@ void World::make_trouble() {
     const JobId job = 1 + draw(conductors_.size());
     const bool pause = chance(0.5);
     Actions out;
-    ledger_->change_job(job, static_cast<int32_t>(draw(100)), pause, now_, out);
+    ledger_->change_job(job, static_cast<int32_t>(draw(100)), pause, clock(), out);
     perform(out);
     at(now_ + static_cast<int64_t>(draw(500)), [this, job, epoch = epoch_] {
       if (!up_ || epoch != epoch_) return;
       Actions back;
-      ledger_->change_job(job, conductors_[job].traits.priority, false, now_, back);
+      ledger_->change_job(job, conductors_[job].traits.priority, false, clock(), back);
       perform(back);
     });
   } else if (kind < 73 && up_ && machines_[i].link && worker_of_.count(machines_[i].link)) {
@@ -327,9 +364,11 @@ void World::make_trouble() {
     for (const Grant& g : machines_[i].queue) unbegun.push_back(g.unit);
     machines_[i].queue.clear();
     const WorkerId worker = worker_of_[machines_[i].link];
-    to_coordinator(i, [this, worker, unbegun](Actions& out) { ledger_->drain(worker, unbegun, now_, out); });
+    to_coordinator(i,
+                   [this, worker, unbegun](Actions& out) { ledger_->drain(worker, unbegun, clock(), out); });
     at(now_ + 300, [this, i] { end_process(i, false); });
   }
+  if (kind >= 73 && kind < 77 && up_) leap();
   at(now_ + 20 + static_cast<int64_t>(draw(mix == 3 ? 60 : 400)), [this] { make_trouble(); });
 }
 

@@ -44,6 +44,18 @@ MUTATIONS = [
      "ref.unit_->phase = Phase::kFailed;", "return;"),
     ("hung workers are waited for", "farm_workers.cpp",
      "if (static_cast<double>(now - grants_.at(oldest).since) <= limit) return;", "return;"),
+    ("time passes while nobody listens", "listened_time.cpp", "gap_ms > longest_gap_ms_ ? 0 : gap_ms", "false ? 0 : gap_ms"),
+    ("time goes backwards with the clock", "listened_time.cpp", "gap_ms < 0 || gap_ms > longest_gap_ms_",
+     "gap_ms > longest_gap_ms_"),
+    ("the return of a process excuses nothing", "unit_table.cpp",
+     "loss.process == process ? find(loss.job, loss.unit) : Ref{}", "Ref{}"),
+    ("units of an ended job stay with their workers", "farm_jobs.cpp", "grants_.release_all(id);", ""),
+    ("what is known of an ended job stays with workers", "worker_table.cpp", "worker.classes.erase(job);", ""),
+    ("answers of the quarantined are restored", "farm_jobs.cpp",
+     "if (!known.verified && quarantined_for(known.identity)) continue;", ""),
+    ("a restored answer is a result", "unit_answers.cpp", "if (known.settled) {", "if (true) {"),
+    ("a result that a restart lost is taken as delivered", "unit_table.cpp",
+     "unit.delivered = false;\n  if (unit.phase == Phase::kFailed)", "if (unit.phase == Phase::kFailed)"),
 ]
 
 

@@ -60,6 +60,10 @@ void World::make_jobs(const WorldSize& size) {
       job.passes.push_back(std::move(plan));
     }
     if (job.traits.poison == PoisonPolicy::kSkip && chance(0.5)) poison_.insert({id, 1 + draw(unit)});
+    if (chance(0.15)) {
+      job.ends_at = static_cast<int64_t>(draw(3000));
+      job.importing = chance(0.5);
+    }
     conductors_[id] = std::move(job);
   }
 }
@@ -102,6 +106,10 @@ void World::start_coordinator() {
   ++epoch_;
   ledger_ = std::make_unique<FarmLedger>(rules_);
   machine_of_.clear();
+  // Another machine, or the same started anew: its steady clock begins anywhere.
+  clock_ahead_ =
+      chance(0.5) ? static_cast<int64_t>(draw(1000000000)) : -now_ + static_cast<int64_t>(draw(1000));
+  tear_disk();
   process_of_.clear();
   granted_.clear();
   may_return_.clear();
@@ -126,7 +134,13 @@ void World::start_coordinator() {
     job.merged.clear();
     job.skipped.clear();
     job.rotten.clear();
-    at(now_ + static_cast<int64_t>(draw(200)), [this, id = id, run = ++job.run, epoch = epoch_] {
+    if (job.ends_at >= 0)
+      at(std::max(now_, job.ends_at), [this, id = id, epoch = epoch_] {
+        if (epoch == epoch_) cut_short(id);
+      });
+    ++job.run;
+    if (job.importing) continue;
+    at(now_ + static_cast<int64_t>(draw(200)), [this, id = id, run = job.run, epoch = epoch_] {
       if (up_ && epoch == epoch_ && conductors_[id].run == run) begin(id);
     });
   }
@@ -141,7 +155,7 @@ void World::start_coordinator() {
       for (const auto& [worker, heard] : world.heard_at_)
         if (world.now_ - heard > 2 * world.rules_.lease_ms + 100 && world.ledger_->held(worker) > 0)
           world.fail("a worker holds units and has long been silent");
-      world.ledger_->tick(world.now_, out);
+      world.ledger_->tick(world.clock(), out);
       world.perform(out);
       world.at(world.now_ + 20, *this);
     }
@@ -174,13 +188,13 @@ void World::begin(JobId id) {
     write([id](Disk& disk) { disk.done.insert(id); },
           [this, id] {
             Actions out;
-            ledger_->end_job(id, "done", now_, out);
+            ledger_->end_job(id, "done", clock(), out);
             perform(out);
           });
     return;
   }
   Actions out;
-  ledger_->begin_pass(id, job.passes[job.pass], now_, out);
+  ledger_->begin_pass(id, job.passes[job.pass], clock(), out);
   perform(out);
 }
 
@@ -223,19 +237,19 @@ void World::mix_state() {
     for (const std::string& line : lines) mix(line);
   };
   for (const auto& [id, job] : conductors_) {
-    mix_all(ledger_->why_job(id, now_));
+    mix_all(ledger_->why_job(id, clock()));
     const PassCounts pass = ledger_->pass(id);
     const JobCounts counts = ledger_->counts(id);
     mix(text("{} {} {} {} {} {}", pass.number, pass.units, pass.done, pass.failed, pass.weight,
              pass.weight_done));
     mix(text("{} {} {} {} {} {} {}", counts.duplicates, counts.copies, counts.reassigned, counts.lost,
-             counts.disputes, ledger_->stuck_ms(id, now_), ledger_->numeric_class(id)));
+             counts.disputes, ledger_->stuck_ms(id, clock()), ledger_->numeric_class(id)));
     if (job.pass < job.passes.size())
-      for (const UnitPlan& plan : job.passes[job.pass]) mix_all(ledger_->why_unit(id, plan.id, now_));
+      for (const UnitPlan& plan : job.passes[job.pass]) mix_all(ledger_->why_unit(id, plan.id, clock()));
   }
   for (const auto& [worker, machine] : machine_of_) {
-    mix_all(ledger_->why_worker(worker, now_));
-    const WorkerView view = ledger_->view(worker, now_);
+    mix_all(ledger_->why_worker(worker, clock()));
+    const WorkerView view = ledger_->view(worker, clock());
     mix(text("{} {} {} {} {}", view.job, view.state, view.held, view.credits, view.agreed));
   }
 }
@@ -279,7 +293,7 @@ void World::carry_out(const Action& action) {
                 to_coordinator(i,
                                [this, worker, job, c = machine.numeric_class, credits, held](Actions& out) {
                                  for (const uint64_t unit : held) granted_[worker].insert({job, unit});
-                                 ledger_->ready(worker, job, c, credits, held, now_, out);
+                                 ledger_->ready(worker, job, c, credits, held, clock(), out);
                                });
                 for (Kept& kept : machine.kept) kept.sent &= kept.job != job;
                 deliver_kept(i, job);
@@ -323,7 +337,7 @@ void World::carry_out(const Action& action) {
                 },
                 [this, a] {
                   Actions out;
-                  ledger_->stored(a.job, a.unit, a.ticket, now_, out);
+                  ledger_->stored(a.job, a.unit, a.ticket, clock(), out);
                   perform(out);
                 });
           },
@@ -350,7 +364,7 @@ void World::carry_out(const Action& action) {
             at(now_ + static_cast<int64_t>(draw(20)), [this, a, run = job.run, epoch = epoch_] {
               if (!up_ || epoch != epoch_ || conductors_[a.job].run != run) return;
               Actions out;
-              ledger_->damaged(a.job, a.unit, now_, out);
+              ledger_->damaged(a.job, a.unit, clock(), out);
               perform(out);
             });
           },
@@ -396,8 +410,13 @@ void World::carry_out(const Action& action) {
             write([a](Disk& disk) { disk.quarantined[a.identity] = a.reason; }, nullptr);
           },
           [&](const Expel& a) {
-            if (const auto it = machine_of_.find(a.worker); it != machine_of_.end())
-              end_process(it->second, false);
+            const auto it = machine_of_.find(a.worker);
+            if (it == machine_of_.end()) return;
+            const Machine& m = machines_[it->second];
+            if (!m.link || !worker_of_.count(m.link) || worker_of_[m.link] != a.worker) return;  // broken
+            if (!m.hung && a.reason.ends_with("start it anew"))
+              fail(text("{} is dismissed and does not hang: {}", m.traits.name, a.reason));
+            end_process(it->second, false);
           },
           [&](const SkipUnit& a) {
             ++figures_.skipped;
@@ -435,11 +454,11 @@ std::string World::run() {
     std::string stuck;
     for (const auto& [id, job] : conductors_) {
       if (disk_.done.count(id) || !ledger_) continue;
-      for (const std::string& line : ledger_->why_job(id, now_)) stuck += "\n    " + line;
+      for (const std::string& line : ledger_->why_job(id, clock())) stuck += "\n    " + line;
     }
     if (ledger_ && trace_)
       for (const auto& [worker, machine] : machine_of_)
-        for (const std::string& line : ledger_->why_worker(worker, now_)) stuck += "\n    " + line;
+        for (const std::string& line : ledger_->why_worker(worker, clock())) stuck += "\n    " + line;
     fail("a job does not end:" + stuck);
   }
   if (failure_.empty() && ledger_ && up_)

@@ -3,7 +3,9 @@
 //
 // The ledger is the product's; everything around it is the smallest thing that fails like the real one. The
 // disk loses what was not flushed when the coordinator is killed and refuses writes while it is full; links
-// delay, stall, break and repeat; workers die, hang, lie, come back and answer late.
+// delay, stall, break and repeat; workers die, hang, lie, come back and answer late; the coordinator's clock
+// leaps, and after a restart a part of what was stored may be gone; jobs fail in their import or are
+// cancelled.
 #pragma once
 
 #include <deque>
@@ -25,7 +27,8 @@ struct WorldSize {
 
 struct WorldFigures {
   uint64_t events = 0, grants = 0, answers = 0, kills = 0, restarts = 0, lies = 0, quarantined = 0,
-           rewinds = 0, waived = 0, refused_writes = 0, skipped = 0, rotten = 0;
+           rewinds = 0, waived = 0, refused_writes = 0, skipped = 0, rotten = 0, leaps = 0, torn = 0,
+           cut_short = 0;
   int64_t simulated_ms = 0;
 };
 
@@ -65,6 +68,8 @@ class World {
     std::set<uint64_t> skipped;
     std::set<uint64_t> rotten;  // delivered, but the disk gave other bytes back
     uint64_t run = 0;           // a restart or rewind begins a new one
+    int64_t ends_at = -1;       // it is cancelled then; -1: it is not
+    bool importing = false;     // until it is cancelled: it has no pass
   };
   struct Kept {
     JobId job;
@@ -77,6 +82,7 @@ class World {
     std::string numeric_class;
     int64_t unit_ms = 10;
     bool alive = true, liar = false, contrary = false;
+    bool hung = false;  // it has a unit that will never end
     uint32_t ring = 0;  // liars of one owner, who tell the same lies; 0: on its own
     uint64_t link = 0;  // number of the connection; 0: none
     int64_t stalled_until = 0;
@@ -94,6 +100,8 @@ class World {
   void make_machines(const WorldSize& size);
   void start_coordinator();
   void kill_coordinator();
+  void tear_disk();
+  void cut_short(JobId job);
   void begin(JobId job);
   void perform(const Actions& actions);
   void carry_out(const Action& action);
@@ -126,6 +134,11 @@ class World {
   bool count_losses(WorkerId worker, uint64_t process);
   void forget_losses(uint64_t process);
   bool may_lose(const Grant& grant);
+  // What the coordinator takes for the time.
+  int64_t clock() const { return now_ + clock_ahead_; }
+  // As much as this can have passed for the coordinator, at most.
+  int64_t longest_ms() const { return now_ + leapt_; }
+  void leap();
   void end_process(size_t machine, bool crashed);
   void make_trouble();
 
@@ -140,6 +153,7 @@ class World {
   uint64_t performed_ = 0, audit_every_ = 1;
   bool up_ = false;
   int64_t now_ = 0, faults_end_ = 0;
+  int64_t clock_ahead_ = 0, leapt_ = 0;
   struct Event {
     int64_t when;
     uint64_t number;

@@ -13,9 +13,10 @@ constexpr size_t kMaxDifferentAnswers = 5;  // of one unit, before the job itsel
 
 void FarmLedger::result(WorkerId worker_id, JobId job_id, uint64_t unit_id, const Digest& digest, int64_t now,
                         Actions& out) {
+  now = time_.advance(now);
   const WorkerRef worker = workers_.find(worker_id);
   if (!worker) return;
-  heard(worker_id, now, out);
+  hear(worker_id, now, out);
   const UnitRef unit = units_.find(job_id, unit_id);
   if (!unit) {
     out.push_back(Release{worker_id, job_id, "the job has ended"});
@@ -195,6 +196,7 @@ void FarmLedger::settle(const UnitRef& unit, size_t winner, int64_t now, Actions
 }
 
 void FarmLedger::stored(JobId id, uint64_t unit_id, uint64_t ticket, int64_t now, Actions& out) {
+  now = time_.advance(now);
   const UnitRef unit = units_.find(id, unit_id);
   Digest digest;
   std::vector<WorkerId> waiting;
@@ -225,9 +227,10 @@ void FarmLedger::give_up(const UnitRef& unit, const std::string& reason, Actions
 
 void FarmLedger::unit_failed(WorkerId worker_id, JobId job_id, uint64_t unit_id, const Error& error,
                              int64_t now, Actions& out) {
+  now = time_.advance(now);
   const WorkerRef worker = workers_.find(worker_id);
   if (!worker) return;
-  heard(worker_id, now, out);
+  hear(worker_id, now, out);
   const UnitRef unit = units_.find(job_id, unit_id);
   const uint64_t lease = unit ? grants_.find(worker_id, *unit) : 0;
   if (!lease) return;  // not its unit to fail
@@ -246,15 +249,17 @@ void FarmLedger::unit_failed(WorkerId worker_id, JobId job_id, uint64_t unit_id,
 }
 
 void FarmLedger::hand_back(WorkerId worker_id, JobId job_id, uint64_t unit_id, int64_t now, Actions& out) {
+  now = time_.advance(now);
   const UnitRef unit = units_.find(job_id, unit_id);
   if (!unit || !is_member(worker_id)) return;
-  heard(worker_id, now, out);
+  hear(worker_id, now, out);
   grants_.release(grants_.find(worker_id, *unit));
   units_.enqueue(unit);
   serve(worker_id, now, out);
 }
 
 void FarmLedger::damaged(JobId id, uint64_t unit_id, int64_t now, Actions& out) {
+  now = time_.advance(now);
   const UnitRef unit = units_.find(id, unit_id);
   if (!unit) return;
   const std::string reason = text("the stored result of unit {} is damaged: it is baked again", unit_id);

@@ -25,6 +25,7 @@ void FarmLedger::restore(JobId id, std::span<const KnownAnswer> answers) {
 }
 
 void FarmLedger::change_job(JobId id, int32_t priority, bool paused, int64_t now, Actions& out) {
+  now = time_.advance(now);
   if (!units_.find(id)) return;
   units_.change_job(id, priority, paused);
   if (!paused) return serve_all(0, now, out);
@@ -43,6 +44,7 @@ void FarmLedger::change_job(JobId id, int32_t priority, bool paused, int64_t now
 }
 
 void FarmLedger::end_job(JobId id, const std::string& reason, int64_t now, Actions& out) {
+  now = time_.advance(now);
   if (!units_.find(id)) return;
   grants_.release_all(id);
   workers_.for_each([&](const WorkerRef& worker) {
@@ -57,6 +59,7 @@ void FarmLedger::end_job(JobId id, const std::string& reason, int64_t now, Actio
 }
 
 void FarmLedger::begin_pass(JobId id, std::span<const UnitPlan> plans, int64_t now, Actions& out) {
+  now = time_.advance(now);
   units_.open_pass(id);
   grants_.begin_pass(id);
   for (const UnitPlan& plan : plans) {
@@ -86,6 +89,7 @@ void FarmLedger::begin_pass(JobId id, std::span<const UnitPlan> plans, int64_t n
 }
 
 void FarmLedger::abandon_pass(JobId id, int64_t now, Actions& out) {
+  now = time_.advance(now);
   const UnitTable::Job* job = units_.find(id);
   if (!job || !job->open) return;
   grants_.recall_all(id, out);
@@ -140,11 +144,13 @@ void FarmLedger::rewind(JobId id, const std::string& reason, Actions& out) {
 }
 
 int64_t FarmLedger::stuck_ms(JobId id, int64_t now) const {
+  now = time_.at(now);
   const int64_t since = workers_.lack(id).stuck_since;
   return since >= 0 ? now - since : -1;
 }
 
 void FarmLedger::hold(bool on, int64_t now, Actions& out) {
+  now = time_.advance(now);
   held_ = on;
   if (!on) serve_all(0, now, out);
 }

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "coordinator/farm/ledger/grants.h"
+#include "coordinator/farm/ledger/listened_time.h"
 
 namespace kiln {
 
@@ -29,6 +30,7 @@ struct WorkerView {
 
 class FarmLedger {
  public:
+  // `now` of all verbs: ms of one clock. While no verb is called for half a lease, no patience runs out.
   explicit FarmLedger(const FarmRules& rules) : rules_(rules) {}
   FarmLedger(const FarmLedger&) = delete;  // the tables refer to each other
   FarmLedger& operator=(const FarmLedger&) = delete;
@@ -117,7 +119,8 @@ class FarmLedger {
   // farm_workers.cpp
   void revoke_all(const WorkerRef& worker);
   void lose_units(const WorkerRef& worker, const std::string& reason, int64_t now, Actions& out);
-  void find_silent(int64_t now, bool was_away, Actions& out);
+  void hear(WorkerId worker, int64_t now, Actions& out);
+  void find_silent(int64_t now, Actions& out);
   void find_unready(const WorkerRef& worker, int64_t now, Actions& out);
   void find_hung(const WorkerRef& worker, int64_t now, Actions& out);
   void judge_losses(int64_t now, Actions& out);
@@ -166,6 +169,7 @@ class FarmLedger {
   UnitTable units_{rules_, trust_};
   WorkerTable workers_{units_};
   Grants grants_{rules_, units_, workers_, trust_};
+  ListenedTime time_{rules_.lease_ms / 2};
   int64_t last_tick_ = 0, served_all_at_ = 0;
   bool held_ = false;
 };

@@ -16,7 +16,7 @@ void FarmLedger::restore_trust(const std::string& name, uint64_t agreed, const s
 }
 
 void FarmLedger::quarantine(const std::string& name, const std::string& reason, int64_t now, Actions& out) {
-  quarantine(trust_.intern(name), reason, now, out);
+  quarantine(trust_.intern(name), reason, time_.advance(now), out);
 }
 
 // Answers that it alone gave are dropped and baked again; confirmed ones stay.

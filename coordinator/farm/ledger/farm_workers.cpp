@@ -25,6 +25,7 @@ bool FarmLedger::is_banned(WorkerId id, JobId job) const {
 }
 
 void FarmLedger::join(WorkerId id, const WorkerTraits& traits, int64_t now, Actions& out) {
+  now = time_.advance(now);
   const IdentityId identity = trust_.intern(traits.identity);
   trust_.set_voter(identity, traits.voter.empty() ? traits.identity : traits.voter);
   const WorkerRef worker = workers_.add(id, traits, identity, now);
@@ -44,6 +45,7 @@ void FarmLedger::prove(WorkerId id, JobId job, const std::string& numeric_class)
 }
 
 WorkerView FarmLedger::view(WorkerId id, int64_t now) const {
+  now = time_.at(now);
   WorkerView view;
   const WorkerTable::Worker* worker = workers_.find(id);
   if (!worker) return view;
@@ -62,9 +64,10 @@ WorkerView FarmLedger::view(WorkerId id, int64_t now) const {
 
 void FarmLedger::ready(WorkerId id, JobId job_id, const std::string& numeric_class, uint32_t credits,
                        std::span<const uint64_t> held, int64_t now, Actions& out) {
+  now = time_.advance(now);
   const WorkerRef worker = workers_.find(id);
   if (!worker) return;
-  heard(id, now, out);
+  hear(id, now, out);
   const UnitTable::Job* job = units_.find(job_id);
   if (!job) return;
   // It may already have the job from before its connection broke.
@@ -84,6 +87,7 @@ void FarmLedger::ready(WorkerId id, JobId job_id, const std::string& numeric_cla
         numeric_class, job->traits.numeric_class);
     workers_.ban(worker, job_id, reason);
     workers_.note_other_class(job_id, id, numeric_class);
+    revoke_all(worker);  // it may have had the right class before
     workers_.unassign(worker, now);
     out.push_back(Note{job_id, text("{} is not used: {}", worker->traits.name, reason)});
     out.push_back(Release{id, job_id, reason});
@@ -104,12 +108,14 @@ void FarmLedger::ready(WorkerId id, JobId job_id, const std::string& numeric_cla
 }
 
 void FarmLedger::job_refused(WorkerId id, JobId job_id, const Error& error, int64_t now, Actions& out) {
+  now = time_.advance(now);
   const WorkerRef worker = workers_.find(id);
   if (!worker) return;
-  heard(id, now, out);
+  hear(id, now, out);
+  if (!has_job(job_id)) return;  // it has ended, or never was
   workers_.ban(worker, job_id, error.message);
   out.push_back(Note{job_id, text("{} cannot bake this job: {}", worker->traits.name, error.message)});
-  if (has_job(job_id) && worker->job == job_id) {
+  if (worker->job == job_id) {
     revoke_all(worker);
     workers_.unassign(worker, now);
     if (error.kind == ErrorKind::kInvalidInput) out.push_back(FailJob{job_id, error});  // any worker would
@@ -118,6 +124,10 @@ void FarmLedger::job_refused(WorkerId id, JobId job_id, const Error& error, int6
 }
 
 void FarmLedger::heard(WorkerId id, int64_t now, Actions& out) {
+  hear(id, time_.advance(now), out);
+}
+
+void FarmLedger::hear(WorkerId id, int64_t now, Actions& out) {
   const WorkerRef worker = workers_.find(id);
   if (!worker) return;
   workers_.hear(worker, now);
@@ -156,6 +166,7 @@ void FarmLedger::lose_units(const WorkerRef& worker, const std::string& reason, 
 }
 
 void FarmLedger::leave(WorkerId id, bool crashed, const std::string& reason, int64_t now, Actions& out) {
+  now = time_.advance(now);
   const WorkerRef worker = workers_.find(id);
   if (!worker) return;
   workers_.charge(worker, now);
@@ -169,6 +180,7 @@ void FarmLedger::leave(WorkerId id, bool crashed, const std::string& reason, int
 }
 
 void FarmLedger::drain(WorkerId id, std::span<const uint64_t> unbegun, int64_t now, Actions& out) {
+  now = time_.advance(now);
   const WorkerRef worker = workers_.find(id);
   if (!worker) return;
   workers_.set_presence(worker, Presence::kDraining);
@@ -194,9 +206,8 @@ void FarmLedger::judge_losses(int64_t now, Actions& out) {
       });
 }
 
-void FarmLedger::find_silent(int64_t now, bool was_away, Actions& out) {
+void FarmLedger::find_silent(int64_t now, Actions& out) {
   workers_.for_each([&](const WorkerRef& worker) {
-    if (was_away) workers_.hear(worker, now);
     const bool known = worker->presence == Presence::kSilent ||
                        (worker->presence == Presence::kDraining && worker->leases.empty());
     if (known || now - worker->last_heard <= rules_.lease_ms) return;
@@ -324,12 +335,9 @@ void FarmLedger::change_class(JobId id, const std::string& better, int64_t now, 
 }
 
 void FarmLedger::tick(int64_t now, Actions& out) {
-  // Silence while we were not listening (stopped by a debugger, a busy disk) is not the workers' fault.
-  const int64_t gap = now - last_tick_;
-  const bool was_away = gap > rules_.lease_ms / 2;
+  now = time_.advance(now);
   last_tick_ = now;
-  if (was_away) grants_.postpone(now, gap);
-  find_silent(now, was_away, out);
+  find_silent(now, out);
   workers_.for_each([&](const WorkerRef& worker) {
     if (worker->presence != Presence::kActive) return;
     find_unready(worker, now, out);

@@ -99,10 +99,6 @@ void Grants::haunt(const WorkerTable::Ref& worker) {
   worker.leases().ghosts_ += worker->leases.size();
 }
 
-void Grants::postpone(int64_t now, int64_t gap_ms) {
-  for (auto& [number, lease] : leases_) lease.since = std::min(now, lease.since + gap_ms);
-}
-
 void Grants::end_job(JobId job) {
   KILN_CHECK(book(job).leases.empty());
   books_.erase(job);

@@ -47,7 +47,6 @@ class Grants {
   void answered(uint64_t lease, int64_t now);
   void answered_without_lease(const WorkerTable::Ref& worker);
   void haunt(const WorkerTable::Ref& worker);  // what it holds goes to others, but may occupy its threads
-  void postpone(int64_t now, int64_t gap_ms);  // nobody listened for so long: leases are that much younger
 
   // Jobs
   void add_job(JobId job) { books_.try_emplace(job); }

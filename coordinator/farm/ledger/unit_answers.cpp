@@ -124,6 +124,7 @@ void UnitTable::resolve_if_one_answer(const Ref& ref) {
 
 UnitTable::Purged UnitTable::purge(JobId id, IdentityId who, Actions& out) {
   Purged purged;
+  std::vector<Revoke> revoked;
   Job& job = edit(id);
   Ref ref;
   ref.job_id_ = id;
@@ -139,7 +140,7 @@ UnitTable::Purged UnitTable::purge(JobId id, IdentityId who, Actions& out) {
     if (!changed) continue;
     purged.units.push_back(unit_id);
     for (const Answer& answer : unit.answers)
-      if (answer.voters.empty()) out.push_back(Revoke{id, unit_id, answer.digest});
+      if (answer.voters.empty()) revoked.push_back({id, unit_id, answer.digest});
     std::erase_if(unit.answers, [](const Answer& answer) { return answer.voters.empty(); });
     if (!alone) continue;
     ++purged.revoked;
@@ -150,6 +151,9 @@ UnitTable::Purged UnitTable::purge(JobId id, IdentityId who, Actions& out) {
   }
   // The hash map's order is not the work's order.
   std::sort(purged.units.begin(), purged.units.end());
+  std::stable_sort(revoked.begin(), revoked.end(),
+                   [](const auto& a, const auto& b) { return a.unit < b.unit; });
+  out.insert(out.end(), revoked.begin(), revoked.end());
   return purged;
 }
 

@@ -173,6 +173,7 @@ void UnitTable::forget(const Ref& ref) {
   dequeue(ref);
   if (unit.disputed) --job.disputes;
   if (unit.phase == Phase::kSettled) --(unit.verified ? job.totals.verified : job.totals.unverified);
+  std::erase_if(losses_, [&](const Loss& loss) { return loss.job == ref.job_id_ && loss.unit == ref.id_; });
   unit = {};
 }
 
@@ -229,6 +230,7 @@ void UnitTable::start_over(JobId id, const std::string& numeric_class, Actions& 
     dequeue(ref);
     for (const Answer& answer : ref->answers) out.push_back(Revoke{id, unit_id, answer.digest});
   }
+  std::erase_if(losses_, [&](const Loss& loss) { return loss.job == id; });
   job.units.clear();
   job.order.clear();
   job.disputes = 0;
@@ -275,7 +277,8 @@ void UnitTable::forgive_losses(uint64_t process) {
     const Ref ref = loss.process == process ? find(loss.job, loss.unit) : Ref{};
     if (!ref) continue;
     Unit& unit = *ref.unit_;
-    if (loss.certain && unit.unjudged > 0) --unit.unjudged;
+    KILN_CHECK(!loss.certain || unit.unjudged > 0);
+    unit.unjudged -= loss.certain;
     if (unit.phase != Phase::kOpen) continue;
     std::erase(unit.blamed, loss.identity);
     if (unit.attempts > 0) --unit.attempts;
@@ -290,7 +293,8 @@ bool UnitTable::judge(const Loss& loss) {
   const Ref ref = loss.certain ? find(loss.job, loss.unit) : Ref{};
   if (!ref) return false;
   Unit& unit = *ref.unit_;
-  if (unit.unjudged > 0) --unit.unjudged;
+  KILN_CHECK(unit.unjudged > 0);
+  --unit.unjudged;
   if (unit.phase != Phase::kOpen || !unit.answers.empty()) return false;
   if (++unit.failures < rules_.max_attempts) {
     enqueue(ref);

@@ -89,6 +89,7 @@ std::vector<std::string> FarmLedger::why_job(JobId id, int64_t now) const {
 }
 
 std::vector<std::string> FarmLedger::why_unit(JobId id, uint64_t unit_id, int64_t now) const {
+  now = time_.at(now);
   const UnitTable::Job* job = units_.find(id);
   if (!job) return {text("job {} is not being baked", id)};
   const auto it = job->units.find(unit_id);
@@ -139,6 +140,7 @@ void FarmLedger::why_idle(std::vector<std::string>& lines, const WorkerTable::Wo
 }
 
 std::vector<std::string> FarmLedger::why_worker(WorkerId id, int64_t now) const {
+  now = time_.at(now);
   const WorkerTable::Worker* found = workers_.find(id);
   if (!found) return {text("worker {} is not connected", id)};
   const WorkerTable::Worker& worker = *found;
