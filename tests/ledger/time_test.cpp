@@ -172,22 +172,21 @@ TEST(Restored, OfTwoResultsOfOneUnitTheFirstCounts) {
 }
 
 TEST(Restored, ALossFromBeforeAChangeOfClassIsNotTheNewUnits) {
-  LedgerBench b;
+  FarmRules rules = quick_rules();
+  rules.class_patience_ms = 300;
+  LedgerBench b(rules);
   b.job(1, {1});
   b.join(1, 1, 1, "old");
   b.join(2, 1, 1, "new");
   b.join(3, 1, 1, "new");
-  // The only worker of the class goes just before patience with its absence ends.
   b.lose(1);
-  b.wait(4500, {2, 3});
-  b.join(4, 1, 1, "old");
-  b.wait(4900, {2, 3, 4});
-  b.lose(4);
-  const auto pinned = all<PinClass>(b.wait(6000, {2, 3}));
-  ASSERT_EQ(pinned.size(), 1u);
+  const auto pinned = all<PinClass>(b.wait(500, {2, 3}));
+  ASSERT_EQ(pinned.size(), 1u) << "before the loss is judged";
   EXPECT_EQ(pinned[0].numeric_class, "new");
   const auto grants = all<Grant>(b.pass(1, {1}));
   ASSERT_EQ(grants.size(), 1u);
+  EXPECT_FALSE(b.ledger.why_unit(1, 1, b.now).empty());
+  b.wait(1000, {2, 3});
   EXPECT_EQ(all<PassComplete>(b.result(grants[0])).size(), 1u);
 }
 
