@@ -54,8 +54,6 @@ MUTATIONS = [
     ("answers of the quarantined are restored", "farm_jobs.cpp",
      "if (!known.verified && quarantined_for(known.identity)) continue;", ""),
     ("a restored answer is a result", "unit_answers.cpp", "if (known.settled) {", "if (true) {"),
-    ("a result that a restart lost is taken as delivered", "unit_table.cpp",
-     "unit.delivered = false;\n  if (unit.phase == Phase::kFailed)", "if (unit.phase == Phase::kFailed)"),
 ]
 
 

@@ -150,6 +150,7 @@ void FarmLedger::dispute(const UnitRef& unit, Actions& out) {
 
 void FarmLedger::conclude(const UnitRef& unit, int64_t now, Actions& out) {
   if (unit->phase != Phase::kOpen || unit->answers.empty()) return;
+  if (unit->needed == 0) return;  // restored: its pass decides how many votes it needs
   const size_t best = units_.leading(*unit);
   if (units_.votes(unit->answers[best]) >= unit->needed) {
     units_.dequeue(unit);
