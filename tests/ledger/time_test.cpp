@@ -171,6 +171,20 @@ TEST(Restored, OfTwoResultsOfOneUnitTheFirstCounts) {
   EXPECT_EQ(delivered[0].digest, digest_of(1));
 }
 
+TEST(Restored, AnswersThatDifferAreNotDecidedBeforeTheirPassBegins) {
+  LedgerBench b;
+  JobTraits traits;
+  traits.user = "ada";
+  b.ledger.add_job(1, traits);
+  const std::vector<KnownAnswer> known{
+      {1, 1, digest_of(1), "w1"}, {1, 1, digest_of(2), "w2"}, {1, 1, digest_of(3), "w3"}};
+  b.ledger.restore(1, known);
+  b.ledger.quarantine("w3", "it lied", b.now, b.last);
+  EXPECT_TRUE(all<Settle>(b.last).empty());
+  EXPECT_EQ(b.ledger.quarantined_for("w1"), nullptr);
+  EXPECT_EQ(b.ledger.quarantined_for("w2"), nullptr);
+}
+
 TEST(Restored, ALossFromBeforeAChangeOfClassIsNotTheNewUnits) {
   FarmRules rules = quick_rules();
   rules.class_patience_ms = 300;
