@@ -5,6 +5,11 @@
 #include "tests/sim/world.h"
 
 namespace kiln::sim {
+namespace {
+
+constexpr int kMostLosses = 2;  // of a sound unit: one fewer than FarmRules::max_attempts
+
+}  // namespace
 
 // One flush at a time takes all that waits: group commit. What follows a write runs only once it is on disk.
 void World::write(std::function<void(Disk&)> change, std::function<void()> then) {
@@ -19,14 +24,14 @@ void World::flush() {
     Actions out;
     if (full_) {
       ++figures_.refused_writes;
-      ledger_->hold(true, now_, out);
+      ledger_->hold(true, clock(), out);
       perform(out);
       at(now_ + 50, [this, epoch] {
         if (up_ && epoch == epoch_) flush();
       });
       return;
     }
-    ledger_->hold(false, now_, out);
+    ledger_->hold(false, clock(), out);
     std::vector<Write> batch(std::make_move_iterator(unflushed_.begin()),
                              std::make_move_iterator(unflushed_.begin() + static_cast<ptrdiff_t>(count)));
     unflushed_.erase(unflushed_.begin(), unflushed_.begin() + static_cast<ptrdiff_t>(count));
@@ -48,10 +53,22 @@ void World::connect(size_t i) {
   worker_of_[link] = worker;
   at(now_ + 1 + static_cast<int64_t>(draw(20)), [this, i, link, worker, epoch = epoch_] {
     if (!up_ || epoch != epoch_ || machines_[i].link != link) return;
-    machine_of_[worker] = i;
-    heard_at_[worker] = now_;
     Actions out;
-    ledger_->join(worker, machines_[i].traits, now_, out);
+    // A connection of the same process that nobody has seen break yet ends in good order (Server::admit).
+    for (auto it = machine_of_.begin(); it != machine_of_.end();) {
+      const WorkerId older = it->first;
+      const bool same = it->second == i && process_of_[older] == machines_[i].process;
+      it = same ? machine_of_.erase(it) : std::next(it);
+      if (!same) continue;
+      heard_at_.erase(older);
+      granted_.erase(older);
+      ledger_->leave(older, false, "it connected anew", clock(), out);
+    }
+    machine_of_[worker] = i;
+    process_of_[worker] = machines_[i].process;
+    heard_at_[worker] = now_;
+    forget_losses(machines_[i].process);
+    ledger_->join(worker, machines_[i].traits, clock(), out);
     perform(out);
     heartbeat(i);
   });
@@ -67,16 +84,48 @@ void World::cut(size_t i, bool crashed) {
   worker_of_.erase(link);
   at(now_ + static_cast<int64_t>(draw(200)), [this, i] { connect(i); });
   if (!up_ || !machine_of_.count(worker)) return;
-  const auto tell = [this, worker, crashed, epoch = epoch_] {
-    if (!up_ || epoch != epoch_) return;
-    machine_of_.erase(worker);
-    heard_at_.erase(worker);
-    Actions out;
-    ledger_->leave(worker, crashed, "the connection broke", now_, out);
-    perform(out);
+  const auto tell = [this, worker, crashed, process = process_of_[worker], epoch = epoch_] {
+    if (up_ && epoch == epoch_) notice_break(worker, crashed, process);
   };
   // The coordinator may learn of it late.
   chance(0.7) ? at(now_, tell) : at(now_ + static_cast<int64_t>(draw(1500)), tell);
+}
+
+// A unit that three workers died with is given up, and rightly: chance must not kill three holders of a sound
+// one. A holder is whom the coordinator granted it to, even if the process was dead by then and never saw it,
+// because the coordinator cannot tell. So where a unit's losses are used up, the news of the break is lost,
+// and the coordinator finds the worker silent instead, which is no unit's fault.
+void World::notice_break(WorkerId worker, bool crashed, uint64_t process) {
+  if (!machine_of_.count(worker)) return;  // the process is back and said so
+  if (crashed && ledger_->held(worker) > 0 && !count_losses(worker, process))
+    return at(now_ + 100, [this, worker, crashed, process, epoch = epoch_] {
+      if (up_ && epoch == epoch_) notice_break(worker, crashed, process);
+    });
+  machine_of_.erase(worker);
+  heard_at_.erase(worker);
+  granted_.erase(worker);
+  Actions out;
+  ledger_->leave(worker, crashed, "the connection broke", clock(), out);
+  perform(out);
+}
+
+bool World::count_losses(WorkerId worker, uint64_t process) {
+  for (const Key& unit : granted_[worker])
+    if (!poison_.count(unit) && lost_[unit] >= kMostLosses) return false;
+  for (const Key& unit : granted_[worker]) {
+    ++lost_[unit];
+    may_return_.push_back({process, longest_ms(), unit});
+  }
+  return true;
+}
+
+// The process is back before its losses were judged.
+void World::forget_losses(uint64_t process) {
+  std::erase_if(may_return_, [&](const Lost& lost) {
+    const bool returned = lost.process == process && longest_ms() - lost.when < rules_.lease_ms;
+    if (returned) --lost_[lost.unit];
+    return returned || lost.process == process;
+  });
 }
 
 void World::to_machine(WorkerId worker, std::function<void(Machine&, size_t)> what) {
@@ -106,12 +155,20 @@ void World::to_coordinator(size_t i, std::function<void(Actions&)> what) {
 
 void World::heartbeat(size_t i) {
   const uint64_t link = machines_[i].link;
-  if (!link || !worker_of_.count(link)) return;
+  if (!link || !worker_of_.count(link) || !machines_[i].alive) return;
   const WorkerId worker = worker_of_[link];
-  to_coordinator(i, [this, worker](Actions& out) { ledger_->heard(worker, now_, out); });
+  to_coordinator(i, [this, worker](Actions& out) { ledger_->heard(worker, clock(), out); });
   at(now_ + rules_.lease_ms / 4, [this, i, link] {
     if (machines_[i].link == link) heartbeat(i);
   });
+}
+
+// Whether a failure of the unit may be added to its losses, and adds it.
+bool World::may_lose(const Grant& grant) {
+  int& lost = lost_[{grant.job, grant.unit}];
+  if (lost >= kMostLosses) return false;
+  ++lost;
+  return true;
 }
 
 void World::work(size_t i) {
@@ -121,7 +178,8 @@ void World::work(size_t i) {
     m.queue.pop_front();
     if (poison(grant.job, grant.unit) && chance(0.5)) return crash(i);
     m.running.push_back(grant);
-    const bool hangs = now_ < faults_end_ && chance(0.002) && ++killed_with_[{grant.job, grant.unit}] <= 2;
+    const bool hangs = now_ < faults_end_ && chance(0.002) && may_lose(grant);
+    m.hung |= hangs;
     if (hangs) continue;  // it stays in `running` until the coordinator has had enough of the machine
     at(now_ + 1 + m.unit_ms / 2 + static_cast<int64_t>(draw(static_cast<uint64_t>(m.unit_ms))),
        [this, i, grant, process = m.process] {
@@ -138,10 +196,10 @@ void World::finished(size_t i, const Grant& grant) {
   if (running == m.running.end()) return;
   m.running.erase(running);
   const WorkerId worker = m.link && worker_of_.count(m.link) ? worker_of_[m.link] : 0;
-  if (poison(grant.job, grant.unit) ||
-      (now_ < faults_end_ && chance(0.003) && ++killed_with_[{grant.job, grant.unit}] <= 2)) {
+  if (poison(grant.job, grant.unit) || (now_ < faults_end_ && chance(0.003) && may_lose(grant))) {
     to_coordinator(i, [this, worker, grant](Actions& out) {
-      ledger_->unit_failed(worker, grant.job, grant.unit, Error{ErrorKind::kNoSpace, "memory"}, now_, out);
+      granted_[worker].erase({grant.job, grant.unit});
+      ledger_->unit_failed(worker, grant.job, grant.unit, Error{ErrorKind::kNoSpace, "memory"}, clock(), out);
     });
     return work(i);
   }
@@ -159,6 +217,18 @@ void World::finished(size_t i, const Grant& grant) {
   work(i);
 }
 
+void World::take_result(WorkerId worker, JobId job, uint64_t unit, const Digest& digest, Actions& out) {
+  const size_t before = ledger_->held(worker);
+  ledger_->result(worker, job, unit, digest, clock(), out);
+  const auto is_grant = [&](const Action& action) {
+    const auto* grant = std::get_if<Grant>(&action);
+    return grant && grant->worker == worker;
+  };
+  const auto more = static_cast<size_t>(std::count_if(out.begin(), out.end(), is_grant));
+  // A result that does not count yet leaves the worker its unit.
+  if (ledger_->held(worker) < before + more) granted_[worker].erase({job, unit});
+}
+
 // The other machines of a ring confirm what one of them says, though nobody asked them.
 void World::echo(size_t i, JobId job, uint64_t unit, const Digest& digest) {
   if (machines_[i].ring == 0) return;
@@ -168,7 +238,7 @@ void World::echo(size_t i, JobId job, uint64_t unit, const Digest& digest) {
     if (j == i || m.ring != machines_[i].ring || !worker) continue;
     to_coordinator(j, [this, worker, job, unit, digest](Actions& out) {
       if (ledger_->is_member(worker) && ledger_->knows(job, unit))
-        ledger_->result(worker, job, unit, digest, now_, out);
+        take_result(worker, job, unit, digest, out);
     });
   }
 }
@@ -186,7 +256,7 @@ void World::deliver_kept(size_t i, JobId job) {
         // A result of a unit that this coordinator has not cut yet is kept back until it has (server:
         // parked).
         if (!ledger_->has_job(k.job) || ledger_->knows(k.job, k.unit))
-          ledger_->result(worker, k.job, k.unit, k.digest, now_, out);
+          take_result(worker, k.job, k.unit, k.digest, out);
       });
   }
 }
@@ -203,6 +273,7 @@ void World::end_process(size_t i, bool crashed) {
   m.running.clear();
   m.kept.clear();
   m.job = 0;
+  m.hung = false;
   m.traits.process = m.process = next_process_++;
   cut(i, crashed);
 }
@@ -210,7 +281,7 @@ void World::end_process(size_t i, bool crashed) {
 // Without a word, and the connection does not break: a pulled cable. The coordinator learns of it long after.
 void World::vanish(size_t i) {
   Machine& m = machines_[i];
-  if (!m.link || !may_kill(i)) return;
+  if (!m.link) return;
   m.alive = false;
   at(now_ + 3000 + static_cast<int64_t>(draw(10000)), [this, i] {
     machines_[i].alive = true;
@@ -219,15 +290,39 @@ void World::vanish(size_t i) {
   });
 }
 
-// A unit that three workers died with is given up, and rightly: chance must not kill three with the same one.
-bool World::may_kill(size_t i) {
-  for (const Grant& g : machines_[i].running)
-    if (killed_with_[{g.job, g.unit}] >= 2) return false;
-  for (const Grant& g : machines_[i].queue)
-    if (killed_with_[{g.job, g.unit}] >= 2) return false;
-  for (const Grant& g : machines_[i].running) ++killed_with_[{g.job, g.unit}];
-  for (const Grant& g : machines_[i].queue) ++killed_with_[{g.job, g.unit}];
-  return true;
+// The coordinator is stopped for a while and does not know, or its machine's clock is wrong.
+void World::leap() {
+  ++figures_.leaps;
+  const auto ms =
+      static_cast<int64_t>(draw(chance(0.5) ? 2 * static_cast<uint64_t>(rules_.lease_ms) : 1000000));
+  if (chance(0.2)) {
+    clock_ahead_ -= ms;
+    return;
+  }
+  clock_ahead_ += ms;
+  leapt_ += ms;
+}
+
+// After a restart, pages of the disk have an older content or cannot be read.
+void World::tear_disk() {
+  if (now_ >= faults_end_ || !chance(0.3)) return;
+  for (auto& [key, rows] : disk_.rows) {
+    if (disk_.done.count(key.first)) continue;
+    for (Row& row : rows)
+      if (chance(0.05)) ++figures_.torn, row.settled = row.verified = false;
+    figures_.torn += std::erase_if(rows, [&](const Row&) { return chance(0.05); });
+  }
+  figures_.torn += std::erase_if(disk_.agreed, [&](const auto&) { return chance(0.05); });
+}
+
+// Its import fails, or its owner cancels it.
+void World::cut_short(JobId id) {
+  if (!up_ || !ledger_->has_job(id) || disk_.done.count(id)) return;
+  ++figures_.cut_short;
+  Actions out;
+  ledger_->end_job(id, conductors_.at(id).importing ? "failed: no mesh" : "cancelled", clock(), out);
+  write([id](Disk& disk) { disk.done.insert(id); }, nullptr);
+  perform(out);
 }
 
 // Draws a fault now and then, each world with its own mix.
@@ -240,7 +335,7 @@ void World::make_trouble() {
   const size_t i = draw(machines_.size());
   const uint64_t kind = draw(100), mix = seed_ % 4;
   if (kind < 12) {
-    if (may_kill(i)) crash(i);
+    crash(i);
   } else if (kind < 30) {
     cut(i, true);
   } else if (kind < 50) {
@@ -256,12 +351,12 @@ void World::make_trouble() {
     const JobId job = 1 + draw(conductors_.size());
     const bool pause = chance(0.5);
     Actions out;
-    ledger_->change_job(job, static_cast<int32_t>(draw(100)), pause, now_, out);
+    ledger_->change_job(job, static_cast<int32_t>(draw(100)), pause, clock(), out);
     perform(out);
     at(now_ + static_cast<int64_t>(draw(500)), [this, job, epoch = epoch_] {
       if (!up_ || epoch != epoch_) return;
       Actions back;
-      ledger_->change_job(job, conductors_[job].traits.priority, false, now_, back);
+      ledger_->change_job(job, conductors_[job].traits.priority, false, clock(), back);
       perform(back);
     });
   } else if (kind < 73 && up_ && machines_[i].link && worker_of_.count(machines_[i].link)) {
@@ -269,9 +364,11 @@ void World::make_trouble() {
     for (const Grant& g : machines_[i].queue) unbegun.push_back(g.unit);
     machines_[i].queue.clear();
     const WorkerId worker = worker_of_[machines_[i].link];
-    to_coordinator(i, [this, worker, unbegun](Actions& out) { ledger_->drain(worker, unbegun, now_, out); });
+    to_coordinator(i,
+                   [this, worker, unbegun](Actions& out) { ledger_->drain(worker, unbegun, clock(), out); });
     at(now_ + 300, [this, i] { end_process(i, false); });
   }
+  if (kind >= 73 && kind < 77 && up_) leap();
   at(now_ + 20 + static_cast<int64_t>(draw(mix == 3 ? 60 : 400)), [this] { make_trouble(); });
 }
 

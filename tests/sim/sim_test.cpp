@@ -23,6 +23,9 @@ TEST(FarmSimulation, TwoHundredWorldsKeepThePromises) {
     sum.refused_writes += world.figures().refused_writes;
     sum.skipped += world.figures().skipped;
     sum.rotten += world.figures().rotten;
+    sum.leaps += world.figures().leaps;
+    sum.torn += world.figures().torn;
+    sum.cut_short += world.figures().cut_short;
   }
   if (seeds < 100) return;
   // The worlds are worth something only if the faults happen.
@@ -34,6 +37,9 @@ TEST(FarmSimulation, TwoHundredWorldsKeepThePromises) {
   EXPECT_GT(sum.refused_writes, seeds / 4);
   EXPECT_GT(sum.skipped, seeds / 20);
   EXPECT_GT(sum.rotten, seeds / 4);
+  EXPECT_GT(sum.leaps, seeds);
+  EXPECT_GT(sum.torn, seeds / 2);
+  EXPECT_GT(sum.cut_short, seeds / 10);
 }
 
 }  // namespace

@@ -3,11 +3,13 @@
 #include <cstdio>
 
 #include "common/base/format.h"
+#include "tests/sim/action_text.h"
 
 namespace kiln::sim {
 namespace {
 
 constexpr uint64_t kAlwaysAudited = 2000;  // units and workers
+constexpr uint64_t kDigestEvery = 20;      // batches of actions
 
 }  // namespace
 
@@ -58,6 +60,10 @@ void World::make_jobs(const WorldSize& size) {
       job.passes.push_back(std::move(plan));
     }
     if (job.traits.poison == PoisonPolicy::kSkip && chance(0.5)) poison_.insert({id, 1 + draw(unit)});
+    if (chance(0.15)) {
+      job.ends_at = static_cast<int64_t>(draw(3000));
+      job.importing = chance(0.5);
+    }
     conductors_[id] = std::move(job);
   }
 }
@@ -100,6 +106,13 @@ void World::start_coordinator() {
   ++epoch_;
   ledger_ = std::make_unique<FarmLedger>(rules_);
   machine_of_.clear();
+  // Another machine, or the same started anew: its steady clock begins anywhere.
+  clock_ahead_ =
+      chance(0.5) ? static_cast<int64_t>(draw(1000000000)) : -now_ + static_cast<int64_t>(draw(1000));
+  tear_disk();
+  process_of_.clear();
+  granted_.clear();
+  may_return_.clear();
   worker_of_.clear();
   heard_at_.clear();
   for (const auto& [identity, agreed] : disk_.agreed) ledger_->restore_trust(identity, agreed, "");
@@ -121,7 +134,13 @@ void World::start_coordinator() {
     job.merged.clear();
     job.skipped.clear();
     job.rotten.clear();
-    at(now_ + static_cast<int64_t>(draw(200)), [this, id = id, run = ++job.run, epoch = epoch_] {
+    if (job.ends_at >= 0)
+      at(std::max(now_, job.ends_at), [this, id = id, epoch = epoch_] {
+        if (epoch == epoch_) cut_short(id);
+      });
+    ++job.run;
+    if (job.importing) continue;
+    at(now_ + static_cast<int64_t>(draw(200)), [this, id = id, run = job.run, epoch = epoch_] {
       if (up_ && epoch == epoch_ && conductors_[id].run == run) begin(id);
     });
   }
@@ -136,7 +155,7 @@ void World::start_coordinator() {
       for (const auto& [worker, heard] : world.heard_at_)
         if (world.now_ - heard > 2 * world.rules_.lease_ms + 100 && world.ledger_->held(worker) > 0)
           world.fail("a worker holds units and has long been silent");
-      world.ledger_->tick(world.now_, out);
+      world.ledger_->tick(world.clock(), out);
       world.perform(out);
       world.at(world.now_ + 20, *this);
     }
@@ -169,13 +188,13 @@ void World::begin(JobId id) {
     write([id](Disk& disk) { disk.done.insert(id); },
           [this, id] {
             Actions out;
-            ledger_->end_job(id, "done", now_, out);
+            ledger_->end_job(id, "done", clock(), out);
             perform(out);
           });
     return;
   }
   Actions out;
-  ledger_->begin_pass(id, job.passes[job.pass], now_, out);
+  ledger_->begin_pass(id, job.passes[job.pass], clock(), out);
   perform(out);
 }
 
@@ -208,8 +227,41 @@ void World::check_published(JobId id) {
     }
 }
 
+void World::mix(const std::string& words) {
+  const std::string all = text("{} {} {}", digest_, now_, words);
+  digest_ = xxh3(std::as_bytes(std::span(all)));
+}
+
+void World::mix_state() {
+  const auto mix_all = [this](const std::vector<std::string>& lines) {
+    for (const std::string& line : lines) mix(line);
+  };
+  for (const auto& [id, job] : conductors_) {
+    mix_all(ledger_->why_job(id, clock()));
+    const PassCounts pass = ledger_->pass(id);
+    const JobCounts counts = ledger_->counts(id);
+    mix(text("{} {} {} {} {} {}", pass.number, pass.units, pass.done, pass.failed, pass.weight,
+             pass.weight_done));
+    mix(text("{} {} {} {} {} {} {}", counts.duplicates, counts.copies, counts.reassigned, counts.lost,
+             counts.disputes, ledger_->stuck_ms(id, clock()), ledger_->numeric_class(id)));
+    if (job.pass < job.passes.size())
+      for (const UnitPlan& plan : job.passes[job.pass]) mix_all(ledger_->why_unit(id, plan.id, clock()));
+  }
+  for (const auto& [worker, machine] : machine_of_) {
+    mix_all(ledger_->why_worker(worker, clock()));
+    const WorkerView view = ledger_->view(worker, clock());
+    mix(text("{} {} {} {} {}", view.job, view.state, view.held, view.credits, view.agreed));
+  }
+}
+
 void World::perform(const Actions& actions) {
-  for (const Action& action : actions) carry_out(action);
+  for (const Action& action : actions) {
+    if (digest_on_) mix(action_text(action));
+    if (trace_)
+      std::fprintf(stderr, "%8lld  %s\n", static_cast<long long>(now_), action_text(action).c_str());
+    carry_out(action);
+  }
+  if (digest_on_ && ledger_ && performed_ % kDigestEvery == 0) mix_state();
   // An audit reads every unit: small worlds after each event, large ones now and then.
   if (!ledger_ || ++performed_ % audit_every_ != 0) return;
   if (const std::string wrong = ledger_->audit(); !wrong.empty()) fail(wrong);
@@ -240,7 +292,8 @@ void World::carry_out(const Action& action) {
                 const uint32_t credits = machine.traits.threads + 2;
                 to_coordinator(i,
                                [this, worker, job, c = machine.numeric_class, credits, held](Actions& out) {
-                                 ledger_->ready(worker, job, c, credits, held, now_, out);
+                                 for (const uint64_t unit : held) granted_[worker].insert({job, unit});
+                                 ledger_->ready(worker, job, c, credits, held, clock(), out);
                                });
                 for (Kept& kept : machine.kept) kept.sent &= kept.job != job;
                 deliver_kept(i, job);
@@ -256,6 +309,7 @@ void World::carry_out(const Action& action) {
           },
           [&](const Grant& a) {
             ++figures_.grants;
+            granted_[a.worker].insert({a.job, a.unit});
             if (!machine_of_.count(a.worker)) fail("a unit is given to a worker that is not connected");
             const Conductor& job = conductors_.at(a.job);
             const bool of_pass = job.pass < job.passes.size() &&
@@ -268,6 +322,8 @@ void World::carry_out(const Action& action) {
             });
           },
           [&](const Recall& a) {
+            if (const auto it = granted_.find(a.worker); it != granted_.end())
+              it->second.erase({a.job, a.unit});
             to_machine(a.worker, [a](Machine& m, size_t) {
               std::erase_if(m.queue, [&](const Grant& g) { return g.job == a.job && g.unit == a.unit; });
             });
@@ -281,7 +337,7 @@ void World::carry_out(const Action& action) {
                 },
                 [this, a] {
                   Actions out;
-                  ledger_->stored(a.job, a.unit, a.ticket, now_, out);
+                  ledger_->stored(a.job, a.unit, a.ticket, clock(), out);
                   perform(out);
                 });
           },
@@ -308,7 +364,7 @@ void World::carry_out(const Action& action) {
             at(now_ + static_cast<int64_t>(draw(20)), [this, a, run = job.run, epoch = epoch_] {
               if (!up_ || epoch != epoch_ || conductors_[a.job].run != run) return;
               Actions out;
-              ledger_->damaged(a.job, a.unit, now_, out);
+              ledger_->damaged(a.job, a.unit, clock(), out);
               perform(out);
             });
           },
@@ -354,8 +410,13 @@ void World::carry_out(const Action& action) {
             write([a](Disk& disk) { disk.quarantined[a.identity] = a.reason; }, nullptr);
           },
           [&](const Expel& a) {
-            if (const auto it = machine_of_.find(a.worker); it != machine_of_.end())
-              end_process(it->second, false);
+            const auto it = machine_of_.find(a.worker);
+            if (it == machine_of_.end()) return;
+            const Machine& m = machines_[it->second];
+            if (!m.link || !worker_of_.count(m.link) || worker_of_[m.link] != a.worker) return;  // broken
+            if (!m.hung && a.reason.ends_with("start it anew"))
+              fail(text("{} is dismissed and does not hang: {}", m.traits.name, a.reason));
+            end_process(it->second, false);
           },
           [&](const SkipUnit& a) {
             ++figures_.skipped;
@@ -371,9 +432,7 @@ void World::carry_out(const Action& action) {
               if (up_ && epoch == epoch_ && conductors_[id].run == run) begin(id);
             });
           },
-          [&](const Note& a) {
-            if (trace_) std::fprintf(stderr, "%8lld  %s\n", static_cast<long long>(now_), a.text.c_str());
-          },
+          [](const Note&) {},
       },
       action);
 }
@@ -395,11 +454,11 @@ std::string World::run() {
     std::string stuck;
     for (const auto& [id, job] : conductors_) {
       if (disk_.done.count(id) || !ledger_) continue;
-      for (const std::string& line : ledger_->why_job(id, now_)) stuck += "\n    " + line;
+      for (const std::string& line : ledger_->why_job(id, clock())) stuck += "\n    " + line;
     }
     if (ledger_ && trace_)
       for (const auto& [worker, machine] : machine_of_)
-        for (const std::string& line : ledger_->why_worker(worker, now_)) stuck += "\n    " + line;
+        for (const std::string& line : ledger_->why_worker(worker, clock())) stuck += "\n    " + line;
     fail("a job does not end:" + stuck);
   }
   if (failure_.empty() && ledger_ && up_)

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cmath>
 
 #include "common/base/check.h"
 #include "common/base/format.h"
@@ -9,314 +8,271 @@ namespace kiln {
 namespace {
 
 constexpr size_t kMaxDifferentAnswers = 5;  // of one unit, before the job itself is considered at fault
-constexpr double kRateMemory = 0.2;         // weight of the newest result in a worker's rate
 
 }  // namespace
 
 void FarmLedger::result(WorkerId worker_id, JobId job_id, uint64_t unit_id, const Digest& digest, int64_t now,
                         Actions& out) {
-  Worker* worker = find_worker(worker_id);
+  now = time_.advance(now);
+  const WorkerRef worker = workers_.find(worker_id);
   if (!worker) return;
-  heard(worker_id, now, out);
-  Job* job = find_job(job_id);
-  Unit* unit = job ? find_unit(*job, unit_id) : nullptr;
+  hear(worker_id, now, out);
+  const UnitRef unit = units_.find(job_id, unit_id);
   if (!unit) {
     out.push_back(Release{worker_id, job_id, "the job has ended"});
     return;
   }
-  if (identities_[worker->identity].quarantined) return;
+  if (trust_.at(worker->identity).quarantined) return;
   const auto its_class = worker->classes.find(job_id);
   if (its_class == worker->classes.end()) return;  // it is sent again when the worker is ready for the job
-  if (its_class->second != job->traits.numeric_class) {
+  if (its_class->second != unit.job().traits.numeric_class) {
     if (worker->job != job_id)
       out.push_back(Release{worker_id, job_id, "the job needs another numeric class"});
     return;
   }
-  if (const uint64_t lease = lease_of(worker_id, *unit)) {
-    const int64_t since = leases_.at(lease).since;
-    job->turnaround_ms += static_cast<double>(now - since);
-    job->turnaround_weight += unit->weight;
-    const double ms = std::max(1.0, static_cast<double>(now - std::max(since, worker->busy_since)));
-    const double rate = unit->weight / ms;  // over all its threads, whose results interleave
-    worker->rate = worker->rate > 0 ? worker->rate + kRateMemory * (rate - worker->rate) : rate;
-    worker->busy_since = now;
-    charge(*worker, now);
-    release(lease);
-  } else if (worker->ghosts > 0) {
-    --worker->ghosts;
+  if (const uint64_t lease = grants_.find(worker_id, *unit)) {
+    grants_.answered(lease, now);
+    workers_.charge(worker, now);
+    grants_.release(lease);
+  } else {
+    grants_.answered_without_lease(worker);
   }
-  worker->failed_units.clear();
+  workers_.clear_failed(worker);
   if (unit->phase == Phase::kFailed) {
     out.push_back(Acknowledge{worker_id, job_id, unit_id, digest});
   } else {
-    vote(job_id, *job, unit_id, *unit, worker_id, digest, now, out);
-    enqueue(*job, unit_id,
-            *unit);  // its lease is free now, and the vote may already have counted
+    vote(unit, worker, digest, now, out);
+    units_.enqueue(unit);  // its lease is free now, and the vote may already have counted
   }
-  if (find_worker(worker_id)) serve(worker_id, now, out);
+  serve(worker_id, now, out);
 }
 
-// The worker's lease of the unit. The lease that a message names does not matter: a claim after a reconnect
-// creates a new one.
-uint64_t FarmLedger::lease_of(WorkerId worker, const Unit& unit) const {
-  for (const uint64_t lease : unit.leases) {
-    KILN_CHECK(leases_.count(lease) == 1);
-    if (leases_.at(lease).worker == worker) return lease;
-  }
-  return 0;
+uint32_t FarmLedger::needed_votes(const UnitRef& unit, IdentityId first) const {
+  return trust_.needed_votes(unit.job_id(), unit.id(), unit.job().traits.quorum, first,
+                             workers_.lack(unit.job_id()).alone);
 }
 
-void FarmLedger::vote(JobId id, Job& job, uint64_t unit_id, Unit& unit, WorkerId worker_id,
-                      const Digest& digest, int64_t now, Actions& out) {
-  const IdentityId who = workers_.at(worker_id).identity;
-  for (Answer& answer : unit.answers) {
+bool FarmLedger::vote_again(const UnitRef& unit, const WorkerRef& worker, const Digest& digest, int64_t now,
+                            Actions& out) {
+  const IdentityId who = worker->identity;
+  for (size_t i = 0; i < unit->answers.size(); ++i) {
+    const Answer& answer = unit->answers[i];
     if (std::find(answer.voters.begin(), answer.voters.end(), who) == answer.voters.end()) continue;
-    ++job.totals.duplicates;
+    units_.count(unit.job_id(), &JobCounts::duplicates);
     if (answer.digest != digest)
-      return quarantine(who,
-                        text("it answered unit {} of job {} twice with different bytes: {} and {}", unit_id,
-                             id, answer.digest.hex(), digest.hex()),
-                        now, out);
-    if (answer.stored)
-      out.push_back(Acknowledge{worker_id, id, unit_id, digest});
+      quarantine(who,
+                 text("it answered unit {} of job {} twice with different bytes: {} and {}", unit.id(),
+                      unit.job_id(), answer.digest.hex(), digest.hex()),
+                 now, out);
+    else if (answer.stored)
+      out.push_back(Acknowledge{worker.id(), unit.job_id(), unit.id(), digest});
     else
-      answer.waiting.push_back(worker_id);
-    return;
+      units_.await_commit(unit, i, worker.id());
+    return true;
   }
-  KILN_CHECK(unit.phase != Phase::kFailed);
-  if (unit.phase == Phase::kSettled) {
-    KILN_CHECK(unit.answers.size() == 1);
-    ++job.totals.duplicates;
-    Answer& result = unit.answers.front();
-    if (result.digest == digest) {
-      const size_t before = votes(result);
-      result.voters.push_back(who);
-      if (unit.verified && votes(result) > before) agree(who, out);
-      if (!unit.verified && votes(result) > 1) {
-        for (const IdentityId voter : result.voters) agree(voter, out);
-        unit.verified = true;
-        KILN_CHECK(job.totals.unverified > 0);
-        ++job.totals.verified;
-        --job.totals.unverified;
-        out.push_back(Settle{id, unit_id, digest, true, identities_[result.voters.front()].name});
-      }
-      out.push_back(Acknowledge{worker_id, id, unit_id, digest});
-      return;
+  return false;
+}
+
+// Of a unit that has its result.
+bool FarmLedger::vote_late(const UnitRef& unit, const WorkerRef& worker, const Digest& digest, int64_t now,
+                           Actions& out) {
+  KILN_CHECK(unit->phase == Phase::kSettled && unit->answers.size() == 1);
+  const IdentityId who = worker->identity;
+  units_.count(unit.job_id(), &JobCounts::duplicates);
+  const Answer& result = unit->answers.front();
+  if (result.digest == digest) {
+    const size_t before = units_.votes(result);
+    units_.add_vote(unit, 0, who);
+    if (unit->verified && units_.votes(result) > before) trust_.agree(who, out);
+    if (!unit->verified && units_.votes(result) > 1) {
+      for (const IdentityId voter : result.voters) trust_.agree(voter, out);
+      units_.confirm(unit);
+      out.push_back(Settle{unit.job_id(), unit.id(), digest, true, trust_.at(result.voters.front()).name});
     }
-    if (unit.verified)
-      return quarantine(who,
-                        text("its answer to unit {} of job {}, {}, differs from {}, which two others gave",
-                             unit_id, id, digest.hex(), result.digest.hex()),
-                        now, out);
-    dispute(id, job, unit_id, unit, out);
+    out.push_back(Acknowledge{worker.id(), unit.job_id(), unit.id(), digest});
+    return true;
   }
-  auto it = std::find_if(unit.answers.begin(), unit.answers.end(),
-                         [&](const Answer& answer) { return answer.digest == digest; });
-  if (it == unit.answers.end()) {
-    it = unit.answers.insert(unit.answers.end(), Answer{digest, {}, false, next_ticket_++, {}});
-    out.push_back(StoreAnswer{worker_id, identities_[who].name, id, unit_id, unit.shape, digest, it->ticket});
+  if (unit->verified) {
+    quarantine(who,
+               text("its answer to unit {} of job {}, {}, differs from {}, which two others gave", unit.id(),
+                    unit.job_id(), digest.hex(), result.digest.hex()),
+               now, out);
+    return true;
+  }
+  dispute(unit, out);
+  return false;
+}
+
+void FarmLedger::vote(const UnitRef& unit, const WorkerRef& worker, const Digest& digest, int64_t now,
+                      Actions& out) {
+  if (vote_again(unit, worker, digest, now, out)) return;
+  KILN_CHECK(unit->phase != Phase::kFailed);
+  if (unit->phase == Phase::kSettled && vote_late(unit, worker, digest, now, out)) return;
+  const IdentityId who = worker->identity;
+  const auto same = std::find_if(unit->answers.begin(), unit->answers.end(),
+                                 [&](const Answer& answer) { return answer.digest == digest; });
+  auto answer = static_cast<size_t>(same - unit->answers.begin());
+  if (same == unit->answers.end()) {
+    answer = units_.add_answer(unit, digest);
+    out.push_back(StoreAnswer{worker.id(), trust_.at(who).name, unit.job_id(), unit.id(), unit->shape, digest,
+                              unit->answers[answer].ticket});
   } else {
-    ++job.totals.duplicates;
+    units_.count(unit.job_id(), &JobCounts::duplicates);
   }
-  it->voters.push_back(who);
-  if (it->stored)
-    out.push_back(Acknowledge{worker_id, id, unit_id, digest});
+  units_.add_vote(unit, answer, who);
+  if (unit->answers[answer].stored)
+    out.push_back(Acknowledge{worker.id(), unit.job_id(), unit.id(), digest});
   else
-    it->waiting.push_back(worker_id);
-  if (unit.needed == 0) unit.needed = needed_votes(id, job, unit_id, who);
-  if (unit.answers.size() > 1 && !unit.disputed) dispute(id, job, unit_id, unit, out);
-  conclude(id, job, unit_id, unit, now, out);
+    units_.await_commit(unit, answer, worker.id());
+  if (unit->needed == 0) units_.require(unit, needed_votes(unit, who));
+  if (unit->answers.size() > 1 && !unit->disputed) dispute(unit, out);
+  conclude(unit, now, out);
 }
 
 // Two different answers to one unit: a third decides, while the unit's pass is in progress.
-void FarmLedger::dispute(JobId id, Job& job, uint64_t unit_id, Unit& unit, Actions& out) {
-  const bool of_pass = job.open && unit.pass == job.pass;
-  if (unit.phase == Phase::kSettled) {
-    KILN_CHECK(!unit.verified && job.totals.unverified > 0);
-    unit.phase = Phase::kOpen;
-    --job.totals.unverified;  // a verified result is not disputed: a differing answer is wrong
-    if (of_pass) {
-      KILN_CHECK(job.counts.done > 0);
-      --job.counts.done;
-      job.counts.weight_done -= unit.weight;
-    }
-  }
-  unit.needed = std::max(unit.needed, 2u);
-  if (!of_pass) {
-    if (unit.delivered)
-      rewind(id, job,
-             text("unit {} of an earlier pass was answered with different bytes by another worker", unit_id),
-             out);
+void FarmLedger::dispute(const UnitRef& unit, Actions& out) {
+  KILN_CHECK(!unit->verified);  // a verified result is not disputed: a differing answer is wrong
+  if (unit->phase == Phase::kSettled) units_.reopen(unit);
+  units_.require(unit, std::max(unit->needed, 2u));
+  if (!unit.of_pass()) {
+    if (unit->delivered)
+      rewind(
+          unit.job_id(),
+          text("unit {} of an earlier pass was answered with different bytes by another worker", unit.id()),
+          out);
     return;
   }
-  unit.disputed = true;
-  ++job.disputes;
+  units_.dispute(unit);
   out.push_back(Note{
-      id, text("unit {} was answered with different bytes by different workers: others are asked", unit_id)});
+      unit.job_id(),
+      text("unit {} was answered with different bytes by different workers: others are asked", unit.id())});
 }
 
-void FarmLedger::conclude(JobId id, Job& job, uint64_t unit_id, Unit& unit, int64_t now, Actions& out) {
-  if (unit.phase != Phase::kOpen || unit.answers.empty()) return;
-  size_t best = 0;
-  for (size_t i = 1; i < unit.answers.size(); ++i)
-    if (votes(unit.answers[i]) > votes(unit.answers[best])) best = i;
-  if (votes(unit.answers[best]) >= unit.needed) {
-    dequeue(job, unit_id, unit);
-    if (unit.answers[best].stored) settle(id, job, unit_id, unit, best, now, out);
+void FarmLedger::conclude(const UnitRef& unit, int64_t now, Actions& out) {
+  if (unit->phase != Phase::kOpen || unit->answers.empty()) return;
+  if (unit->needed == 0) return;  // restored: its pass decides how many votes it needs
+  const size_t best = units_.leading(*unit);
+  if (units_.votes(unit->answers[best]) >= unit->needed) {
+    units_.dequeue(unit);
+    if (unit->answers[best].stored) settle(unit, best, now, out);
     return;
   }
-  if (unit.answers.size() > kMaxDifferentAnswers) {
+  if (unit->answers.size() > kMaxDifferentAnswers) {
     out.push_back(FailJob{
-        id,
+        unit.job_id(),
         Error{
             ErrorKind::kInternal,
             text(
                 "unit {} was answered by {} workers with as many different results: their builds or machines "
                 "do not agree; `kiln why` lists them",
-                unit_id, unit.answers.size())}});
+                unit.id(), unit->answers.size())}});
     return;
   }
-  if (unit.queue != Queue::kSecond) dequeue(job, unit_id, unit);
-  enqueue(job, unit_id, unit);
+  if (unit->queue != Queue::kSecond) units_.dequeue(unit);
+  units_.enqueue(unit);
   // While unassigned units wait, no worker of the job has room; the next result frees one.
-  if (unit.queue == Queue::kSecond && job.pending.empty()) serve_all(id, now, out);
+  if (unit->queue == Queue::kSecond && unit.job().pending.empty()) serve_all(unit.job_id(), now, out);
 }
 
-void FarmLedger::settle(JobId id, Job& job, uint64_t unit_id, Unit& unit, size_t winner, int64_t now,
-                        Actions& out) {
-  KILN_CHECK(unit.phase == Phase::kOpen && unit.answers[winner].stored);
-  KILN_CHECK(votes(unit.answers[winner]) >= unit.needed);
-  std::vector<Answer> answers = std::move(unit.answers);
-  unit.answers.clear();
-  unit.answers.push_back(answers[winner]);
-  unit.phase = Phase::kSettled;
-  unit.verified = votes(answers[winner]) > 1;
-  ++(unit.verified ? job.totals.verified : job.totals.unverified);
-  KILN_CHECK(!unit.disputed || job.disputes > 0);
-  if (unit.disputed) --job.disputes;
-  unit.disputed = false;
-  const std::vector<uint64_t> leases = unit.leases;
-  for (const uint64_t lease : leases) {
-    out.push_back(Recall{leases_.at(lease).worker, id, unit_id});
-    release(lease);
-  }
-  if (unit.verified)
-    for (const IdentityId voter : answers[winner].voters) agree(voter, out);
-  out.push_back(Settle{id, unit_id, answers[winner].digest, unit.verified,
-                       identities_[answers[winner].voters.front()].name});
-  if (unit.delivered && unit.merged != answers[winner].digest)
-    rewind(id, job, text("unit {} was merged with a result that turned out wrong", unit_id), out);
-  deliver(id, job, unit_id, unit, out);
+void FarmLedger::settle(const UnitRef& unit, size_t winner, int64_t now, Actions& out) {
+  const std::vector<Answer> answers = units_.settle(unit, winner);
+  const Answer& result = answers[winner];
+  grants_.recall_of(unit, out);
+  if (unit->verified)
+    for (const IdentityId voter : result.voters) trust_.agree(voter, out);
+  out.push_back(
+      Settle{unit.job_id(), unit.id(), result.digest, unit->verified, trust_.at(result.voters.front()).name});
+  if (unit->delivered && unit->merged != result.digest)
+    rewind(unit.job_id(), text("unit {} was merged with a result that turned out wrong", unit.id()), out);
+  units_.deliver(unit, out);
   for (size_t i = 0; i < answers.size(); ++i) {
     if (i == winner) continue;
     for (const IdentityId voter : answers[i].voters)
       quarantine(voter,
-                 text("its answer to unit {} of job {}, {}, differs from {}, which {} others gave", unit_id,
-                      id, answers[i].digest.hex(), answers[winner].digest.hex(), votes(answers[winner])),
+                 text("its answer to unit {} of job {}, {}, differs from {}, which {} others gave", unit.id(),
+                      unit.job_id(), answers[i].digest.hex(), result.digest.hex(), units_.votes(result)),
                  now, out);
   }
-  complete_if_done(id, job, out);
+  units_.complete_if_done(unit.job_id(), out);
 }
 
 void FarmLedger::stored(JobId id, uint64_t unit_id, uint64_t ticket, int64_t now, Actions& out) {
-  Job* job = find_job(id);
-  Unit* unit = job ? find_unit(*job, unit_id) : nullptr;
-  if (!unit) return;
-  for (Answer& answer : unit->answers) {
-    if (answer.ticket != ticket) continue;
-    answer.stored = true;
-    for (const WorkerId worker : answer.waiting)
-      if (workers_.count(worker)) out.push_back(Acknowledge{worker, id, unit_id, answer.digest});
-    answer.waiting.clear();
-    return conclude(id, *job, unit_id, *unit, now, out);
-  }
+  now = time_.advance(now);
+  const UnitRef unit = units_.find(id, unit_id);
+  Digest digest;
+  std::vector<WorkerId> waiting;
+  if (!unit || !units_.commit(unit, ticket, digest, waiting)) return;
+  for (const WorkerId worker : waiting)
+    if (is_member(worker)) out.push_back(Acknowledge{worker, id, unit_id, digest});
+  conclude(unit, now, out);
 }
 
-void FarmLedger::blame(JobId id, Job& job, uint64_t unit_id, Unit& unit, IdentityId who, bool certain,
-                       const std::string& reason, Actions& out) {
-  if (unit.phase != Phase::kOpen || !unit.answers.empty()) return;
-  if (std::find(unit.blamed.begin(), unit.blamed.end(), who) == unit.blamed.end()) unit.blamed.push_back(who);
-  dequeue(job, unit_id, unit);
-  ++unit.attempts;
-  job.suspected = true;
-  if (certain && ++unit.failures >= rules_.max_attempts)
-    give_up(id, job, unit_id, unit,
-            text("unit {} failed {} times, the last time because {}", unit_id, unit.failures, reason), out);
+void FarmLedger::blame(const UnitRef& unit, IdentityId who, bool certain, const std::string& reason,
+                       Actions& out) {
+  if (units_.blame(unit, who, certain))
+    give_up(unit,
+            text("unit {} failed {} times, the last time because {}", unit.id(), unit->failures, reason),
+            out);
 }
 
-void FarmLedger::give_up(JobId id, Job& job, uint64_t unit_id, Unit& unit, const std::string& reason,
-                         Actions& out) {
-  KILN_CHECK(unit.phase == Phase::kOpen && unit.answers.empty());
-  unit.phase = Phase::kFailed;
-  const std::vector<uint64_t> leases = unit.leases;
-  for (const uint64_t lease : leases) {
-    out.push_back(Recall{leases_.at(lease).worker, id, unit_id});
-    release(lease);
-  }
-  if (job.open && unit.pass == job.pass) ++job.counts.failed;
-  if (job.traits.poison == PoisonPolicy::kFail) {
-    out.push_back(FailJob{id, Error{ErrorKind::kInternal, reason}});
+void FarmLedger::give_up(const UnitRef& unit, const std::string& reason, Actions& out) {
+  grants_.recall_of(unit, out);
+  units_.fail(unit);
+  if (unit.job().traits.poison == PoisonPolicy::kFail) {
+    out.push_back(FailJob{unit.job_id(), Error{ErrorKind::kInternal, reason}});
     return;
   }
-  out.push_back(SkipUnit{id, unit_id, reason});
-  complete_if_done(id, job, out);
+  out.push_back(SkipUnit{unit.job_id(), unit.id(), reason});
+  units_.complete_if_done(unit.job_id(), out);
 }
 
 void FarmLedger::unit_failed(WorkerId worker_id, JobId job_id, uint64_t unit_id, const Error& error,
                              int64_t now, Actions& out) {
-  Worker* worker = find_worker(worker_id);
+  now = time_.advance(now);
+  const WorkerRef worker = workers_.find(worker_id);
   if (!worker) return;
-  heard(worker_id, now, out);
-  Job* found = find_job(job_id);
-  Unit* failed = found ? find_unit(*found, unit_id) : nullptr;
-  const uint64_t lease = failed ? lease_of(worker_id, *failed) : 0;
+  hear(worker_id, now, out);
+  const UnitRef unit = units_.find(job_id, unit_id);
+  const uint64_t lease = unit ? grants_.find(worker_id, *unit) : 0;
   if (!lease) return;  // not its unit to fail
-  Job& job = *found;
-  Unit& unit = *failed;
   out.push_back(Note{job_id, text("unit {} failed on {}: {}", unit_id, worker->traits.name, error.message)});
-  release(lease);
+  grants_.release(lease);
   if (error.kind == ErrorKind::kInvalidInput || error.kind == ErrorKind::kUsage) {
     out.push_back(
         FailJob{job_id, Error{error.kind, text("unit {}: {}", unit_id, error.message)}});  // fails everywhere
     return;
   }
-  worker->failed_units.insert(unit_id);
-  blame(job_id, job, unit_id, unit, worker->identity, true,
-        text("{}: {}", worker->traits.name, error.message), out);
-  enqueue(job, unit_id, unit);
-  bench(worker_id, *worker, now, out);
+  workers_.note_failed(worker, unit_id);
+  blame(unit, worker->identity, true, text("{}: {}", worker->traits.name, error.message), out);
+  units_.enqueue(unit);
+  bench(worker, now, out);
   serve_all(0, now, out);
 }
 
 void FarmLedger::hand_back(WorkerId worker_id, JobId job_id, uint64_t unit_id, int64_t now, Actions& out) {
-  Job* job = find_job(job_id);
-  Unit* unit = job ? find_unit(*job, unit_id) : nullptr;
-  if (!unit || !find_worker(worker_id)) return;
-  heard(worker_id, now, out);
-  release(lease_of(worker_id, *unit));
-  enqueue(*job, unit_id, *unit);
+  now = time_.advance(now);
+  const UnitRef unit = units_.find(job_id, unit_id);
+  if (!unit || !is_member(worker_id)) return;
+  hear(worker_id, now, out);
+  grants_.release(grants_.find(worker_id, *unit));
+  units_.enqueue(unit);
   serve(worker_id, now, out);
 }
 
 void FarmLedger::damaged(JobId id, uint64_t unit_id, int64_t now, Actions& out) {
-  Job* job = find_job(id);
-  Unit* unit = job ? find_unit(*job, unit_id) : nullptr;
+  now = time_.advance(now);
+  const UnitRef unit = units_.find(id, unit_id);
   if (!unit) return;
   const std::string reason = text("the stored result of unit {} is damaged: it is baked again", unit_id);
   if (unit->phase != Phase::kSettled) {
     // In dispute since it was delivered: nobody merged it, and without this nobody would deliver it again.
-    if (unit->delivered) rewind(id, *job, reason, out);
+    if (unit->delivered) rewind(id, reason, out);
     return;
   }
-  KILN_CHECK(unit->answers.size() == 1);
-  KILN_CHECK((unit->verified ? job->totals.verified : job->totals.unverified) > 0);
-  --(unit->verified ? job->totals.verified : job->totals.unverified);
   out.push_back(Revoke{id, unit_id, unit->answers.front().digest});
-  unit->answers.clear();
-  unit->phase = Phase::kOpen;
-  unit->needed = 0;
-  unit->verified = false;
-  rewind(id, *job, reason, out);
+  rewind(id, reason, out);
+  units_.reopen(unit);
+  units_.drop_answers(unit);
   serve_all(0, now, out);
 }
 
