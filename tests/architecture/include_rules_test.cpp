@@ -149,7 +149,6 @@ TEST(IncludeRules, ThirdPartyHeadersEnterThroughNamedFiles) {
       {"OpenEXR/", {"coordinator/scene/imageio/exr.cpp"}},
       {"tiny_gltf.h", {"coordinator/scene/import/gltf_model.cpp"}},
       {"asio", {"common/wire/asio_api.h"}},
-      {"flatbuffers/", {"common/wire/messages.cpp"}},
       {"astcenc.h", {"coordinator/output/astc/astc.cpp"}},
       {"zstd.h", {"common/zstd/compress.cpp"}},
       {"CLI/", {"coordinator/cli/parser.cpp"}},

@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "common/base/fields.h"
 #include "common/base/files.h"
 #include "common/base/format.h"
 #include "common/base/parallel.h"
@@ -237,7 +238,7 @@ Expected<WorkerOptions> read_worker_options(const std::vector<std::string>& argu
   for (const std::string& argument : arguments) {
     if (argument == "--help" || argument == "-h") options.print = kHelp;
     if (argument == "--version")
-      options.print = text("kiln-worker {}, protocol {}.{}\n", KILN_VERSION, kWireMajor, kWireMinor);
+      options.print = text("kiln-worker {}, protocol {}\n", KILN_VERSION, kWireVersion);
     if (!options.print.empty()) return options;
   }
   Table table;
