@@ -13,9 +13,12 @@ class Clockwork {
  public:
   explicit Clockwork(uint64_t seed) : random_(seed) {}
   int64_t now() const { return now_; }
-  void at(int64_t when, std::function<void()> what) {
-    events_.emplace(std::pair(std::max(when, now_), ++made_), std::move(what));
+  void at(int64_t when, std::function<void()> what) { at(when, next_number(), std::move(what)); }
+  // With a number of an earlier call: among events of one time the lower comes first.
+  void at(int64_t when, uint64_t number, std::function<void()> what) {
+    events_.emplace(std::pair(std::max(when, now_), number), std::move(what));
   }
+  uint64_t next_number() { return ++made_; }
   bool step() {
     if (events_.empty()) return false;
     auto event = events_.extract(events_.begin());
@@ -45,14 +48,9 @@ class ProcessTiming final : public Timing {
   std::unique_ptr<Alarm> alarm() override { return std::make_unique<ProcessAlarm>(*this); }
 
   void later(int64_t ms, std::function<void()> work) {
-    clock_.at(clock_.now() + ms, [this, alive = alive_, work = std::move(work)]() mutable {
-      if (!*alive) return;
-      if (clock_.now() < stalled_until_) return later(stalled_until_ - clock_.now(), std::move(work));
-      work();
-      if (*alive && after_each_) after_each_();
-    });
+    at(clock_.now() + ms, clock_.next_number(), std::move(work));
   }
-  void stall(int64_t ms) { stalled_until_ = clock_.now() + ms; }
+  void stall(int64_t ms) { stalled_until_ = std::max(stalled_until_, clock_.now() + ms); }
   int64_t stalled_until() const { return stalled_until_; }
   void after_each(std::function<void()> what) { after_each_ = std::move(what); }
   Clockwork& clock() { return clock_; }
@@ -77,6 +75,16 @@ class ProcessTiming final : public Timing {
     ProcessTiming& timing_;
     std::shared_ptr<bool> set_;
   };
+
+  // What waits for the end of a stall keeps its order.
+  void at(int64_t when, uint64_t number, std::function<void()> work) {
+    clock_.at(when, number, [this, number, alive = alive_, work = std::move(work)]() mutable {
+      if (!*alive) return;
+      if (clock_.now() < stalled_until_) return at(stalled_until_, number, std::move(work));
+      work();
+      if (*alive && after_each_) after_each_();
+    });
+  }
 
   Clockwork& clock_;
   const std::shared_ptr<bool> alive_ = std::make_shared<bool>(true);

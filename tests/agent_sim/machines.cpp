@@ -75,6 +75,7 @@ void World::connect(size_t i, std::function<void(Expected<std::unique_ptr<Link>>
     if (!coordinator_) return done(kiln::fail(ErrorKind::kUnavailable, "nobody listens"));
     const auto wire = std::make_shared<SimWire>(clock_, next_link_++, 1 + static_cast<int64_t>(clock_.draw(40)));
     if (clock_.now() < faults_end_ && clock_.chance(0.3)) wire->twice = 0.1;
+    wire->on_twice = [this] { ++figures_.twice; };
     machines_[i].wire = wire;
     auto end = std::make_unique<SimLink>(wire, 0, process, watch(i));
     auto other = std::make_unique<SimLink>(wire, 1, *coordinator_, LinkWatch{});

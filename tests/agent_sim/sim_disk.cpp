@@ -50,7 +50,10 @@ int SimDisk::sync(int file) {
     errno = mood_ == DiskMood::kDying ? EIO : ENOSPC;
     return -1;
   }
-  if (!lies_) unsynced_.erase(path_of(file));
+  if (lies_) return 0;
+  const std::string path = path_of(file);
+  unsynced_.erase(path);
+  durable_[path] = ::lseek(file, 0, SEEK_END);
   return 0;
 }
 
@@ -72,10 +75,10 @@ size_t SimDisk::power_cut() {
     const off_t end = ::lseek(file, 0, SEEK_END);
     for (const uint64_t block : blocks) {
       const std::string name = text("{} {} {} {}", seed_, cuts_, fs::path(path).filename().string(), block);
-      const off_t at = static_cast<off_t>(block * kBlock);
+      const off_t at = std::max(static_cast<off_t>(block * kBlock), durable_[path]);
       if (at >= end || xxh3(bytes_of(name)) % 3 != 0) continue;
       const std::array<char, kBlock> zeros{};
-      const size_t size = std::min<size_t>(kBlock, static_cast<size_t>(end - at));
+      const size_t size = static_cast<size_t>(std::min(end, static_cast<off_t>((block + 1) * kBlock)) - at);
       KILN_CHECK(::pwrite(file, zeros.data(), size, at) == static_cast<ssize_t>(size));
       ++lost;
     }

@@ -40,6 +40,7 @@ class SimDisk final : public DiskCalls {
   bool lies_ = false;
   uint64_t cuts_ = 0;
   std::map<std::string, std::set<uint64_t>> unsynced_;  // blocks by path
+  std::map<std::string, off_t> durable_;                // bytes by path: files grow at their end only
 };
 
 }  // namespace kiln::sim

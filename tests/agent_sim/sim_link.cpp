@@ -33,6 +33,7 @@ void SimLink::send(const Message& message) {
   if (watch_.on_sent) watch_.on_sent(number(), message);
   const Bytes frame = encode(message);
   const bool twice = std::holds_alternative<Result>(message) && wire_->clock_.chance(wire_->twice);
+  if (twice && wire_->on_twice) wire_->on_twice();
   queued_ += frame.size();
   arrives_ = std::max(arrives_, wire_->clock_.now() + 1 +
                                     static_cast<int64_t>(

@@ -57,6 +57,7 @@ class SimWire : public std::enable_shared_from_this<SimWire> {
   uint64_t number() const { return number_; }
   // Results that the agent sends arrive twice with this probability.
   double twice = 0;
+  std::function<void()> on_twice;
 
  private:
   friend class SimLink;

@@ -270,7 +270,7 @@ std::string World::run() {
     fail(why);
   }
   // What agents hold of ended jobs they let go of.
-  const int64_t rest = clock_.now() + 5000;
+  const int64_t rest = std::max(clock_.now(), faults_end_) + 20000;
   while (failure_.empty() && clock_.now() < rest && clock_.step()) continue;
   for (const Machine& m : machines_)
     if (m.agent && coordinator_ && m.traffic.link && !m.agent->idle() && m.hung == 0)

@@ -31,6 +31,7 @@ class Agent {
     JobFetch fetch;
     std::unordered_set<Digest> awaited;  // chunks being read from disk or requested
     std::string numeric_class;           // once known
+    uint64_t class_told = 0;             // connection on which the coordinator was told it; 0: none
     std::shared_ptr<const Baker> baker;  // when it is ready
     std::unordered_set<Digest> chunks;   // all chunks it needs, when it is ready
     CacheShelf caches;                   // while it is ready
@@ -81,6 +82,7 @@ class Agent {
 
   // agent_units.cpp: units and results.
   void offer();  // reports the current job ready and delivers its kept results
+  void tell_class(KnownJob& job);
   void grant(const KnownJob& job);
   void take_unit(Unit& unit);
   void begin(const KnownJob& job, Unit unit, std::shared_ptr<const SharedCache> cache);

@@ -64,7 +64,7 @@ void Agent::on_class(uint64_t id, const std::string& isa, Expected<std::string> 
   if (!job) return;
   if (!name) return fail_job(id, name.error());
   job->numeric_class = *name;
-  send(JobClass{id, *name});
+  tell_class(*job);
   if (current_ == id && job->baker) offer();
 }
 

@@ -16,12 +16,19 @@ uint64_t bytes_of_result(const Result& result) {
 }  // namespace
 
 void Agent::offer() {
-  if (draining_) return;
+  if (draining_ || current()->class_told != connection_count_) return;
   grant(*current());
   deliver_again(*current_);
 }
 
+void Agent::tell_class(KnownJob& job) {
+  if (welcomed_) job.class_told = connection_count_;
+  send(JobClass{job.spec.id, job.numeric_class});
+}
+
+// Credits before the class break the protocol: after a reconnect they wait until the job is named again.
 void Agent::grant(const KnownJob& job) {
+  if (job.class_told != connection_count_) return;
   Credits credits{job.spec.id, full_ ? 0 : settings_.threads + kPrefetchUnits};
   for (const auto& [key, taken] : taken_)
     if (key.first == job.spec.id && !taken.withdrawn) credits.held.push_back(key.second);
@@ -121,9 +128,9 @@ void Agent::keep(KnownJob& job, const TakenUnit& taken, UnitResult result) {
 
 // After a reconnect, sends the class first: a restarted coordinator does not know it.
 void Agent::deliver_again(uint64_t id) {
-  const KnownJob* job = known(id);
+  KnownJob* job = known(id);
   if (!undelivered_.erase(id) || !job || job->kept.empty()) return;
-  if (current_ != id) send(JobClass{id, job->numeric_class});
+  if (job->class_told != connection_count_) tell_class(*job);
   for (const auto& [unit, result] : job->kept) outbox_.push_back({id, unit});
   pump();
 }

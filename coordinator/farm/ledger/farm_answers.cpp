@@ -182,6 +182,16 @@ void FarmLedger::conclude(JobId id, Job& job, uint64_t unit_id, Unit& unit, int6
   if (unit.queue == Queue::kSecond && job.pending.empty()) serve_all(id, now, out);
 }
 
+// Whose vote its restored answers are is known now: units may have all the votes that they need.
+void FarmLedger::count_again(IdentityId who, int64_t now, Actions& out) {
+  for (auto& [id, job] : jobs_) {
+    const std::vector<uint64_t> order = job.order;
+    for (const uint64_t unit_id : order)
+      if (Unit* unit = find_unit(job, unit_id); unit && voted(*unit, who))
+        conclude(id, job, unit_id, *unit, now, out);
+  }
+}
+
 void FarmLedger::settle(JobId id, Job& job, uint64_t unit_id, Unit& unit, size_t winner, int64_t now,
                         Actions& out) {
   KILN_CHECK(unit.phase == Phase::kOpen && unit.answers[winner].stored);

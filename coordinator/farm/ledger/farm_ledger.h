@@ -238,6 +238,7 @@ class FarmLedger {
   uint64_t lease_of(WorkerId worker, const Unit& unit) const;  // 0: none
   void vote(JobId id, Job& job, uint64_t unit_id, Unit& unit, WorkerId worker, const Digest& digest,
             int64_t now, Actions& out);
+  void count_again(IdentityId who, int64_t now, Actions& out);
   void conclude(JobId id, Job& job, uint64_t unit_id, Unit& unit, int64_t now, Actions& out);
   void settle(JobId id, Job& job, uint64_t unit_id, Unit& unit, size_t winner, int64_t now, Actions& out);
   void dispute(JobId id, Job& job, uint64_t unit_id, Unit& unit, Actions& out);

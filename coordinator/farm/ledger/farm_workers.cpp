@@ -39,6 +39,7 @@ void FarmLedger::join(WorkerId id, const WorkerTraits& traits, int64_t now, Acti
   worker.traits = traits;
   worker.traits.threads = std::max(1u, traits.threads);
   worker.identity = intern(traits.identity);
+  const bool unknown = identities_[worker.identity].voter == kUnknownVoter;
   identities_[worker.identity].voter = intern_voter(traits.voter.empty() ? traits.identity : traits.voter);
   worker.last_heard = worker.charged_until = now;
   forgive_losses(traits.process);
@@ -48,6 +49,7 @@ void FarmLedger::join(WorkerId id, const WorkerTraits& traits, int64_t now, Acti
     return;
   }
   out.push_back(Note{0, text("{} joined with {} threads", traits.name, worker.traits.threads)});
+  if (unknown) count_again(worker.identity, now, out);
   serve(id, now, out);
 }
 
