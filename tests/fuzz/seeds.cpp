@@ -21,6 +21,7 @@
 #include "tests/fuzz/target.h"
 #include "tests/import/gltf_builder.h"
 #include "tests/wire/samples.h"
+#include "worker/agent/recording.h"
 #include "worker/agent/replay.h"
 
 namespace kiln::fuzz {
@@ -52,6 +53,16 @@ void wire_seeds() {
     seed("job", name, write_job(test::sample<JobSpec>(n)));
     seed("result", name, write_result(test::sample<UnitResult>(n)));
   }
+  Bytes recording = write_recording_head();
+  const auto add_record = [&](Recorded kind, uint64_t at_ms, Bytes content) {
+    const Bytes bytes = write_record({kind, at_ms, std::move(content)});
+    recording.insert(recording.end(), bytes.begin(), bytes.end());
+  };
+  add_record(Recorded::kOpened, 0, {});
+  for (const Message& message : test::sample_messages())
+    add_record(message.index() % 2 ? Recorded::kReceived : Recorded::kSent, message.index(), encode(message));
+  add_record(Recorded::kClosed, 100, Bytes(5, std::byte{'x'}));
+  seed("recording", "conversation", recording);
   const Bytes packed = compress(Bytes(5000, std::byte{3}));
   ByteWriter w;
   for (const int byte : {5000 & 255, 5000 >> 8, 0}) w.put(static_cast<uint8_t>(byte));

@@ -6,7 +6,7 @@
 #include "common/base/log.h"
 #include "common/wire/limits.h"
 #include "worker/agent/agent_impl.h"
-#include "worker/agent/socket_environment.h"
+#include "worker/agent/record.h"
 
 namespace kiln {
 namespace {
@@ -205,7 +205,14 @@ void Agent::leave_if_drained() {
 }
 
 Status run_agent(const AgentSettings& settings) {
-  auto environment = std::make_unique<SocketEnvironment>(settings);
+  std::unique_ptr<SocketEnvironment> environment;
+  if (settings.record.empty()) {
+    environment = std::make_unique<SocketEnvironment>(settings);
+  } else {
+    auto recording = std::make_unique<RecordingEnvironment>(settings);
+    KILN_TRY_STATUS(recording->open(settings.record));
+    environment = std::move(recording);
+  }
   auto agent = std::make_unique<Agent>(settings, *environment);
   environment->watch_for_the_end([&](const std::string& reason) { agent->drain(reason); });
   agent->start();
