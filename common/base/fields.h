@@ -9,8 +9,8 @@
 //
 // Bytes are little-endian without padding: numbers as they are; bool and enum as one byte; text and arrays as
 // a u64 count and their elements; a described struct as its fields. `at_most` bounds a text or an array, a
-// text without it has kMaxTextBytes. A field with another form is a struct of references with put(ByteWriter&),
-// get(FieldReader&) and parts(visitor).
+// text without it has kMaxTextBytes. A field with another form is a struct of references with
+// put(ByteWriter&), get(FieldReader&) and parts(visitor).
 #pragma once
 
 #include <algorithm>
@@ -20,7 +20,8 @@
 
 namespace kiln {
 
-constexpr size_t kMaxTextBytes = 4096;  // of a text without a limit of its own; longer ones are cut when written
+constexpr size_t kMaxTextBytes =
+    4096;  // of a text without a limit of its own; longer ones are cut when written
 
 // Enumerators are 0 to kCount - 1. `kName` is for errors: "sampler 7 does not exist in this release".
 template <class E>
@@ -31,7 +32,8 @@ struct EnumField<ErrorKind> {
   static constexpr uint8_t kCount = static_cast<uint8_t>(ErrorKind::kTooShort) + 1;
 };
 
-// A text or array with a limit of its own, in elements. The writer does not cut it: its owner keeps to the limit.
+// A text or array with a limit of its own, in elements. The writer does not cut it: its owner keeps to the
+// limit.
 template <class T>
 struct AtMost {
   T& field;
@@ -46,7 +48,9 @@ struct AnyFields {
   void operator()(auto&&...) {}
 };
 template <class T>
-concept Described = requires(T& m, AnyFields& v) { T::fields(m, v); };
+concept Described = requires(T& m, AnyFields& v) {
+  T::fields(m, v);
+};
 
 template <class T>
 constexpr bool kIsRaw = std::is_integral_v<T> || std::is_floating_point_v<T> || std::is_same_v<T, Digest>;
@@ -115,7 +119,8 @@ class FieldReader {
     } else if constexpr (std::is_enum_v<T>) {
       f = static_cast<T>(take_choice(EnumField<T>::kCount, EnumField<T>::kName));
     } else if constexpr (kIsRaw<T>) {
-      if (const auto bytes = take(sizeof f); bytes.size() == sizeof f) std::memcpy(&f, bytes.data(), sizeof f);
+      if (const auto bytes = take(sizeof f); bytes.size() == sizeof f)
+        std::memcpy(&f, bytes.data(), sizeof f);
     } else if constexpr (Described<T>) {
       T::fields(f, *this);
       if constexpr (requires { f.fault(); })

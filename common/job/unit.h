@@ -77,9 +77,7 @@ struct WorkUnit {
     shape(u, v);
   }
   // What unit_shape() hashes: all but the id.
-  static void shape(auto& u, auto& v) {
-    v(u.first_sample, u.sample_count, u.sites, u.replicate, u.cache);
-  }
+  static void shape(auto& u, auto& v) { v(u.first_sample, u.sample_count, u.sites, u.replicate, u.cache); }
   const char* fault() const { return replicate < kReplicates ? nullptr : "its replicate does not exist"; }
 };
 

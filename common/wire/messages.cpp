@@ -11,7 +11,8 @@ template <class F>
 void for_each_message(F&& f) {
   [&]<size_t... I>(std::index_sequence<I...>) {
     (f.template operator()<std::variant_alternative_t<I, Message>>(), ...);
-  }(std::make_index_sequence<std::variant_size_v<Message>>());
+  }
+  (std::make_index_sequence<std::variant_size_v<Message>>());
 }
 
 constexpr bool numbers_differ() {
@@ -21,7 +22,8 @@ constexpr bool numbers_differ() {
       for (size_t b = 0; b < a; ++b)
         if (all[a] == all[b]) return false;
     return true;
-  }(std::make_index_sequence<std::variant_size_v<Message>>());
+  }
+  (std::make_index_sequence<std::variant_size_v<Message>>());
 }
 static_assert(numbers_differ(), "two messages have one number");
 
@@ -53,9 +55,10 @@ Bytes encode(const Message& message) {
 Expected<Message> decode(const FrameHeader& header, std::span<const std::byte> payload) {
   if (header.type != Refused::kKind.type) {
     if (header.version != kWireVersion)
-      return fail(ErrorKind::kProtocol, text("the peer speaks version {} of the protocol and this program {}: "
-                                             "install the same release on both machines",
-                                             header.version, kWireVersion));
+      return fail(ErrorKind::kProtocol,
+                  text("the peer speaks version {} of the protocol and this program {}: "
+                       "install the same release on both machines",
+                       header.version, kWireVersion));
     if (header.reserved != 0 || header.flags != 0)
       return fail(ErrorKind::kProtocol, "the head of a message is damaged: bytes that are zero are not");
   }

@@ -1,6 +1,6 @@
-// ROOM: add a message: a struct here, with its number, name and fields (common/base/fields.h), and its name in
-// Message. Encoding, limits, checks, seeds for the fuzzer and samples for tests follow; the end that receives
-// it has a handler (Agent::handle, Session::handle), any other peer is told that it is out of place.
+// ROOM: add a message: a struct here, with its number, name and fields (common/base/fields.h), and its name
+// in Message. Encoding, limits, checks, seeds for the fuzzer and samples for tests follow; the end that
+// receives it has a handler (Agent::handle, Session::handle), any other peer is told that it is out of place.
 #pragma once
 
 #include <string>
@@ -14,8 +14,8 @@
 
 namespace kiln {
 
-// What stands in the frame, and the name for people. Numbers are on the wire: append, never renumber. Below 256
-// are control messages, from there data, which may be larger.
+// What stands in the frame, and the name for people. Numbers are on the wire: append, never renumber. Below
+// 256 are control messages, from there data, which may be larger.
 struct MessageKind {
   MessageType type;
   std::string_view name;
@@ -30,7 +30,9 @@ struct Hello {  // w, first
   uint32_t threads = 1;
   std::string isa, engine;
   static constexpr MessageKind kKind{1, "Hello"};
-  static void fields(auto& m, auto& v) { v(m.version, m.token, m.host, m.pid, m.instance, m.threads, m.isa, m.engine); }
+  static void fields(auto& m, auto& v) {
+    v(m.version, m.token, m.host, m.pid, m.instance, m.threads, m.isa, m.engine);
+  }
 };
 struct Welcome {  // c
   uint32_t worker = 0, heartbeat_ms = 0, lease_ms = 0;

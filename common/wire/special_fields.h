@@ -21,7 +21,8 @@ struct RestOfText {
 template <class Text>
 RestOfText(Text&) -> RestOfText<Text>;
 
-// Bytes of a piece of a chunk: u32 size, u8 codec (0 raw, 1 zstd), array. What zstd cannot shrink is sent raw.
+// Bytes of a piece of a chunk: u32 size, u8 codec (0 raw, 1 zstd), array. What zstd cannot shrink is sent
+// raw.
 void put_packed(ByteWriter& w, const Bytes& bytes, bool compress);
 void get_packed(FieldReader& r, Bytes& bytes, bool& compress);
 

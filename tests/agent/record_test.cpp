@@ -106,9 +106,10 @@ TEST(Recording, IsNeverOverwritten) {
 
 Bytes small_recording() {
   Bytes bytes = write_recording_head();
-  for (const RecordedEvent& event :
-       {RecordedEvent{Recorded::kOpened, 0, {}}, {Recorded::kSent, 1, encode(Heartbeat{1, 2, 3})},
-        {Recorded::kReceived, 2, encode(Pace{500})}, {Recorded::kClosed, 3, Bytes(4, std::byte{'x'})}}) {
+  for (const RecordedEvent& event : {RecordedEvent{Recorded::kOpened, 0, {}},
+                                     {Recorded::kSent, 1, encode(Heartbeat{1, 2, 3})},
+                                     {Recorded::kReceived, 2, encode(Pace{500})},
+                                     {Recorded::kClosed, 3, Bytes(4, std::byte{'x'})}}) {
     const Bytes record = write_record(event);
     bytes.insert(bytes.end(), record.begin(), record.end());
   }

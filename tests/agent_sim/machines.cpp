@@ -61,7 +61,8 @@ void World::look_after(size_t i) {
   Machine& m = machines_[i];
   if (!m.agent || !m.agent->end()) return;
   const Status& end = *m.agent->end();
-  if (!end && end.error().kind == ErrorKind::kUsage && end.error().message.find("has run") == std::string::npos &&
+  if (!end && end.error().kind == ErrorKind::kUsage &&
+      end.error().message.find("has run") == std::string::npos &&
       end.error().message.find("hung") == std::string::npos)
     fail(text("{} is refused: {}", m.traits.name, end.error().message));
   clock_.at(clock_.now(), [this, i, agent = m.agent.get()] {
@@ -73,7 +74,8 @@ void World::connect(size_t i, std::function<void(Expected<std::unique_ptr<Link>>
   ProcessTiming& process = machines_[i].environment->process();
   process.later(1 + static_cast<int64_t>(clock_.draw(20)), [this, i, done, &process] {
     if (!coordinator_) return done(kiln::fail(ErrorKind::kUnavailable, "nobody listens"));
-    const auto wire = std::make_shared<SimWire>(clock_, next_link_++, 1 + static_cast<int64_t>(clock_.draw(40)));
+    const auto wire =
+        std::make_shared<SimWire>(clock_, next_link_++, 1 + static_cast<int64_t>(clock_.draw(40)));
     if (clock_.now() < faults_end_ && clock_.chance(0.3)) wire->twice = 0.1;
     wire->on_twice = [this] { ++figures_.twice; };
     machines_[i].wire = wire;
@@ -85,12 +87,13 @@ void World::connect(size_t i, std::function<void(Expected<std::unique_ptr<Link>>
 }
 
 LinkWatch World::watch(size_t i) {
-  return {[this, i](uint64_t link, const Message& message) { on_sent(i, link, message); },
-          [this, i](uint64_t link, const Message& message) { on_delivered(i, link, message); },
-          [this, i](uint64_t, const std::string& reason) {
-            if (reason != "drained" && reason != "a unit hangs")
-              fail(text("{} says that the coordinator broke the protocol: {}", machines_[i].traits.name, reason));
-          }};
+  return {
+      [this, i](uint64_t link, const Message& message) { on_sent(i, link, message); },
+      [this, i](uint64_t link, const Message& message) { on_delivered(i, link, message); },
+      [this, i](uint64_t, const std::string& reason) {
+        if (reason != "drained" && reason != "a unit hangs")
+          fail(text("{} says that the coordinator broke the protocol: {}", machines_[i].traits.name, reason));
+      }};
 }
 
 void World::print(size_t i, const char* arrow, const Message& message) const {
@@ -108,9 +111,10 @@ void World::print(size_t i, const char* arrow, const Message& message) const {
   if (std::holds_alternative<Heartbeat>(message)) return;
   std::visit(
       [&](const auto& m) {
-        std::fprintf(stderr, "%s\n",
-                     text("{:8}  {} {} {} {}", clock_.now(), machines_[i].traits.name, arrow, m.kKind.name, words(m))
-                         .c_str());
+        std::fprintf(
+            stderr, "%s\n",
+            text("{:8}  {} {} {} {}", clock_.now(), machines_[i].traits.name, arrow, m.kKind.name, words(m))
+                .c_str());
       },
       message);
 }
@@ -154,7 +158,8 @@ void World::on_delivered(size_t i, uint64_t link, const Message& message) {
 void World::expect_resent(size_t i, uint64_t link) {
   Machine& m = machines_[i];
   const auto wire = m.wire.lock();
-  if (!m.agent || m.traffic.link != link || !wire || wire->number() != link || wire->broken() || m.agent->end())
+  if (!m.agent || m.traffic.link != link || !wire || wire->number() != link || wire->broken() ||
+      m.agent->end())
     return;
   const int64_t late = m.environment->process().stalled_until() + 2500 - clock_.now();
   if (late > 0 && m.environment->process().stalled_until() > 0)

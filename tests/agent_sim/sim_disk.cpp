@@ -8,10 +8,10 @@
 #include <cerrno>
 #include <vector>
 
+#include "common/base/bytes.h"
 #include "common/base/check.h"
 #include "common/base/format.h"
 #include "common/base/hash.h"
-#include "common/base/bytes.h"
 
 namespace kiln::sim {
 namespace fs = std::filesystem;

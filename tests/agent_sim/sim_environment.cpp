@@ -57,8 +57,7 @@ void SimEnvironment::begin() {
   while (begun_.size() < traits_.threads && !queue_.empty()) {
     BakeTask task = std::move(queue_.front());
     queue_.pop_front();
-    const auto begun =
-        begun_.insert(begun_.end(), {task.unit.job, task.unit.unit.id, timing_.now_ms()});
+    const auto begun = begun_.insert(begun_.end(), {task.unit.job, task.unit.unit.id, timing_.now_ms()});
     const SimHost::Fate fate = host_.fate(task.unit);
     if (fate == SimHost::Fate::kHangs) continue;
     timing_.later(traits_.unit_ms / 2 + some(traits_.unit_ms), [this, begun, fate, task = std::move(task)] {

@@ -24,10 +24,10 @@ struct SimHost {
   std::function<Fate(const Unit&)> fate;
 };
 
-class SimEnvironment final : public Environment {
+class SimEnvironment final : public AgentEnvironment {
  public:
-  SimEnvironment(Clockwork& clock, const AgentSettings& settings, const MachineTraits& traits, uint32_t process,
-                 SimHost host);
+  SimEnvironment(Clockwork& clock, const AgentSettings& settings, const MachineTraits& traits,
+                 uint32_t process, SimHost host);
   ProcessTiming& process() { return timing_; }
 
   Timing& timing() override { return timing_; }
@@ -49,7 +49,9 @@ class SimEnvironment final : public Environment {
 
  private:
   void begin();
-  int64_t some(int64_t ms) { return 1 + static_cast<int64_t>(timing_.clock().draw(static_cast<uint64_t>(ms))); }
+  int64_t some(int64_t ms) {
+    return 1 + static_cast<int64_t>(timing_.clock().draw(static_cast<uint64_t>(ms)));
+  }
 
   ProcessTiming timing_;
   const AgentSettings& settings_;

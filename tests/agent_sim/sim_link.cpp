@@ -35,9 +35,9 @@ void SimLink::send(const Message& message) {
   const bool twice = std::holds_alternative<Result>(message) && wire_->clock_.chance(wire_->twice);
   if (twice && wire_->on_twice) wire_->on_twice();
   queued_ += frame.size();
-  arrives_ = std::max(arrives_, wire_->clock_.now() + 1 +
-                                    static_cast<int64_t>(
-                                        wire_->clock_.draw(static_cast<uint64_t>(wire_->slowest_ms_))));
+  arrives_ = std::max(
+      arrives_, wire_->clock_.now() + 1 +
+                    static_cast<int64_t>(wire_->clock_.draw(static_cast<uint64_t>(wire_->slowest_ms_))));
   // Leaves the queue when it arrives, whoever is there to read it.
   wire_->carry(side_, arrives_, [size = frame.size()](SimLink& self) {
     const bool was_full = self.queued_ >= self.budget_;
@@ -92,10 +92,10 @@ void SimWire::cut(int64_t late_ms) {
   for (SimLink* end : ends_) {
     if (!end) continue;
     const int to = end->side_;
-    end->timing_.later(
-        static_cast<int64_t>(clock_.draw(static_cast<uint64_t>(late_ms))), [wire = shared_from_this(), to] {
-          if (SimLink* still = wire->ends_[to]) still->closed("the connection broke");
-        });
+    end->timing_.later(static_cast<int64_t>(clock_.draw(static_cast<uint64_t>(late_ms))),
+                       [wire = shared_from_this(), to] {
+                         if (SimLink* still = wire->ends_[to]) still->closed("the connection broke");
+                       });
   }
 }
 

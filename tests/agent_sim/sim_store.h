@@ -1,5 +1,6 @@
-// The real store on the simulated disk, in virtual time: what the farm submits is written in order, a group at
-// a time; while the disk refuses, nothing is reported as stored and everything from there on is tried again.
+// The real store on the simulated disk, in virtual time: what the farm submits is written in order, a group
+// at a time; while the disk refuses, nothing is reported as stored and everything from there on is tried
+// again.
 #pragma once
 
 #include <deque>

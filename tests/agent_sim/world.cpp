@@ -104,9 +104,8 @@ void World::start_coordinator() {
   if (!opened) return fail(text("the store does not open: {}", opened.error().message));
   store_ = std::move(*opened);
   coordinator_ = std::make_unique<ProcessTiming>(clock_);
-  results_ = std::make_unique<SimStore>(*store_, *coordinator_, [this](bool on) {
-    server_->hold(on, "the disk refuses");
-  });
+  results_ = std::make_unique<SimStore>(*store_, *coordinator_,
+                                        [this](bool on) { server_->hold(on, "the disk refuses"); });
   server_ = std::make_unique<Server>(*coordinator_, settings_, *results_);
   check_stored();
   for (auto& [id, job] : jobs_) {
@@ -145,7 +144,8 @@ void World::check_stored() {
     if (!store_->job(id) || !jobs_.at(id).ended.empty() || damaged_.count({id, unit}) || lying_) continue;
     const auto stored = store_->read_result(id, unit, digest);
     if (!stored && !rotting_)
-      fail(text("unit {} of job {} was acknowledged and is not on disk: {}", unit, id, stored.error().message));
+      fail(text("unit {} of job {} was acknowledged and is not on disk: {}", unit, id,
+                stored.error().message));
   }
 }
 
@@ -254,7 +254,8 @@ std::string World::run() {
   clock_.at(0, [this] { make_trouble(); });
   const int64_t limit = faults_end_ + 600000;
   const auto all_ended = [&] {
-    return std::all_of(jobs_.begin(), jobs_.end(), [](const auto& entry) { return !entry.second.ended.empty(); });
+    return std::all_of(jobs_.begin(), jobs_.end(),
+                       [](const auto& entry) { return !entry.second.ended.empty(); });
   };
   while (failure_.empty() && clock_.now() < limit && !all_ended() && clock_.step()) continue;
   if (failure_.empty() && !all_ended()) {
@@ -294,7 +295,8 @@ WorldFigures& WorldFigures::operator+=(const WorldFigures& o) {
 std::string WorldFigures::words() const {
   return text(
       "{:.1f} h simulated, {} events, {} results, {} sent again, {} arrived twice, {} workers killed, {} "
-      "drained, {} units hung, {} links cut, {} stalls, {} coordinators killed, {} blocks lost, {} bits rotten, "
+      "drained, {} units hung, {} links cut, {} stalls, {} coordinators killed, {} blocks lost, {} bits "
+      "rotten, "
       "{} writes refused, {} rewinds, {} jobs failed by name",
       static_cast<double>(simulated_ms) / 3.6e6, events, results, resent, twice, kills, drained, hung, cuts,
       stalls, restarts, lost_blocks, rotten, refused_writes, rewinds, failed_jobs);

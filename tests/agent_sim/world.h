@@ -13,7 +13,8 @@ namespace kiln::sim {
 
 struct WorldFigures {
   uint64_t events = 0, kills = 0, restarts = 0, cuts = 0, stalls = 0, results = 0, resent = 0, twice = 0,
-           lost_blocks = 0, rotten = 0, refused_writes = 0, rewinds = 0, hung = 0, drained = 0, failed_jobs = 0;
+           lost_blocks = 0, rotten = 0, refused_writes = 0, rewinds = 0, hung = 0, drained = 0,
+           failed_jobs = 0;
   int64_t simulated_ms = 0;
   WorldFigures& operator+=(const WorldFigures& o);
   std::string words() const;
@@ -47,7 +48,8 @@ class World {
     std::string ended;  // how
   };
   struct Traffic {  // of one agent process, for the promises about it
-    std::map<Key, std::pair<uint64_t, Digest>> kept;  // results sent and not acknowledged: the link, the digest
+    std::map<Key, std::pair<uint64_t, Digest>>
+        kept;                                 // results sent and not acknowledged: the link, the digest
     std::set<std::pair<uint64_t, Key>> sent;  // link, unit; since the unit was last given on it
     uint64_t link = 0;
   };

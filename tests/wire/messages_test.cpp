@@ -76,8 +76,10 @@ TEST(Messages, FieldsKeepTheirValues) {
 
 // What is hashed or stored in data folders keeps its bytes from release to release.
 TEST(Messages, StoredBytesAndDigestsAreThoseOfEarlierReleases) {
-  EXPECT_EQ(sha256(write_result(some_result())).hex(), "b84550880e463c765914fc707b1d9b7e04067e56c8b05c70f2a6c0eccc0e8dd5");
-  EXPECT_EQ(result_digest(some_result()).hex(), "03287cd9101d681268f15b37619693daa6991f8c84e2f6222f65acd48fcd0067");
+  EXPECT_EQ(sha256(write_result(some_result())).hex(),
+            "b84550880e463c765914fc707b1d9b7e04067e56c8b05c70f2a6c0eccc0e8dd5");
+  EXPECT_EQ(result_digest(some_result()).hex(),
+            "03287cd9101d681268f15b37619693daa6991f8c84e2f6222f65acd48fcd0067");
   EXPECT_EQ(unit_shape({9, 64, 32, {1, 2, 3}, 1, some_digest()}), 17838075707943987571u);
 }
 

@@ -16,7 +16,8 @@ inline std::vector<Message> sample_messages(uint64_t seed = 1) {
       for (uint64_t n = 0; n < kSamplesOfAType; ++n) messages.push_back(sample<M>(seed + n));
     };
     (add(static_cast<std::variant_alternative_t<I, Message>*>(nullptr)), ...);
-  }(std::make_index_sequence<std::variant_size_v<Message>>());
+  }
+  (std::make_index_sequence<std::variant_size_v<Message>>());
   return messages;
 }
 

@@ -26,7 +26,7 @@ AgentSettings with_defaults(AgentSettings settings) {
 
 }  // namespace
 
-Agent::Agent(const AgentSettings& settings, Environment& environment)
+Agent::Agent(const AgentSettings& settings, AgentEnvironment& environment)
     : settings_(with_defaults(settings)),
       environment_(environment),
       timing_(environment.timing()),

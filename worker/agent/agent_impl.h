@@ -15,7 +15,7 @@ namespace kiln {
 class Agent {
  public:
   // `environment` outlives it.
-  Agent(const AgentSettings& settings, Environment& environment);
+  Agent(const AgentSettings& settings, AgentEnvironment& environment);
   void start();
   // How it ended, once it has.
   const std::optional<Status>& end() const { return end_; }
@@ -108,7 +108,7 @@ class Agent {
   void stop_waiting(const std::function<bool(const Unit&)>& wanted);
 
   const AgentSettings settings_;
-  Environment& environment_;
+  AgentEnvironment& environment_;
   Timing& timing_;
   const std::unique_ptr<Alarm> retry_, heartbeat_, watch_, drain_limit_;
   std::unique_ptr<Link> connection_;

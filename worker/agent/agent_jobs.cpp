@@ -54,8 +54,8 @@ void Agent::end_job(uint64_t id, const std::string& reason) {
 }
 
 void Agent::classify(uint64_t id, const std::string& isa) {
-  environment_.classify(
-      isa, [this, id, isa](Expected<std::string> name) { on_class(id, isa, std::move(name)); });
+  environment_.classify(isa,
+                        [this, id, isa](Expected<std::string> name) { on_class(id, isa, std::move(name)); });
 }
 
 void Agent::on_class(uint64_t id, const std::string& isa, Expected<std::string> name) {

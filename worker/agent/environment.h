@@ -16,14 +16,15 @@
 
 namespace kiln {
 
-class Environment {
+class AgentEnvironment {
  public:
-  virtual ~Environment() = default;
+  virtual ~AgentEnvironment() = default;
 
   virtual Timing& timing() = 0;
   virtual uint64_t draw() = 0;  // random: for instance numbers and the jitter of pauses, never for results
   virtual Hello hello() = 0;    // of this process, without instance
-  // Calls `done` once, with a link that is not started. A kUsage error ends the agent; others are tried again.
+  // Calls `done` once, with a link that is not started. A kUsage error ends the agent; others are tried
+  // again.
   virtual void connect(std::function<void(Expected<std::unique_ptr<Link>>)> done) = 0;
 
   // The work of other threads.

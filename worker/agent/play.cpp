@@ -159,11 +159,14 @@ void Player::said(const Message& message) {
 
 bool Player::waits(const Message& sent) const {
   if (const auto* r = std::get_if<Result>(&sent)) {
-    return !now_.results.count({r->job, r->result.unit, r->shape}) && !now_.failed.count({r->job, r->result.unit});
+    return !now_.results.count({r->job, r->result.unit, r->shape}) &&
+           !now_.failed.count({r->job, r->result.unit});
   }
   if (const auto* f = std::get_if<UnitFailed>(&sent)) return !now_.answered.count({f->job, f->unit});
-  if (const auto* c = std::get_if<JobClass>(&sent)) return !now_.classes.count(c->job) && !now_.failed_jobs.count(c->job);
-  if (const auto* j = std::get_if<JobFailed>(&sent)) return !now_.failed_jobs.count(j->job) && !ready_.count(j->job);
+  if (const auto* c = std::get_if<JobClass>(&sent))
+    return !now_.classes.count(c->job) && !now_.failed_jobs.count(c->job);
+  if (const auto* j = std::get_if<JobFailed>(&sent))
+    return !now_.failed_jobs.count(j->job) && !ready_.count(j->job);
   if (const auto* credits = std::get_if<Credits>(&sent))
     return !ready_.count(credits->job) && !now_.failed_jobs.count(credits->job);
   if (const auto* request = std::get_if<ChunkRequest>(&sent))
@@ -229,10 +232,12 @@ PlayOutcome Player::outcome() const {
     if (const auto it = now_.classes.find(job); it != now_.classes.end() && it->second != name)
       lines += text("job {}: this machine's numeric class is {}, then {}: digests may differ for that\n", job,
                     it->second, name);
-  const std::string rest = over() ? "" : text("; {} events were not reached", recording_.events.size() - next_);
-  lines += text("played {} messages of {} connections{}{}: {} answers are the same, {} differ, {} are missing\n",
-                told_, connections_, rest, recording_.cut ? " (the recording ends in the middle of a record)" : "",
-                same, differ, missing);
+  const std::string rest =
+      over() ? "" : text("; {} events were not reached", recording_.events.size() - next_);
+  lines +=
+      text("played {} messages of {} connections{}{}: {} answers are the same, {} differ, {} are missing\n",
+           told_, connections_, rest, recording_.cut ? " (the recording ends in the middle of a record)" : "",
+           same, differ, missing);
   return {differ + missing == 0, lines};
 }
 

@@ -9,7 +9,7 @@
 namespace kiln {
 
 struct PlayOutcome {
-  bool same = false;   // every recorded answer was given again, with the same digest
+  bool same = false;  // every recorded answer was given again, with the same digest
   std::string words;  // lines for a person
 };
 

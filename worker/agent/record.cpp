@@ -68,8 +68,9 @@ Expected<std::shared_ptr<Recorder>> Recorder::open(const std::string& file, Timi
                                                    uint64_t max_bytes) {
   std::FILE* opened = std::fopen(file.c_str(), "wbxe");
   if (!opened)
-    return fail(ErrorKind::kUsage, text("cannot record to {}: {}. --record names a file that does not exist yet",
-                                        file, std::strerror(errno)));
+    return fail(ErrorKind::kUsage,
+                text("cannot record to {}: {}. --record names a file that does not exist yet", file,
+                     std::strerror(errno)));
   std::shared_ptr<Recorder> recorder(new Recorder(file, opened, timing, max_bytes));
   recorder->write(write_recording_head());
   return recorder;
@@ -86,7 +87,8 @@ bool Recorder::write(const Bytes& bytes) {
   }
   left_ -= bytes.size();
   // Flushed at once: a crash is what a recording is for.
-  if (std::fwrite(bytes.data(), 1, bytes.size(), file_) == bytes.size() && std::fflush(file_) == 0) return true;
+  if (std::fwrite(bytes.data(), 1, bytes.size(), file_) == bytes.size() && std::fflush(file_) == 0)
+    return true;
   stop(std::strerror(errno));
   return false;
 }

@@ -6,7 +6,7 @@
 namespace kiln {
 namespace {
 
-constexpr uint64_t kMagic = 0x31564e4f434c494b;                                // "KILCONV1"
+constexpr uint64_t kMagic = 0x31564e4f434c494b;                             // "KILCONV1"
 constexpr size_t kMaxBody = 1 + 8 + 8 + kFrameHeaderBytes + kMaxDataBytes;  // of a record
 constexpr size_t kRecordHead = 8;
 
@@ -48,7 +48,8 @@ Expected<Message> message_of(const RecordedEvent& event) {
 Expected<Recording> read_recording(std::span<const std::byte> bytes) {
   ByteReader head(bytes);
   if (head.get<uint64_t>() != kMagic)
-    return fail(ErrorKind::kInvalidInput, "this is no recording of a worker (kiln-worker --record makes one)");
+    return fail(ErrorKind::kInvalidInput,
+                "this is no recording of a worker (kiln-worker --record makes one)");
   Recording recording;
   for (size_t at = sizeof kMagic; at < bytes.size();) {
     ByteReader r(bytes.subspan(at));

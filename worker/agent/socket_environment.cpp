@@ -44,10 +44,9 @@ SocketEnvironment::SocketEnvironment(const AgentSettings& settings)
 void SocketEnvironment::watch_for_the_end(std::function<void(const std::string&)> drain) {
   loop_.on_signals({SIGTERM, SIGINT}, [drain](int) { drain("told to stop by a signal"); });
   if (settings_.preemption.asks())
-    preemption_ =
-        std::make_unique<PreemptionWatch>(settings_.preemption, [this, drain](const std::string& notice) {
-          loop_.post([drain, notice] { drain(notice); });
-        });
+    preemption_ = std::make_unique<PreemptionWatch>(
+        settings_.preemption,
+        [this, drain](const std::string& notice) { loop_.post([drain, notice] { drain(notice); }); });
 }
 
 uint64_t SocketEnvironment::draw() {

@@ -10,7 +10,7 @@
 
 namespace kiln {
 
-class SocketEnvironment : public Environment {
+class SocketEnvironment : public AgentEnvironment {
  public:
   // `settings` outlives it.
   explicit SocketEnvironment(const AgentSettings& settings);
