@@ -66,7 +66,9 @@ def main():
             with open(mutated, "w", encoding="utf-8") as handle:
                 handle.write(pattern_of(text).sub(lambda _: replacement, code))
             compile_line = next(line for line in known if f" -c {os.path.join(source, file)}" in line)
-            words = [w for w in shlex.split(compile_line) if w not in ("-Werror", "-Wall", "-Wextra", "-MD")]
+            # Without what writes the dependencies of the build.
+            compile_line = re.sub(r" -MD -MT \S+ -MF \S+", "", compile_line)
+            words = [w for w in shlex.split(compile_line) if w not in ("-Werror", "-Wall", "-Wextra")]
             words[words.index("-o") + 1] = f"{mutated}.o"
             words[words.index("-c") + 1] = mutated
             subprocess.run([w for w in words if w != "-O2"] + ["-O1", "-w"], check=True, cwd=build)
