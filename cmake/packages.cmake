@@ -43,10 +43,4 @@ endif()
 
 find_package(OpenEXR CONFIG REQUIRED)
 
-find_program(KILN_FLATC flatc)
-kiln_require_header(KILN_FLATBUFFERS_INCLUDE flatbuffers/flatbuffers.h libflatbuffers-dev)
-if(NOT KILN_FLATC)
-  message(FATAL_ERROR "flatc not found: install the Debian package flatbuffers-compiler (./kiln does this)")
-endif()
-
 kiln_require_header(KILN_EIGEN_INCLUDE eigen3/Eigen/Sparse libeigen3-dev)

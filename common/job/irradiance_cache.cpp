@@ -5,16 +5,12 @@
 namespace kiln {
 
 Bytes write_irradiance_cache(const IrradianceCache& cache) {
-  ByteWriter w;
-  w.put_array(cache.irradiance);
-  return w.take();
+  return write_fields(cache);
 }
 
 Expected<IrradianceCache> read_irradiance_cache(std::span<const std::byte> bytes, size_t sites) {
-  ByteReader r(bytes);
-  IrradianceCache cache;
-  cache.irradiance = r.get_array<Vec3>();
-  if (!r.at_end()) return fail(ErrorKind::kInvalidInput, "an irradiance cache is damaged");
+  KILN_TRY(IrradianceCache cache,
+           read_fields<IrradianceCache>(bytes, ErrorKind::kInvalidInput, "blob of an irradiance cache"));
   if (cache.irradiance.size() != sites)
     return fail(ErrorKind::kInvalidInput, text("an irradiance cache is of {} texel sites, the atlas has {}",
                                                cache.irradiance.size(), sites));

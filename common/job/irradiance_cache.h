@@ -9,8 +9,7 @@
 #include <span>
 #include <vector>
 
-#include "common/base/bytes.h"
-#include "common/base/status.h"
+#include "common/base/fields.h"
 #include "common/math/vec.h"
 
 namespace kiln {
@@ -18,6 +17,7 @@ namespace kiln {
 struct IrradianceCache {
   // E at the front's shading normal, R G B by site. A negative first component means unknown.
   std::vector<Vec3> irradiance;
+  static void fields(auto& c, auto& v) { v(c.irradiance); }
 };
 
 // Content-addressed by its bytes like every chunk.

@@ -5,8 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "common/base/bytes.h"
-#include "common/base/hash.h"
+#include "common/base/fields.h"
 #include "common/base/status.h"
 #include "common/math/sequence.h"
 #include "common/math/warp.h"
@@ -17,6 +16,17 @@ namespace kiln {
 // How emissive triangles and the environment image are sampled: by light sampling and paths with MIS, or by
 // one of the two. Other lights have one strategy, which always applies.
 enum class MisMode { kBoth, kLights, kPaths };
+
+template <>
+struct EnumField<Sampler> {
+  static constexpr const char* kName = "sampler";
+  static constexpr uint8_t kCount = kSamplers;
+};
+template <>
+struct EnumField<Falloff> {
+  static constexpr const char* kName = "falloff";
+  static constexpr uint8_t kCount = kFalloffs;
+};
 
 // Settings shared by every unit of a job; sent once. Everything that affects a byte of the result is here or
 // in the unit.
@@ -32,6 +42,12 @@ struct TransportSettings {
   std::string isa = "avx2";  // Embree's kernels: "sse2", "sse4.2", "avx", "avx2", "avx512"
   PrimaryDensity primary = PrimaryDensity::kMixed;  // not sent: tests/bench/convergence.cpp alone changes it
   MisMode mis_mode = MisMode::kBoth;                // not sent: tests/equivalence alone changes it
+  static void fields(auto& t, auto& v) {
+    v(t.basis, t.direct, t.indirect, t.max_bounces, t.seed, t.sampler, t.watertight, t.isa);
+    v(t.quantities.light, t.quantities.direct_apart, t.quantities.all_light, t.quantities.responses);
+    v(t.response.ao_distance, t.response.ao_falloff);
+  }
+  const char* fault() const;
 };
 
 struct JobSpec {
@@ -39,6 +55,7 @@ struct JobSpec {
   Digest scene;  // structure chunk
   Digest atlas;  // atlas chunk
   TransportSettings transport;
+  static void fields(auto& j, auto& v) { v(j.id, j.scene, j.atlas, j.transport); }
 };
 
 Bytes write_job(const JobSpec& job);
@@ -55,6 +72,13 @@ struct WorkUnit {
   std::vector<uint32_t> sites{};  // indices into TexelSites
   uint32_t replicate = 0;         // below kReplicates: selects the random sequence of the samples
   Digest cache{};                 // irradiance cache that paths end at (irradiance_cache.h); zero: none
+  static void fields(auto& u, auto& v) {
+    v(u.id);
+    shape(u, v);
+  }
+  // What unit_shape() hashes: all but the id.
+  static void shape(auto& u, auto& v) { v(u.first_sample, u.sample_count, u.sites, u.replicate, u.cache); }
+  const char* fault() const { return replicate < kReplicates ? nullptr : "its replicate does not exist"; }
 };
 
 // Hash of everything but the id: a result of another shape belongs to another unit. Ids change their meaning
@@ -69,6 +93,17 @@ struct UnitResult {
   uint64_t nonfinite = 0;                              // samples with a contribution dropped: not finite
   uint32_t nonfinite_texel = 0, nonfinite_sample = 0;  // the first such sample, for replay
   double seconds = 0;                                  // of one thread; for the report only
+  static void fields(auto& r, auto& v) {
+    v(r.unit, r.site_count, r.plane_count, r.rays, r.nonfinite, r.nonfinite_texel, r.nonfinite_sample,
+      r.seconds, r.moments);
+  }
+  // What result_digest() hashes: all that must agree when a unit is computed twice.
+  static void agreed(auto& r, auto& v) { v(r.unit, r.site_count, r.plane_count, r.nonfinite, r.moments); }
+  const char* fault() const {
+    return moments.size() == uint64_t{site_count} * plane_count
+               ? nullptr
+               : "its moments are not those of its sites and planes";
+  }
 };
 
 // Serialises a whole result for storage; reading checks sizes.

@@ -14,18 +14,12 @@ uint32_t payload_checksum(std::span<const std::byte> payload) {
 
 }  // namespace
 
-uint32_t payload_cap(MessageType type) {
-  if (type >= MessageType::kHello && type <= MessageType::kLastControl) return kMaxControlBytes;
-  if (type >= MessageType::kChunkPiece && type <= MessageType::kLastData) return kMaxDataBytes;
-  return 0;
-}
-
 Expected<FrameHeader> read_frame_header(std::span<const std::byte, kFrameHeaderBytes> bytes) {
   ByteReader r(bytes);
   const auto magic = r.get<uint16_t>();
   FrameHeader h;
-  h.major = r.get<uint8_t>();
-  h.minor = r.get<uint8_t>();
+  h.version = r.get<uint8_t>();
+  h.reserved = r.get<uint8_t>();
   h.type = static_cast<MessageType>(r.get<uint16_t>());
   h.flags = r.get<uint16_t>();
   h.length = r.get<uint32_t>();
@@ -52,8 +46,8 @@ void seal_frame(MessageType type, Bytes& frame) {
   KILN_CHECK(payload.size() <= payload_cap(type));
   ByteWriter w;
   w.put(kFrameMagic);
-  w.put(kWireMajor);
-  w.put(kWireMinor);
+  w.put(kWireVersion);
+  w.put(uint8_t{0});
   w.put(static_cast<uint16_t>(type));
   w.put(uint16_t{0});
   w.put(static_cast<uint32_t>(payload.size()));

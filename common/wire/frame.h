@@ -1,5 +1,5 @@
 // The frame around every message: 16 bytes, little-endian, the same in every protocol version.
-//   u16 magic  u8 major  u8 minor  u16 type  u16 flags  u32 length  u32 checksum
+//   u16 magic  u8 version  u8 reserved  u16 type  u16 flags  u32 length  u32 checksum
 // `checksum` is the low half of XXH3-64 of the payload: it detects damage, not tampering.
 #pragma once
 
@@ -11,47 +11,22 @@
 
 namespace kiln {
 
-// Numbers are on the wire: append, never renumber. The control and data ranges decide the size cap.
-enum class MessageType : uint16_t {
-  kHello = 1,
-  kWelcome,
-  kRefused,  // raw text in every version, so that any two versions can tell why they disconnect
-  kJob,
-  kJobClass,
-  kJobFailed,
-  kCredits,
-  kChunkRequest,
-  kUnitFailed,
-  kCommitAck,
-  kHeartbeat,
-  kDrain,
-  kGoodbye,
-  kWithdraw,  // from here: minor 1
-  kJobEnded,
-  kPace,
-  kClientHello,
-  kClientWelcome,
-  kLastControl = kClientWelcome,
-  kChunkPiece = 256,
-  kUnit,
-  kResult,
-  kRequest,  // from here: minor 1
-  kReply,
-  kLastData = kReply,
-};
+// A message's number: its `kKind` in messages.h.
+enum class MessageType : uint16_t {};
+constexpr uint16_t kFirstDataType = 256;
 
 constexpr size_t kFrameHeaderBytes = 16;
 constexpr uint16_t kFrameMagic = 0x4c4b;  // "KL"
 
 struct FrameHeader {
-  uint8_t major = 0, minor = 0;
+  uint8_t version = 0, reserved = 0;  // reserved: 0 in this version
   MessageType type{};
   uint16_t flags = 0;  // 0 in this version
   uint32_t length = 0, checksum = 0;
 };
 
-// Fails (kProtocol) on a wrong magic, an unknown type or a length above the type's cap. Any major passes: the
-// handshake refuses it with a message.
+// Fails (kProtocol) on a wrong magic, an unknown type or a length above the type's cap. Any version passes:
+// decode() refuses it in words.
 Expected<FrameHeader> read_frame_header(std::span<const std::byte, kFrameHeaderBytes> bytes);
 Status check_frame_payload(const FrameHeader& header, std::span<const std::byte> payload);
 

@@ -7,15 +7,14 @@
 
 namespace kiln {
 
-// A peer with another major is refused; within a major, features newer than the peer's minor are not used.
-constexpr uint8_t kWireMajor = 1, kWireMinor = 2;
+// A peer of another version is refused in words.
+constexpr uint8_t kWireVersion = 2;
 
 constexpr uint32_t kMaxControlBytes = 64u << 10;  // payload of a control message
 constexpr uint32_t kMaxDataBytes = 16u << 20;     // payload of a data message
 constexpr uint32_t kChunkPieceBytes = 4u << 20;   // of a chunk, uncompressed, in one message
 constexpr uint64_t kMaxChunkBytes = uint64_t{16} << 30;
 constexpr uint32_t kMaxIdsPerRequest = 1024;  // chunk ids in one request: 32 KiB
-constexpr size_t kMaxTextBytes = 4096;        // of any text in a message; longer texts are cut
 constexpr size_t kMaxDocumentBytes = 8u
                                      << 20;  // of the JSON in a request or a reply; longer ones are refused
 

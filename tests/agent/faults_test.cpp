@@ -79,7 +79,7 @@ TEST(StubWorker, BitsFlipOnTheWay) {
 }
 
 TEST(StubWorker, AnotherVersionIsStated) {
-  const StubOptions stub("major=9");
+  const StubOptions stub("version=9");
   RawListener listener;
   WorkerProcess worker(listener.port());
   auto peer = listener.accept();

@@ -70,7 +70,7 @@ TEST(AgentJobs, ResultsOfAnEarlierJobArriveWhileAnotherIsCurrent) {
     auto peer = listener.accept();
     ASSERT_TRUE(peer && make_ready(*peer, first));
     for (const uint64_t id : {1, 2}) peer->send(unit_of(first, id));
-    peer->send(Job{write_job(second.spec)});  // units 1 and 2 are on their way
+    peer->send(Job{second.spec});  // units 1 and 2 are on their way
     bool ready = false;
     std::set<uint64_t> units;
     while (auto message = peer->receive()) {
@@ -158,7 +158,7 @@ TEST(AgentJobs, WithoutRoomASceneWaitsForTheUnitsOfTheOther) {
   auto peer = listener.accept();
   ASSERT_TRUE(peer && make_ready(*peer, first));
   peer->send(unit_of(first, 5));
-  peer->send(Job{write_job(second.spec)});
+  peer->send(Job{second.spec});
   bool delivered = false;
   while (auto message = peer->receive()) {
     if (const auto* request = std::get_if<ChunkRequest>(&*message))
@@ -182,7 +182,7 @@ TEST(AgentJobs, AJobThisMachineCannotDoDoesNotEndTheWorker) {
   WorkerProcess worker(listener.port());
   auto peer = listener.accept();
   ASSERT_TRUE(peer && welcome(*peer));
-  peer->send(Job{write_job(impossible.spec)});
+  peer->send(Job{impossible.spec});
   const auto failed = peer->next<JobFailed>();
   ASSERT_TRUE(failed);
   EXPECT_EQ(failed->job, 77u);
@@ -197,10 +197,10 @@ TEST(AgentJobs, ChunksOfAnAbandonedJobAreNotAnOffence) {
   WorkerProcess worker(listener.port());
   auto peer = listener.accept();
   ASSERT_TRUE(peer && welcome(*peer));
-  peer->send(Job{write_job(first.spec)});
+  peer->send(Job{first.spec});
   const auto request = peer->next<ChunkRequest>();
   ASSERT_TRUE(request);
-  peer->send(Job{write_job(second.spec)});
+  peer->send(Job{second.spec});
   serve_chunks(*peer, first.chunks, *request);
   EXPECT_TRUE(give_job(*peer, second));
 }

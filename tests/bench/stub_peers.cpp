@@ -179,11 +179,9 @@ class Herd {
     Peer& peer = peers_[i];
     if (std::holds_alternative<Welcome>(message)) return on_welcome(peer);
     if (const auto* job = std::get_if<Job>(&message)) {
-      const auto spec = read_job(job->spec);
-      KILN_CHECK(spec);
-      peer.job = spec->id;
-      send(i, JobClass{spec->id, "load"});
-      send(i, Credits{spec->id, plan_.credits, {}});
+      peer.job = job->spec.id;
+      send(i, JobClass{peer.job, "load"});
+      send(i, Credits{peer.job, plan_.credits, {}});
     } else if (auto* unit = std::get_if<kiln::Unit>(&message)) {
       on_unit(i, std::move(*unit));
     } else if (const auto* withdrawn = std::get_if<Withdraw>(&message)) {

@@ -50,7 +50,7 @@ TEST(Agent, ADamagedChunkIsNeverUsed) {
     auto peer = listener.accept();
     ASSERT_TRUE(peer && peer->next<Hello>());
     peer->send(Welcome{1, 100, 1000});
-    peer->send(Job{write_job(job.spec)});
+    peer->send(Job{job.spec});
     const auto request = peer->next<ChunkRequest>();
     ASSERT_TRUE(request);
     Bytes bytes = *job.chunks.find(request->ids[0]);

@@ -127,16 +127,12 @@ struct PeerFarm {
     EXPECT_TRUE(started);
     farm = std::move(*started);
   }
-  RawPeer worker(uint8_t minor) const {
+  RawPeer worker() const {
     RawPeer peer = RawPeer::connect(farm.farm->port());
-    for (const Message& message :
-         {Message(Hello{"0.0.9", "token", "host", 1, 100u + minor, 1, "avx2", "none"}),
-          Message(JobClass{job.spec.id, "class"}), Message(Credits{job.spec.id, 4})}) {
-      Bytes frame = encode(message);
-      frame[3] = std::byte{minor};
-      peer.send_bytes(frame);
-      if (std::holds_alternative<Hello>(message)) EXPECT_TRUE(peer.next<Job>());
-    }
+    peer.send(Hello{"0.0.9", "token", "host", 1, 102, 1, "avx2", "none"});
+    EXPECT_TRUE(peer.next<Job>());
+    peer.send(JobClass{job.spec.id, "class"});
+    peer.send(Credits{job.spec.id, 4});
     return peer;
   }
   static Result answer(const Unit& unit) {
@@ -163,7 +159,7 @@ TEST(FarmCaches, TheOnesOfTheLastPassAreGone) {
       if (!end) problems.push_back(end.error().message);
     }
   });
-  RawPeer peer = place.worker(2);
+  RawPeer peer = place.worker();
   const auto asked = [&](const Digest& id) {
     peer.send(ChunkRequest{{id}, false});
     return peer.next<ChunkPiece>(300).has_value();
@@ -180,34 +176,6 @@ TEST(FarmCaches, TheOnesOfTheLastPassAreGone) {
   EXPECT_TRUE(problems.empty()) << problems.front();
 }
 
-TEST(FarmCaches, AnOlderWorkerBakesWhatItKnowsAndIsRefusedInWordsForTheRest) {
-  PeerFarm place;
-  std::vector<WorkUnit> units = make_units(1, 2);
-  Expected<PassEnd> end = PassEnd::kTimeUp;
-  std::thread conductor([&] {
-    end = place.farm.job->run_pass({units[0]}, 0, {});
-    units[1].replicate = 1;
-    if (end) end = place.farm.job->run_pass({units[1]}, 0, {});
-  });
-  RawPeer old = place.worker(1);
-  const auto unit = old.next<Unit>();
-  ASSERT_TRUE(unit);
-  Bytes frame = encode(PeerFarm::answer(*unit));
-  frame[3] = std::byte{1};
-  old.send_bytes(frame);
-  const auto refused = old.next<Refused>();
-  ASSERT_TRUE(refused);
-  EXPECT_NE(refused->reason.find("0.0.9"), std::string::npos) << refused->reason;
-  EXPECT_NE(refused->reason.find("replicates"), std::string::npos) << refused->reason;
-  RawPeer peer = place.worker(2);
-  const auto second = peer.next<Unit>();
-  ASSERT_TRUE(second);
-  EXPECT_EQ(second->unit.replicate, 1u);
-  peer.send(PeerFarm::answer(*second));
-  conductor.join();
-  expect_complete(end);
-}
-
 TEST(FarmCaches, AnAnswerToWhatANumberStoodForBeforeIsDroppedAndTheUnitIsGivenAnew) {
   PeerFarm place;
   std::vector<WorkUnit> units = make_units(1, 1);
@@ -219,7 +187,7 @@ TEST(FarmCaches, AnAnswerToWhatANumberStoodForBeforeIsDroppedAndTheUnitIsGivenAn
   };
   Expected<PassEnd> end = PassEnd::kTimeUp;
   std::thread conductor([&] { end = place.farm.job->run_pass(units, 0, handlers); });
-  RawPeer peer = place.worker(2);
+  RawPeer peer = place.worker();
   const auto unit = peer.next<Unit>();
   ASSERT_TRUE(unit);
   Unit before = *unit;

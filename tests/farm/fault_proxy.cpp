@@ -15,8 +15,8 @@ FrameHeader header_of(const Bytes& frame) {
 
 void to_coordinator(RawPeer& worker, RawPeer& coordinator, const WireFaults& faults) {
   for (uint32_t n = 1; auto frame = worker.receive_frame(kForever); ++n) {
-    const bool result = header_of(*frame).type == MessageType::kResult;
-    if (faults.major) (*frame)[2] = std::byte(faults.major);
+    const bool result = header_of(*frame).type == Result::kKind.type;
+    if (faults.version) (*frame)[2] = std::byte(faults.version);
     if (faults.flip_every && n % faults.flip_every == 0)
       (*frame)[kFrameHeaderBytes + n % (frame->size() - kFrameHeaderBytes)] ^= std::byte{16};
     for (uint32_t copy = 0; copy < (result ? faults.copies : 1); ++copy) coordinator.send_bytes(*frame);
@@ -27,8 +27,8 @@ void to_coordinator(RawPeer& worker, RawPeer& coordinator, const WireFaults& fau
 void to_worker(RawPeer& coordinator, RawPeer& worker, const WireFaults& faults) {
   while (const auto frame = coordinator.receive_frame(kForever)) {
     const MessageType type = header_of(*frame).type;
-    if (faults.drop_withdraw && type == MessageType::kWithdraw) continue;
-    if (faults.drop_acks && type == MessageType::kCommitAck) continue;
+    if (faults.drop_withdraw && type == Withdraw::kKind.type) continue;
+    if (faults.drop_acks && type == CommitAck::kKind.type) continue;
     worker.send_bytes(*frame);
   }
   worker.shut_down();

@@ -9,7 +9,7 @@ namespace kiln::test {
 struct WireFaults {
   uint32_t copies = 1;         // of each Result
   uint32_t flip_every = 0;     // one bit of every n-th frame to the coordinator
-  uint32_t major = 0;          // of the frames to the coordinator; 0: as they are
+  uint32_t version = 0;        // of the frames to the coordinator; 0: as they are
   bool drop_withdraw = false;  // the worker never hears a Withdraw
   bool drop_acks = false;      // nor a CommitAck
 };

@@ -12,7 +12,7 @@
 //   dir=DIR      folder for marks               first_only=1 all but one process behave (needs dir=)
 // and on the wire (fault_proxy.h; coordinator on loopback, without TLS):
 //   copies=N     sends each result N times      flip=N       flips a bit of every N-th frame
-//   major=N      states another version         deaf=withdraw, deaf=ack  never hears such messages
+//   version=N    states another version         deaf=withdraw, deaf=ack  never hears such messages
 #include <fcntl.h>
 #include <signal.h>
 #include <unistd.h>
@@ -127,11 +127,11 @@ void start_faults() {
     return it == options().end() ? 0u : static_cast<uint32_t>(std::stoul(it->second));
   };
   const auto deaf = options().find("deaf");
-  WireFaults faults{std::max(1u, value("copies")), value("flip"), value("major"),
+  WireFaults faults{std::max(1u, value("copies")), value("flip"), value("version"),
                     deaf != options().end() && deaf->second == "withdraw",
                     deaf != options().end() && deaf->second == "ack"};
   const char* connect = std::getenv("KILN_CONNECT");
-  const bool any = faults.copies > 1 || faults.flip_every || faults.major || deaf != options().end();
+  const bool any = faults.copies > 1 || faults.flip_every || faults.version || deaf != options().end();
   if (!any || !connect) return;
   const auto address = parse_address(connect);
   if (!address) return;

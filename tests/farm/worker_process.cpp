@@ -57,7 +57,7 @@ bool welcome(RawPeer& peer) {
 }
 
 std::optional<Credits> give_job(RawPeer& peer, const TestJob& job, size_t* asked) {
-  peer.send(Job{write_job(job.spec)});
+  peer.send(Job{job.spec});
   const SteadyClock clock;
   const int64_t limit = clock.now_ms() + 5000;  // heartbeats come for ever
   while (auto message = clock.now_ms() < limit ? peer.receive() : std::nullopt) {

@@ -161,18 +161,9 @@ def wrong_token(lab):
     return refused(lab, "wrong token", ["token"], token="guessed")
 
 
-@row("wrong-major", "another protocol major", quick=True)
-def wrong_major(lab):
-    return refused(lab, "major 9", ["protocol", "version"], stub="major=9", through=[])
-
-
-@row("older-minor", "a worker whose frames say minor 0", quick=True)
-def older_minor(lab):
-    farm = FaultFarm(lab)
-    old = lab.worker(lab.host(), farm, through=["--minor", 0])
-    outcome = finish(farm)
-    return f"it works: {outcome['units']} units by it alone" if not old.ended() or old.status(5) == 0 else \
-        f"refused: {old.log()[-200:]}"
+@row("wrong-version", "another version of the protocol", quick=True)
+def wrong_version(lab):
+    return refused(lab, "version 9", ["protocol", "same release"], stub="version=9", through=[])
 
 
 @row("wrong-class", "another numeric class", quick=True)

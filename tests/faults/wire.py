@@ -2,8 +2,8 @@
 
   wire.py forward LEFT RIGHT DELAY_MS LOSS SEED   frames between two devices: each later by the delay, some never
   wire.py whole-packets DEVICE                    no segmentation or checksums by the device: frames are real ones
-  wire.py relay PORT HOST:PORT [--flip-every BYTES] [--minor N] [--seed N]
-        TCP from 127.0.0.1:PORT; flips one bit in about so many bytes, both ways; what the caller sends says minor N
+  wire.py relay PORT HOST:PORT [--flip-every BYTES] [--seed N]
+        TCP from 127.0.0.1:PORT; flips one bit in about so many bytes, both ways
 """
 import argparse
 import array
@@ -80,26 +80,10 @@ class Flipper:
         return bytes(data)
 
 
-def exactly(s, count):
-    data = b""
-    while len(data) < count:
-        piece = s.recv(count - len(data))
-        if not piece:
-            return None
-        data += piece
-    return data
-
-
-def pump(source, target, flipper, minor):
+def pump(source, target, flipper):
     try:
         while True:
-            if minor is None:
-                data = source.recv(65536)
-            else:  # frame by frame: magic, major, minor, type, flags, length, checksum
-                data = exactly(source, 16)
-                if data:
-                    data = data[:3] + bytes([minor]) + data[4:]
-                    data += exactly(source, struct.unpack_from("<I", data, 8)[0]) or b""
+            data = source.recv(65536)
             if not data:
                 break
             target.sendall(flipper.apply(data))
@@ -123,8 +107,8 @@ def relay(options):
         except OSError:
             caller.close()
             continue
-        for source, target, minor in ((caller, called, options.minor), (called, caller, None)):
-            threading.Thread(target=pump, args=(source, target, Flipper(options.flip_every, rng), minor),
+        for source, target in ((caller, called), (called, caller)):
+            threading.Thread(target=pump, args=(source, target, Flipper(options.flip_every, rng)),
                              daemon=True).start()
 
 
@@ -139,7 +123,6 @@ def main():
         parser.add_argument("port", type=int)
         parser.add_argument("to")
         parser.add_argument("--flip-every", type=int, default=0)
-        parser.add_argument("--minor", type=int)
         parser.add_argument("--seed", type=int, default=1)
         relay(parser.parse_args(arguments))
 

@@ -21,6 +21,7 @@
 #include "tests/fuzz/target.h"
 #include "tests/import/gltf_builder.h"
 #include "tests/wire/samples.h"
+#include "worker/agent/recording.h"
 #include "worker/agent/replay.h"
 
 namespace kiln::fuzz {
@@ -47,17 +48,30 @@ void wire_seeds() {
     input.insert(input.end(), frame.begin() + kFrameHeaderBytes, frame.end());
     seed("messages", name, input);
   }
+  for (uint64_t n = 0; n < test::kSamplesOfAType; ++n) {
+    const std::string name = "sample-" + std::to_string(n);
+    seed("job", name, write_job(test::sample<JobSpec>(n)));
+    seed("result", name, write_result(test::sample<UnitResult>(n)));
+  }
+  Bytes recording = write_recording_head();
+  const auto add_record = [&](Recorded kind, uint64_t at_ms, Bytes content) {
+    const Bytes bytes = write_record({kind, at_ms, std::move(content)});
+    recording.insert(recording.end(), bytes.begin(), bytes.end());
+  };
+  add_record(Recorded::kOpened, 0, {});
+  for (const Message& message : test::sample_messages())
+    add_record(message.index() % 2 ? Recorded::kReceived : Recorded::kSent, message.index(), encode(message));
+  add_record(Recorded::kClosed, 100, Bytes(5, std::byte{'x'}));
+  seed("recording", "conversation", recording);
   const Bytes packed = compress(Bytes(5000, std::byte{3}));
   ByteWriter w;
   for (const int byte : {5000 & 255, 5000 >> 8, 0}) w.put(static_cast<uint8_t>(byte));
   Bytes input = w.take();
   input.insert(input.end(), packed.begin(), packed.end());
   seed("decompress", "run", input);
-  seed("job", "plain", write_job({7, {}, {}, {}}));
   UnitResult result;
   result.unit = 9, result.site_count = 2, result.plane_count = 2, result.moments = {1, 2, 3, 4};
   const Bytes payload = write_result(result);
-  seed("result", "plain", payload);
   const auto cache_seed = [](const char* name, const IrradianceCache& cache) {
     ByteWriter sites;
     sites.put(static_cast<uint32_t>(cache.irradiance.size()));

@@ -2,7 +2,7 @@
 
 #include <random>
 
-#include "common/wire/limits.h"
+#include "common/wire/messages.h"
 
 namespace kiln {
 namespace {
@@ -18,24 +18,24 @@ Expected<FrameHeader> head_of(const Bytes& frame) {
 }
 
 TEST(Frame, LayoutIsTheDocumentedOne) {
-  const Bytes f = frame_of(MessageType::kHeartbeat, 5);
-  const uint8_t expected[] = {0x4b, 0x4c, kWireMajor, kWireMinor, 11, 0, 0, 0, 5, 0, 0, 0};
+  const Bytes f = frame_of(Heartbeat::kKind.type, 5);
+  const uint8_t expected[] = {0x4b, 0x4c, kWireVersion, 0, 11, 0, 0, 0, 5, 0, 0, 0};
   EXPECT_EQ(std::memcmp(f.data(), expected, sizeof expected), 0);
 }
 
 TEST(Frame, RoundTrip) {
-  const Bytes f = frame_of(MessageType::kResult, 100000);
+  const Bytes f = frame_of(Result::kKind.type, 100000);
   const auto head = head_of(f);
   ASSERT_TRUE(head);
-  EXPECT_EQ(head->type, MessageType::kResult);
+  EXPECT_EQ(head->type, Result::kKind.type);
   EXPECT_EQ(head->length, 100000u);
   EXPECT_TRUE(check_frame_payload(*head, std::span(f).subspan(kFrameHeaderBytes)));
 }
 
 TEST(Frame, LengthsAboveTheCapAreRefusedBeforeAllocation) {
   for (const auto& [type, cap] :
-       {std::pair(MessageType::kHello, kMaxControlBytes), std::pair(MessageType::kGoodbye, kMaxControlBytes),
-        std::pair(MessageType::kChunkPiece, kMaxDataBytes), std::pair(MessageType::kResult, kMaxDataBytes)})
+       {std::pair(Hello::kKind.type, kMaxControlBytes), std::pair(Goodbye::kKind.type, kMaxControlBytes),
+        std::pair(ChunkPiece::kKind.type, kMaxDataBytes), std::pair(Result::kKind.type, kMaxDataBytes)})
     for (const uint32_t length : {cap, cap + 1, 0xffffffffu}) {
       Bytes f = frame_of(type, 0);
       std::memcpy(f.data() + 8, &length, 4);
@@ -44,12 +44,12 @@ TEST(Frame, LengthsAboveTheCapAreRefusedBeforeAllocation) {
 }
 
 TEST(Frame, WrongMagicAndUnknownTypesAreRefused) {
-  Bytes f = frame_of(MessageType::kHello, 0);
+  Bytes f = frame_of(Hello::kKind.type, 0);
   f[0] = std::byte{'G'};
   EXPECT_FALSE(head_of(f));
-  for (const int type : {0, static_cast<int>(MessageType::kLastControl) + 1, 255,
-                         static_cast<int>(MessageType::kLastData) + 1, 65535}) {
-    f = frame_of(MessageType::kHello, 0);
+  for (const int type : {0, static_cast<int>(ClientWelcome::kKind.type) + 1, 255,
+                         static_cast<int>(Reply::kKind.type) + 1, 65535}) {
+    f = frame_of(Hello::kKind.type, 0);
     const auto value = static_cast<uint16_t>(type);
     std::memcpy(f.data() + 4, &value, 2);
     EXPECT_FALSE(head_of(f)) << type;
@@ -57,7 +57,7 @@ TEST(Frame, WrongMagicAndUnknownTypesAreRefused) {
 }
 
 TEST(Frame, EveryFlippedBitOfAPayloadIsFound) {
-  const Bytes f = frame_of(MessageType::kUnit, 64);
+  const Bytes f = frame_of(Unit::kKind.type, 64);
   const auto head = head_of(f);
   for (size_t bit = 0; bit < 64 * 8; ++bit) {
     Bytes damaged(f.begin() + kFrameHeaderBytes, f.end());

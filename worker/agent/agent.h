@@ -34,6 +34,7 @@ struct AgentSettings {
       uint64_t{256}
       << 20;  // of unacknowledged results: above it the worker requests no units until half is acknowledged
   PreemptionSettings preemption;  // a notice is like SIGTERM
+  std::string record;             // file for the conversation (recording.h); empty: none
   std::string alive_file;         // touched every second; empty: none
   std::string engine;             // ray-tracing library, for the coordinator's records
   // The bake itself. Neither is called before Hello is queued.

@@ -22,11 +22,9 @@ void Agent::feed_waiting() {
   }
   waiting_ = std::move(still);
   if (lacking.empty()) return;
-  if (!disk_) return request(lacking);
-  disk_thread_->add([this, connection = connection_count_, lacking] {
-    std::vector<ChunkBytes> found;
-    for (const Digest& id : lacking) found.push_back(disk_->read(id));
-    loop_.post([this, connection, lacking, found] { on_caches_looked_up(connection, lacking, found); });
+  if (!environment_.has_disk()) return request(lacking);
+  environment_.look_up(lacking, [this, connection = connection_count_, lacking](const auto& found) {
+    on_caches_looked_up(connection, lacking, found);
   });
 }
 

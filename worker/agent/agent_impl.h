@@ -1,41 +1,37 @@
-// Internal to worker/agent. Everything runs on the loop's thread except the bake threads, the threads that
-// prepare a job and the disk cache's thread; those reach the loop by post().
+// Internal to worker/agent. Everything runs on the loop's thread; what others do is the environment's.
 #pragma once
 
 #include <deque>
 #include <map>
 #include <optional>
 #include <set>
-#include <thread>
 
-#include "common/base/clock.h"
-#include "common/wire/listener.h"
-#include "worker/agent/agent.h"
-#include "worker/agent/bake_pool.h"
 #include "worker/agent/cache_shelf.h"
-#include "worker/agent/disk_cache.h"
+#include "worker/agent/environment.h"
 #include "worker/agent/job_fetch.h"
-#include "worker/agent/ready_job.h"
-#include "worker/agent/task_queue.h"
 
 namespace kiln {
 
 class Agent {
  public:
-  explicit Agent(const AgentSettings& settings);
-  Status run();
+  // `environment` outlives it.
+  Agent(const AgentSettings& settings, AgentEnvironment& environment);
+  void start();
+  // How it ended, once it has.
+  const std::optional<Status>& end() const { return end_; }
+  // Finishes running units, hands the others back and ends.
+  void drain(const std::string& reason);
   bool idle() const { return taken_.empty() && !preparing_; }
 
  private:
   // An active job from the coordinator. Several may be ready; the last one received is current.
   struct KnownJob {
-    KnownJob(JobSpec s, Bytes w, const ChunkCache& cache)
-        : spec(std::move(s)), written(std::move(w)), fetch(spec, cache) {}
+    KnownJob(JobSpec s, const ChunkCache& cache) : spec(std::move(s)), fetch(spec, cache) {}
     JobSpec spec;
-    Bytes written;
     JobFetch fetch;
     std::unordered_set<Digest> awaited;  // chunks being read from disk or requested
     std::string numeric_class;           // once known
+    uint64_t class_told = 0;             // connection on which the coordinator was told it; 0: none
     std::shared_ptr<const Baker> baker;  // when it is ready
     std::unordered_set<Digest> chunks;   // all chunks it needs, when it is ready
     CacheShelf caches;                   // while it is ready
@@ -52,9 +48,8 @@ class Agent {
 
   // agent.cpp: the connection.
   void connect();
-  void on_connected(Expected<std::unique_ptr<Connection>> connection);
+  void on_connected(Expected<std::unique_ptr<Link>> link);
   void retry(const std::string& reason);
-  void send_hello();
   void on_frame(const FrameHeader& header, std::span<const std::byte> payload);
   void on_closed(const std::string& reason);
   void handle(Message& message);
@@ -65,7 +60,6 @@ class Agent {
   void send(const Message& message);
   void break_connection(const std::string& reason);  // the coordinator broke the protocol: reconnect
   void finish(Status end);
-  void drain(const std::string& reason);
   void leave_if_drained();
 
   // agent_jobs.cpp: loading and evicting jobs.
@@ -88,6 +82,7 @@ class Agent {
 
   // agent_units.cpp: units and results.
   void offer();  // reports the current job ready and delivers its kept results
+  void tell_class(KnownJob& job);
   void grant(const KnownJob& job);
   void take_unit(Unit& unit);
   void begin(const KnownJob& job, Unit unit, std::shared_ptr<const SharedCache> cache);
@@ -113,20 +108,17 @@ class Agent {
   void stop_waiting(const std::function<bool(const Unit&)>& wanted);
 
   const AgentSettings settings_;
-  SteadyClock clock_;
-  EventLoop loop_;
-  Timer retry_, heartbeat_, watch_, drain_limit_;
-  std::unique_ptr<PreemptionWatch> preemption_;  // posts to the loop: must end first
-  std::unique_ptr<Connection> connection_;
+  AgentEnvironment& environment_;
+  Timing& timing_;
+  const std::unique_ptr<Alarm> retry_, heartbeat_, watch_, drain_limit_;
+  std::unique_ptr<Link> connection_;
   std::optional<Status> end_;
-  std::shared_ptr<const TlsContext> tls_;
   std::optional<Status> leaving_;  // becomes the final status once the queue has been sent
   uint64_t instance_;
   int64_t last_contact_ms_ = 0;
   uint32_t failures_ = 0;          // to connect, in a row
   uint64_t connection_count_ = 0;  // identifies answers to an earlier connection
   uint32_t heartbeat_ms_ = 1000, beats_ = 0;
-  uint8_t peer_minor_ = 0;  // of the coordinator
   bool welcomed_ = false, draining_ = false;
 
   ChunkCache cache_;
@@ -143,10 +135,6 @@ class Agent {
   bool full_ = false;               // kept results exceed the limit: request no units
   std::set<uint64_t> undelivered_;  // jobs with kept results when the connection started
   std::deque<UnitKey> outbox_;
-  std::unique_ptr<DiskCache> disk_;
-  std::unique_ptr<BakePool> pool_;
-  std::unique_ptr<TaskQueue> disk_thread_;
-  std::jthread classifier_, preparer_;
 };
 
 }  // namespace kiln

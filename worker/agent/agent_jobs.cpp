@@ -16,14 +16,13 @@ Agent::KnownJob* Agent::current() {
 }
 
 void Agent::start_job(const Job& message) {
-  auto spec = read_job(message.spec);
-  if (!spec) return break_connection(spec.error().message);
-  const uint64_t id = spec->id;
+  const uint64_t id = message.spec.id;
   const KnownJob* same = known(id);
-  if (same && same->written != message.spec) end_job(id, "another job of this number was given");
+  if (same && write_job(same->spec) != write_job(message.spec))
+    end_job(id, "another job of this number was given");
   current_ = id;
   forget_unready();
-  KnownJob& job = jobs_.try_emplace(id, std::move(*spec), message.spec, cache_).first->second;
+  KnownJob& job = jobs_.try_emplace(id, message.spec, cache_).first->second;
   job.last_use = ++uses_;
   const std::string& isa = job.spec.transport.isa;
   // The class and the chunks do not wait for each other.
@@ -55,10 +54,8 @@ void Agent::end_job(uint64_t id, const std::string& reason) {
 }
 
 void Agent::classify(uint64_t id, const std::string& isa) {
-  classifier_ = std::jthread([this, id, isa] {
-    auto name = settings_.numeric_class(isa);
-    loop_.post([this, id, isa, name = std::move(name)] { on_class(id, isa, name); });
-  });
+  environment_.classify(isa,
+                        [this, id, isa](Expected<std::string> name) { on_class(id, isa, std::move(name)); });
 }
 
 void Agent::on_class(uint64_t id, const std::string& isa, Expected<std::string> name) {
@@ -67,7 +64,7 @@ void Agent::on_class(uint64_t id, const std::string& isa, Expected<std::string> 
   if (!job) return;
   if (!name) return fail_job(id, name.error());
   job->numeric_class = *name;
-  send(JobClass{id, *name});
+  tell_class(*job);
   if (current_ == id && job->baker) offer();
 }
 
@@ -87,12 +84,9 @@ void Agent::fetch() {
   if (!ids) return fail_job(job->spec.id, ids.error());
   if (ids->empty()) return prepare();
   job->awaited.insert(ids->begin(), ids->end());
-  if (!disk_) return request(*ids);
-  disk_thread_->add([this, id = job->spec.id, connection = connection_count_, ids = *ids] {
-    std::vector<ChunkBytes> found;
-    for (const Digest& chunk : ids) found.push_back(disk_->read(chunk));
-    loop_.post([this, id, connection, ids, found] { on_looked_up(id, connection, ids, found); });
-  });
+  if (!environment_.has_disk()) return request(*ids);
+  environment_.look_up(*ids, [this, id = job->spec.id, connection = connection_count_,
+                              ids = *ids](const auto& found) { on_looked_up(id, connection, ids, found); });
 }
 
 void Agent::on_looked_up(uint64_t id, uint64_t connection, const std::vector<Digest>& ids,
@@ -124,7 +118,7 @@ void Agent::on_piece(const ChunkPiece& piece) {
   const auto chunk = cache_.add(piece);
   if (!chunk) return break_connection(chunk.error().message);
   if (!*chunk) return;
-  if (disk_) disk_thread_->add([this, id = piece.id, bytes = *chunk] { disk_->write(id, *bytes); });
+  environment_.store(piece.id, *chunk);
   for (auto& [id, job] : jobs_) job.awaited.erase(piece.id);
   awaited_caches_.erase(piece.id);
   feed_waiting();
@@ -164,11 +158,8 @@ void Agent::prepare() {
   preparing_ = job.spec.id;
   log_info(
       text("making the scene of job {} ready: {} MiB of chunks", job.spec.id, job.fetch.total_bytes() >> 20));
-  preparer_ = std::jthread([this, spec = job.spec, chunks = chunks_of(cache_, job.fetch)]() mutable {
-    auto baker = make_ready_baker(spec, chunks, settings_);
-    chunks.clear();
-    loop_.post([this, id = spec.id, baker = std::move(baker)] { on_prepared(id, baker); });
-  });
+  environment_.prepare(job.spec, chunks_of(cache_, job.fetch),
+                       [this, id = job.spec.id](const auto& baker) { on_prepared(id, baker); });
 }
 
 void Agent::on_prepared(uint64_t id, Expected<std::shared_ptr<const Baker>> baker) {

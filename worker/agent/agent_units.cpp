@@ -1,6 +1,5 @@
 #include <algorithm>
 
-#include "common/base/files.h"
 #include "common/base/format.h"
 #include "common/base/log.h"
 #include "common/wire/limits.h"
@@ -17,12 +16,19 @@ uint64_t bytes_of_result(const Result& result) {
 }  // namespace
 
 void Agent::offer() {
-  if (draining_) return;
+  if (draining_ || current()->class_told != connection_count_) return;
   grant(*current());
   deliver_again(*current_);
 }
 
+void Agent::tell_class(KnownJob& job) {
+  if (welcomed_) job.class_told = connection_count_;
+  send(JobClass{job.spec.id, job.numeric_class});
+}
+
+// Credits before the class break the protocol: after a reconnect they wait until the job is named again.
 void Agent::grant(const KnownJob& job) {
+  if (job.class_told != connection_count_) return;
   Credits credits{job.spec.id, full_ ? 0 : settings_.threads + kPrefetchUnits};
   for (const auto& [key, taken] : taken_)
     if (key.first == job.spec.id && !taken.withdrawn) credits.held.push_back(key.second);
@@ -57,12 +63,14 @@ void Agent::take_unit(Unit& unit) {
 
 void Agent::begin(const KnownJob& job, Unit unit, std::shared_ptr<const SharedCache> cache) {
   BakeTask task{{}, job.baker, std::move(cache), {}, {}};
-  if (disk_) {
-    task.replay_file = disk_->replay_file(unit.job, unit.unit.id).string();
+  if (environment_.has_disk()) {
+    task.replay_file = environment_.replay_file(unit.job, unit.unit.id);
     task.replay = write_replay({job.spec, unit.unit}, {});
   }
   task.unit = std::move(unit);
-  pool_->add(std::move(task));
+  environment_.bake(std::move(task), [this](const Unit& baked, Expected<UnitResult> result) {
+    on_done(baked, std::move(result));
+  });
 }
 
 void Agent::on_done(const Unit& unit, Expected<UnitResult> result) {
@@ -93,15 +101,14 @@ void Agent::report_failure(const UnitKey& key, const TakenUnit& taken, const Err
 
 std::string Agent::keep_replay(const UnitKey& key, const WorkUnit& unit) {
   const KnownJob* job = known(key.first);
-  if (!disk_ || !job) return "";
-  const std::string file = disk_->replay_file(key.first, key.second).string();
+  if (!environment_.has_disk() || !job) return "";
+  const std::string file = environment_.replay_file(key.first, key.second);
   std::unordered_set<Digest> chunks = job->chunks;
   if (unit.cache != Digest{}) chunks.insert(unit.cache);
-  if (const Status s = write_file_atomic(file, write_replay({job->spec, unit}, chunks)); !s) {
+  if (const Status s = environment_.keep_replay(file, write_replay({job->spec, unit}, chunks)); !s) {
     log_warning(s.error().message);
     return "";
   }
-  disk_->shrink_replays();
   return text("kiln-worker --replay {}", file);
 }
 
@@ -121,9 +128,9 @@ void Agent::keep(KnownJob& job, const TakenUnit& taken, UnitResult result) {
 
 // After a reconnect, sends the class first: a restarted coordinator does not know it.
 void Agent::deliver_again(uint64_t id) {
-  const KnownJob* job = known(id);
+  KnownJob* job = known(id);
   if (!undelivered_.erase(id) || !job || job->kept.empty()) return;
-  if (current_ != id) send(JobClass{id, job->numeric_class});
+  if (job->class_told != connection_count_) tell_class(*job);
   for (const auto& [unit, result] : job->kept) outbox_.push_back({id, unit});
   pump();
 }
@@ -137,9 +144,7 @@ void Agent::pump() {
     if (!job || undelivered_.count(id)) continue;  // sent with the others
     const auto it = job->kept.find(unit);
     if (it == job->kept.end()) continue;
-    Result result = it->second;
-    if (peer_minor_ < 2) result.shape = 0;
-    send(std::move(result));
+    send(it->second);
   }
 }
 
@@ -171,7 +176,7 @@ void Agent::withdraw(const Withdraw& withdraw) {
 }
 
 std::vector<Unit> Agent::take_unbegun(const std::function<bool(const Unit&)>& wanted) {
-  std::vector<Unit> units = pool_->take_unbegun(wanted);
+  std::vector<Unit> units = environment_.take_unbegun(wanted);
   std::copy_if(waiting_.begin(), waiting_.end(), std::back_inserter(units), wanted);
   stop_waiting(wanted);
   return units;
@@ -195,8 +200,8 @@ void Agent::settle_credits() {
 
 // Ends the process, because the thread cannot be stopped; the supervisor restarts it.
 void Agent::stop_if_stuck() {
-  const auto oldest = pool_->oldest();
-  if (!oldest || leaving_ || clock_.now_ms() - oldest->at_ms < settings_.unit_limit_ms) return;
+  const auto oldest = environment_.oldest();
+  if (!oldest || leaving_ || timing_.now_ms() - oldest->at_ms < settings_.unit_limit_ms) return;
   const UnitKey key{oldest->job, oldest->unit};
   const auto it = taken_.find(key);
   if (it == taken_.end()) return;  // just finished

@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "common/base/fields.h"
 #include "common/base/files.h"
 #include "common/base/format.h"
 #include "common/base/parallel.h"
@@ -18,6 +19,7 @@ constexpr const char* kHelp = R"(kiln-worker: bakes units of a lightmap for a Ki
 
 usage: kiln-worker --connect HOST:PORT [options]
        kiln-worker --replay FILE
+       kiln-worker --play FILE
        kiln-worker --canary ISA
 
 the coordinator
@@ -54,6 +56,12 @@ this machine
   --replay FILE         bakes the unit in FILE (printed when a unit fails) from
                         the chunks in the cache that contains it, or in
                         --cache; prints digest, rays and seconds, or the error
+  --record FILE         writes all that this worker and its coordinator say to    KILN_RECORD
+                        each other to a new file, for a report of a bug: up
+                        to 1 GiB, scene and results included, tokens not
+  --play FILE           tells this machine what a recording's worker was told,
+                        without a coordinator, and compares the answers:
+                        status 0 if all digests are the same, 1 if not
   --canary ISA          prints this machine's numeric class for the kernels sse2,
                         sse4.2, avx, avx2 or avx512, and the engine
   --version             release and protocol
@@ -62,7 +70,8 @@ this machine
 Variables are at the right; the command line takes precedence. Unless a value is a path, KILN_..._FILE names
 a file that contains it (KILN_TOKEN_FILE, KILN_CONNECT_FILE, KILN_NAME_FILE, ...).
 
-example: KILN_TOKEN=$(ssh render1 cat /etc/kiln/token) kiln-worker --connect render1:7800 --threads 16
+examples: KILN_TOKEN=$(ssh render1 cat /etc/kiln/token) kiln-worker --connect render1:7800 --threads 16
+          kiln-worker --connect render1:7800 --record bug.kilnrec    and elsewhere: kiln-worker --play bug.kilnrec
 
 SIGTERM, SIGINT and notices of preemption: finishes running units, returns the others and exits with status 0.
 exit status: 0 dismissed, 1 failed (no coordinator reachable, a unit hangs), 2 wrong usage or refused by the
@@ -87,7 +96,7 @@ class Table {
   const std::string& operator[](std::string_view name) const;
 
  private:
-  Option options_[20] = {
+  Option options_[22] = {
       {"--connect", "KILN_CONNECT", false},
       {"--token", "KILN_TOKEN", false},  // a command line is readable by everyone on the machine
       {"--token-file", "", true},
@@ -106,6 +115,8 @@ class Table {
       {"--preemption", "KILN_PREEMPTION", false},
       {"--log", "KILN_LOG", false},
       {"--alive-file", "KILN_ALIVE_FILE", true},
+      {"--record", "KILN_RECORD", true},
+      {"--play", "", true},
       {"--replay", "", true},
       {"--canary", "", true},
   };
@@ -208,6 +219,7 @@ Expected<Cloud> cloud_of(const std::string& name) {
 Status read_machine(const Table& table, bool local, AgentSettings& agent) {
   agent.name = table["--name"];
   agent.alive_file = table["--alive-file"];
+  agent.record = table["--record"];
   KILN_TRY(const int64_t threads, number(table, "--threads", 4096, hardware_threads()));
   agent.threads = static_cast<uint32_t>(threads);
   KILN_TRY(const int64_t patience, number(table, "--patience", 1000000, agent.patience_ms / 1000));
@@ -237,7 +249,7 @@ Expected<WorkerOptions> read_worker_options(const std::vector<std::string>& argu
   for (const std::string& argument : arguments) {
     if (argument == "--help" || argument == "-h") options.print = kHelp;
     if (argument == "--version")
-      options.print = text("kiln-worker {}, protocol {}.{}\n", KILN_VERSION, kWireMajor, kWireMinor);
+      options.print = text("kiln-worker {}, protocol {}\n", KILN_VERSION, kWireVersion);
     if (!options.print.empty()) return options;
   }
   Table table;
@@ -252,6 +264,8 @@ Expected<WorkerOptions> read_worker_options(const std::vector<std::string>& argu
     return usage(text("--log is \"{}\": give text or json", form));
   options.canary = table["--canary"];
   if (!options.canary.empty()) return options;
+  options.play = table["--play"];
+  if (!options.play.empty()) return options;
   options.replay = table["--replay"];
   if (!options.replay.empty()) {  // needs no coordinator, and the file lies in the cache it is baked from
     const std::filesystem::path folder = std::filesystem::path(options.replay).parent_path();

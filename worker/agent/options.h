@@ -15,6 +15,7 @@ struct WorkerOptions {
   LogFormat log = LogFormat::kText;
   std::string canary;  // print the numeric class of these kernels
   std::string replay;  // bake the unit in this file and exit
+  std::string play;    // play the recording in this file and exit
   std::string print;   // text to print (--help, --version) before exiting with 0
   int parent = 0;      // process id of the coordinator that started us; 0: none
 };

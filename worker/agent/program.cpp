@@ -10,6 +10,7 @@
 #include "common/base/log.h"
 #include "worker/agent/crash_note.h"
 #include "worker/agent/options.h"
+#include "worker/agent/play.h"
 #include "worker/agent/replay.h"
 
 namespace kiln {
@@ -53,6 +54,12 @@ int worker_main(const std::vector<std::string>& arguments, const std::string& en
     const auto its_class = numeric_class(options->canary);
     return its_class ? print(text("{} {} {}\n", options->canary, *its_class, engine))
                      : say_error(its_class.error());
+  }
+  if (!options->play.empty()) {
+    const auto outcome = run_play(options->play, agent);
+    if (!outcome) return say_error(outcome.error());
+    print(outcome->words);
+    return outcome->same ? 0 : 1;
   }
   if (!options->replay.empty()) {
     const auto words = run_replay(options->replay, agent);

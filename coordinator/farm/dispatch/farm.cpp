@@ -58,8 +58,8 @@ Status FarmImpl::open() {
 
 Status FarmImpl::open_on_loop() {
   timer_.emplace(loop_);
-  server_.emplace(loop_, settings_, *store_);
-  KILN_TRY_STATUS(server_->listen());
+  server_.emplace(*timing_, settings_, *store_);
+  KILN_TRY_STATUS(server_->listen(loop_));
   port_ = server_->port();
   if (settings_.local_workers == 0) return {};
   const bool any = settings_.listen_host == "0.0.0.0" || settings_.listen_host == "::";

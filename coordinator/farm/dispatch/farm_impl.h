@@ -44,6 +44,7 @@ class FarmImpl final : public Farm {
   FarmSettings settings_;
   std::shared_ptr<ResultStore> store_;
   EventLoop loop_;
+  const std::unique_ptr<Timing> timing_ = loop_timing(loop_);
   std::optional<Timer> timer_;
   std::optional<Server> server_;
   std::optional<LocalWorkers> local_;

@@ -16,31 +16,37 @@ constexpr int64_t kRateWindowMs = 60000;
 
 }  // namespace
 
-Server::Server(EventLoop& loop, const FarmSettings& settings, ResultStore& store)
-    : loop_(loop),
+Server::Server(Timing& timing, const FarmSettings& settings, ResultStore& store)
+    : timing_(timing),
       settings_(settings),
       store_(store),
       ledger_(settings.rules),
       alive_(std::make_shared<Alive>()) {
-  alive_->loop = &loop;
+  alive_->timing = &timing;
 }
 
 Server::~Server() {
   const std::lock_guard lock(alive_->mutex);
-  alive_->loop = nullptr;
+  alive_->timing = nullptr;
 }
 
-Status Server::listen() {
+void Server::accept(std::unique_ptr<Link> link) {
+  KILN_CHECK(link != nullptr);
+  auto session = std::make_unique<Session>(timing_, *this, std::move(link));
+  Session& started = *session;
+  sessions_.emplace(&started, std::move(session));
+  started.start();
+}
+
+Status Server::listen(EventLoop& loop) {
   ListenOptions options;
   options.tls = settings_.tls;
   options.admit_strangers = settings_.admit_strangers;
-  const auto accept = [this](std::unique_ptr<Connection> connection) {
-    auto session = std::make_unique<Session>(loop_, *this, std::move(connection), memory_);
-    Session& started = *session;
-    sessions_.emplace(&started, std::move(session));
-    started.start();
+  const auto admit = [this](std::unique_ptr<Connection> connection) {
+    connection->set_limits({memory_, connection->caller()});
+    accept(make_link(std::move(connection)));
   };
-  KILN_TRY(listener_, Listener::open(loop_, settings_.listen_host, settings_.listen_port, accept, options));
+  KILN_TRY(listener_, Listener::open(loop, settings_.listen_host, settings_.listen_port, admit, options));
   return {};
 }
 
@@ -48,7 +54,7 @@ void Server::tick() {
   KILN_CHECK(std::this_thread::get_id() == thread_ && !performing_);
   cut_off_revoked();
   Actions actions;
-  ledger_.tick(clock_.now_ms(), actions);
+  ledger_.tick(timing_.now_ms(), actions);
   perform(std::move(actions));
   for (auto& [id, job] : jobs_) {
     const PassCounts pass = ledger_.pass(id);
@@ -58,7 +64,7 @@ void Server::tick() {
   }
   if (settings_.others_may_come || members_.size() < settings_.local_workers) return;
   for (auto& [id, job] : jobs_) {
-    if (job.port->error() || ledger_.stuck_ms(id, clock_.now_ms()) <= settings_.rules.lease_ms) continue;
+    if (job.port->error() || ledger_.stuck_ms(id, timing_.now_ms()) <= settings_.rules.lease_ms) continue;
     const JobCounts counts = ledger_.counts(id);
     fail_job(
         id,
@@ -91,7 +97,7 @@ const Bytes* Server::chunk(const Digest& id) const {
 
 void Server::on_heard(Session& session) {
   Actions actions;
-  ledger_.heard(session.worker(), clock_.now_ms(), actions);
+  ledger_.heard(session.worker(), timing_.now_ms(), actions);
   perform(std::move(actions));
 }
 
@@ -102,7 +108,7 @@ void Server::on_class(Session& session, const JobClass& message) {
 void Server::on_ready(Session& session, const std::string& numeric_class, const Credits& credits) {
   Actions actions;
   ledger_.ready(session.worker(), credits.job, numeric_class, std::min(credits.units, kMaxCredits),
-                credits.held, clock_.now_ms(), actions);
+                credits.held, timing_.now_ms(), actions);
   perform(std::move(actions));
   const std::string& its_class = ledger_.numeric_class(credits.job);
   if (its_class != numeric_class)
@@ -120,7 +126,7 @@ void Server::fail_if_refused_by_all(JobId job, const std::string& reason) {
 
 void Server::on_job_failed(Session& session, const JobFailed& failed) {
   Actions actions;
-  ledger_.job_refused(session.worker(), failed.job, Error{failed.kind, failed.reason}, clock_.now_ms(),
+  ledger_.job_refused(session.worker(), failed.job, Error{failed.kind, failed.reason}, timing_.now_ms(),
                       actions);
   perform(std::move(actions));
   fail_if_refused_by_all(failed.job, failed.reason);
@@ -151,7 +157,7 @@ void Server::take_result(WorkerId worker, OpenJob& job, Result&& result) {
   const JobId job_id = result.job;
   const uint64_t unit = result.result.unit;
   const WorkUnit* known = job.units ? job.units->find(unit) : nullptr;
-  const int64_t now = clock_.now_ms();
+  const int64_t now = timing_.now_ms();
   Actions actions;
   if (known && result.shape && result.shape != unit_shape(*known)) {
     note(job_id, text("{} answered a version of unit {} from before the job started over: it is ignored",
@@ -191,13 +197,13 @@ void Server::on_unit_failed(Session& session, const UnitFailed& failed) {
   if (const auto member = members_.find(session.worker()); member != members_.end()) ++member->second.failed;
   Actions actions;
   ledger_.unit_failed(session.worker(), failed.job, failed.unit, Error{failed.kind, failed.reason},
-                      clock_.now_ms(), actions);
+                      timing_.now_ms(), actions);
   perform(std::move(actions));
 }
 
 void Server::on_drain(Session& session, const Drain& drain) {
   Actions actions;
-  ledger_.drain(session.worker(), drain.units, clock_.now_ms(), actions);
+  ledger_.drain(session.worker(), drain.units, timing_.now_ms(), actions);
   perform(std::move(actions));
 }
 
@@ -206,7 +212,7 @@ void Server::on_closed(Session& session, bool orderly, const std::string& reason
   if (session_of(worker) == &session) {
     members_.erase(worker);
     Actions actions;
-    ledger_.leave(worker, !orderly, reason, clock_.now_ms(), actions);
+    ledger_.leave(worker, !orderly, reason, timing_.now_ms(), actions);
     perform(std::move(actions));
   } else if (!worker && !orderly) {
     note(0, text("{} went: {}", session.name(), reason));

@@ -10,7 +10,6 @@
 #include <set>
 #include <thread>
 
-#include "common/base/clock.h"
 #include "common/wire/listener.h"
 #include "coordinator/farm/dispatch/farm_port.h"
 #include "coordinator/farm/dispatch/session.h"
@@ -20,9 +19,10 @@ namespace kiln {
 
 class Server final : public SessionHost {
  public:
-  Server(EventLoop& loop, const FarmSettings& settings, ResultStore& store);
+  Server(Timing& timing, const FarmSettings& settings, ResultStore& store);
   ~Server() override;
-  Status listen();
+  Status listen(EventLoop& loop);
+  void accept(std::unique_ptr<Link> link);
   uint16_t port() const { return listener_->port(); }
   size_t connections() const { return sessions_.size(); }
 
@@ -72,7 +72,7 @@ class Server final : public SessionHost {
   // Callbacks of the store outlive the server.
   struct Alive {
     std::mutex mutex;
-    EventLoop* loop;
+    Timing* timing;
   };
 
   // server_admission.cpp
@@ -109,10 +109,9 @@ class Server final : public SessionHost {
   enum class Parting { kRefuse, kCut };
   void expel(WorkerId worker, const std::string& reason, Parting parting = Parting::kRefuse);
 
-  EventLoop& loop_;
+  Timing& timing_;
   const FarmSettings& settings_;
   ResultStore& store_;
-  SteadyClock clock_;
   FarmLedger ledger_;
   std::unique_ptr<Listener> listener_;
   const std::shared_ptr<ReceiveBudget> memory_ = ReceiveBudget::make(kReceiveBytes, kReceiveBytesOfCaller);

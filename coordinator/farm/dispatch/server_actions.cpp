@@ -31,7 +31,7 @@ void Server::carry_out(const Action& action) {
   };
   std::visit(Overloaded{
                  [&](const Assign& a) {
-                   if (const OpenJob* job = find_job(a.job)) tell(a.worker, Job{write_job(job->spec)});
+                   if (const OpenJob* job = find_job(a.job)) tell(a.worker, Job{job->spec});
                  },
                  [&](const Release& a) {
                    tell(a.worker, JobEnded{a.job, a.reason});
@@ -77,14 +77,7 @@ void Server::carry_out(const Action& action) {
 }
 
 void Server::give(WorkerId worker, const kiln::Unit& unit) {
-  Session* session = session_of(worker);
-  if (!session) return;
-  if (needs_minor_2(unit) && session->peer_minor() < 2)
-    return expel(worker,
-                 text("its release {} knows no replicates and irradiance caches of units: install this "
-                      "coordinator's, {}",
-                      session->hello().version, KILN_VERSION));
-  session->send(unit);
+  if (Session* session = session_of(worker)) session->send(unit);
 }
 
 void Server::store(const StoreAnswer& answer) {
@@ -94,18 +87,18 @@ void Server::store(const StoreAnswer& answer) {
   store_.put(answer, it->second, [this, answer, alive = alive_] {
     if (std::this_thread::get_id() == thread_) return on_stored(answer);
     const std::lock_guard lock(alive->mutex);
-    if (alive->loop) alive->loop->post([this, answer] { on_stored(answer); });
+    if (alive->timing) alive->timing->post([this, answer] { on_stored(answer); });
   });
 }
 
 void Server::on_stored(const StoreAnswer& answer) {
   KILN_CHECK(std::this_thread::get_id() == thread_);
   Actions actions;
-  ledger_.stored(answer.job, answer.unit, answer.ticket, clock_.now_ms(), actions);
+  ledger_.stored(answer.job, answer.unit, answer.ticket, timing_.now_ms(), actions);
   perform(std::move(actions));
   // Deliver from memory if this settled it; wait while other actions are queued.
   if (performing_)
-    loop_.post([this, answer] { arrived_.erase({answer.job, answer.unit, answer.digest}); });
+    timing_.post([this, answer] { arrived_.erase({answer.job, answer.unit, answer.digest}); });
   else
     arrived_.erase({answer.job, answer.unit, answer.digest});
 }
@@ -120,7 +113,7 @@ void Server::expel(WorkerId worker, const std::string& reason, Parting parting) 
   members_.erase(worker);
   parting == Parting::kCut ? session->cut(reason) : session->refuse(reason);
   Actions actions;
-  ledger_.leave(worker, false, reason, clock_.now_ms(), actions);
+  ledger_.leave(worker, false, reason, timing_.now_ms(), actions);
   perform(std::move(actions));
 }
 

@@ -69,7 +69,7 @@ Expected<WorkerId> Server::admit(const Hello& hello, Session& session) {
     Session* older = other.session;
     const WorkerId worker = id;
     Actions actions;
-    ledger_.leave(worker, false, "it connected anew", clock_.now_ms(), actions);
+    ledger_.leave(worker, false, "it connected anew", timing_.now_ms(), actions);
     members_.erase(worker);
     older->goodbye("you connected anew");
     perform(std::move(actions));
@@ -93,7 +93,7 @@ void Server::on_admitted(Session& session) {
   traits.owner = member.owner;
   traits.voter = voter_of(member);
   Actions actions;
-  ledger_.join(session.worker(), traits, clock_.now_ms(), actions);
+  ledger_.join(session.worker(), traits, timing_.now_ms(), actions);
   perform(std::move(actions));
 }
 

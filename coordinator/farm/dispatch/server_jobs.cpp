@@ -52,7 +52,7 @@ void Server::close_job(JobId id) {
   if (!find_job(id)) return;
   ended_duplicates_ += ledger_.counts(id).duplicates;
   Actions actions;
-  ledger_.end_job(id, "the job has ended", clock_.now_ms(), actions);
+  ledger_.end_job(id, "the job has ended", timing_.now_ms(), actions);
   perform(std::move(actions));
   std::erase_if(arrived_, [&](const auto& entry) { return std::get<0>(entry.first) == id; });
   for (const auto& [worker, result] : jobs_.at(id).parked) {
@@ -66,7 +66,7 @@ void Server::close_job(JobId id) {
 
 void Server::change_job(JobId id, int32_t priority, bool paused) {
   Actions actions;
-  ledger_.change_job(id, priority, paused, clock_.now_ms(), actions);
+  ledger_.change_job(id, priority, paused, timing_.now_ms(), actions);
   perform(std::move(actions));
 }
 
@@ -91,7 +91,7 @@ void Server::begin_pass(JobId id, std::shared_ptr<const PassUnits> units) {
     plan.push_back({unit.id, unit_shape(unit),
                     static_cast<double>(unit.sites.size()) * static_cast<double>(unit.sample_count)});
   Actions actions;
-  ledger_.begin_pass(id, plan, clock_.now_ms(), actions);
+  ledger_.begin_pass(id, plan, timing_.now_ms(), actions);
   perform(std::move(actions));
   std::vector<std::pair<WorkerId, Result>> parked = std::move(job->parked);
   job->parked.clear();
@@ -109,7 +109,7 @@ void Server::begin_pass(JobId id, std::shared_ptr<const PassUnits> units) {
 
 void Server::end_pass(JobId id) {
   Actions actions;
-  ledger_.abandon_pass(id, clock_.now_ms(), actions);
+  ledger_.abandon_pass(id, timing_.now_ms(), actions);
   perform(std::move(actions));
 }
 
@@ -129,7 +129,7 @@ void Server::fail_all(const Error& error) {
 void Server::damaged(JobId id, uint64_t unit, const std::string& why) {
   note(id, text("the stored result of unit {} cannot be used and is baked again: {}", unit, why));
   Actions actions;
-  ledger_.damaged(id, unit, clock_.now_ms(), actions);
+  ledger_.damaged(id, unit, timing_.now_ms(), actions);
   perform(std::move(actions));
 }
 
@@ -138,7 +138,7 @@ void Server::hold(bool on, const std::string& reason) {
   if (!on && !held_for_.empty()) note(0, "the store writes again: work goes on");
   held_for_ = on ? reason : "";
   Actions actions;
-  ledger_.hold(on, clock_.now_ms(), actions);
+  ledger_.hold(on, timing_.now_ms(), actions);
   perform(std::move(actions));
 }
 
@@ -159,7 +159,7 @@ FarmStatistics Server::statistics(JobId id) {
 
 FarmStatus Server::status() const {
   FarmStatus status;
-  const int64_t now = clock_.now_ms();
+  const int64_t now = timing_.now_ms();
   for (const auto& [id, member] : members_) {
     const WorkerView view = ledger_.view(id, now);
     WorkerStatus w;
@@ -228,7 +228,7 @@ std::vector<std::string> Server::why_worker(const std::string& number_or_name) c
     const bool meant = number_or_name == std::to_string(id) || member.identity == number_or_name ||
                        (!settings_.tls && member.session->hello().host == number_or_name);
     if (!meant) continue;
-    for (std::string& line : ledger_.why_worker(id, clock_.now_ms())) lines.push_back(std::move(line));
+    for (std::string& line : ledger_.why_worker(id, timing_.now_ms())) lines.push_back(std::move(line));
   }
   if (const std::string* why = ledger_.quarantined_for(number_or_name))
     lines.push_back(text("{} is quarantined and not admitted: {}", number_or_name, *why));

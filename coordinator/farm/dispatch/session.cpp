@@ -13,26 +13,17 @@ constexpr auto kHandShakePatience = std::chrono::seconds(10);
 constexpr size_t kMaxWanted = 1u << 17;  // chunk ids queued for one worker
 constexpr size_t kMaxJobClasses = 1u << 12;
 
-bool of_minor_1(const Message& message) {
-  return std::holds_alternative<Withdraw>(message) || std::holds_alternative<JobEnded>(message) ||
-         std::holds_alternative<Pace>(message);
-}
-
 }  // namespace
 
-Session::Session(EventLoop& loop, SessionHost& host, std::unique_ptr<Connection> connection,
-                 std::shared_ptr<ReceiveBudget> memory)
+Session::Session(Timing& timing, SessionHost& host, std::unique_ptr<Link> link)
     : host_(host),
-      connection_(std::move(connection)),
-      patience_(loop),
+      connection_(std::move(link)),
+      patience_(timing.alarm()),
       peer_(connection_->peer()),
-      name_(peer_) {
-  KILN_CHECK(memory != nullptr);
-  connection_->set_limits({std::move(memory), connection_->caller()});
-}
+      name_(peer_) {}
 
 void Session::start() {
-  patience_.after(kHandShakePatience, [this] { refuse("no Hello came within 10 s"); });
+  patience_->after(kHandShakePatience, [this] { refuse("no Hello came within 10 s"); });
   Connection::Handlers handlers;
   handlers.on_frame = [this](const FrameHeader& h, std::span<const std::byte> p) { on_frame(h, p); };
   handlers.on_room = [this] {
@@ -47,7 +38,6 @@ void Session::start() {
 
 void Session::send(const Message& message) {
   if (host_.cut_off(*this)) return;
-  if (peer_minor_ == 0 && of_minor_1(message)) return;
   connection_->send(message);
 }
 
@@ -72,11 +62,10 @@ void Session::goodbye(const std::string& reason) {
 void Session::on_frame(const FrameHeader& header, std::span<const std::byte> payload) {
   if (host_.cut_off(*this)) return;
   const bool known = worker_ || talk_;
-  if (!known && header.type != MessageType::kHello && header.type != MessageType::kClientHello)
+  if (!known && header.type != Hello::kKind.type && header.type != ClientHello::kKind.type)
     return refuse("the first message must be a Hello");
   auto message = decode(header, payload);
   if (!message) return refuse(message.error().message);
-  peer_minor_ = header.minor;
   if (talk_) {
     expect_client();
     return handle_client(*message);
@@ -88,7 +77,7 @@ void Session::on_frame(const FrameHeader& header, std::span<const std::byte> pay
 // A client that neither speaks nor is being sent anything gives its place to others. Workers are watched by
 // the ledger.
 void Session::expect_client() {
-  patience_.after(kClientPatience, [this] {
+  patience_->after(kClientPatience, [this] {
     if (connection_->queued_bytes() > 0) return expect_client();  // a slow reader has a deadline of its own
     refuse(text("nothing was asked for {} minutes: connect again", kClientPatience.count() / 60'000));
   });
@@ -109,8 +98,6 @@ void Session::handle_client(Message& message) {
 }
 
 void Session::handle(Message& message) {
-  const auto out_of_place = [this](const auto&) { refuse("a message that only a coordinator sends"); };
-  const auto of_client = [this](const auto&) { refuse("a message that workers do not send"); };
   std::visit(
       Overloaded{
           [this](Hello& m) { greet(m); },
@@ -136,17 +123,7 @@ void Session::handle(Message& message) {
             connection_->close_after_writes("goodbye: " + m.reason);
           },
           [this](Refused& m) { connection_->close_after_writes("refused by the worker: " + m.reason); },
-          [&](Welcome& m) { out_of_place(m); },
-          [&](Job& m) { out_of_place(m); },
-          [&](CommitAck& m) { out_of_place(m); },
-          [&](ChunkPiece& m) { out_of_place(m); },
-          [&](Unit& m) { out_of_place(m); },
-          [&](Withdraw& m) { out_of_place(m); },
-          [&](JobEnded& m) { out_of_place(m); },
-          [&](Pace& m) { out_of_place(m); },
-          [&](ClientWelcome& m) { out_of_place(m); },
-          [&](Request& m) { of_client(m); },
-          [&](Reply& m) { out_of_place(m); },
+          [this](auto& m) { refuse(text("a {} message, which workers do not send", m.kKind.name)); },
       },
       message);
 }
@@ -162,8 +139,8 @@ void Session::greet(Hello& hello) {
   KILN_CHECK(!talk_);
   const auto admitted = host_.admit(hello, *this);
   if (!admitted) return refuse(admitted.error().message);
-  patience_.cancel();
-  connection_->accept_data();
+  patience_->cancel();
+  connection_->accept_data(kMaxDataBytes);
   hello_ = std::move(hello);
   hello_.token.clear();
   worker_ = *admitted;

@@ -7,8 +7,8 @@
 #include <memory>
 
 #include "common/scene/prepared.h"
-#include "common/wire/connection.h"
-#include "common/wire/event_loop.h"
+#include "common/wire/link.h"
+#include "common/wire/timing.h"
 #include "coordinator/farm/dispatch/client_talk.h"
 #include "coordinator/farm/ledger/rules.h"
 
@@ -42,10 +42,8 @@ class SessionHost {
 
 class Session final : public ClientLink {
  public:
-  Session(EventLoop& loop, SessionHost& host, std::unique_ptr<Connection> connection,
-          std::shared_ptr<ReceiveBudget> memory);
+  Session(Timing& timing, SessionHost& host, std::unique_ptr<Link> link);
   void start();
-  // Does not send messages that the peer's minor lacks.
   void send(const Message& message) override;
   size_t queued_bytes() const override { return connection_->queued_bytes(); }
   const std::string& peer() const override { return peer_; }
@@ -57,7 +55,6 @@ class Session final : public ClientLink {
   WorkerId worker() const { return worker_; }  // 0: not a worker, or before the handshake
   bool is_client() const { return talk_ != nullptr; }
   const std::string& name() const { return name_; }
-  uint8_t peer_minor() const { return peer_minor_; }
   const Hello& hello() const { return hello_; }  // without its token
   const PeerIdentity& identity() const { return connection_->peer_identity(); }
   std::string caller() const { return connection_->caller(); }
@@ -75,11 +72,10 @@ class Session final : public ClientLink {
   void serve_chunks();
 
   SessionHost& host_;
-  std::unique_ptr<Connection> connection_;
-  Timer patience_;  // for the Hello, then for a client's next message
+  std::unique_ptr<Link> connection_;
+  const std::unique_ptr<Alarm> patience_;  // for the Hello, then for a client's next message
   Hello hello_;
   WorkerId worker_ = 0;
-  uint8_t peer_minor_ = 0;
   std::string peer_, name_;
   std::map<uint64_t, std::string> classes_;  // by job
   bool orderly_ = false, cut_ = false;

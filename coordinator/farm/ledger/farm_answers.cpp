@@ -174,6 +174,18 @@ void FarmLedger::conclude(const UnitRef& unit, int64_t now, Actions& out) {
   if (unit->queue == Queue::kSecond && unit.job().pending.empty()) serve_all(unit.job_id(), now, out);
 }
 
+// Whose vote its restored answers are is known now: units may have all the votes that they need.
+void FarmLedger::count_again(IdentityId who, int64_t now, Actions& out) {
+  std::vector<JobId> jobs;
+  for (const auto& [id, job] : units_.jobs()) jobs.push_back(id);
+  for (const JobId id : jobs) {
+    const std::vector<uint64_t> order = units_.at(id).order;
+    for (const uint64_t unit_id : order)
+      if (const UnitRef unit = units_.find(id, unit_id); unit && units_.voted(*unit, who))
+        conclude(unit, now, out);
+  }
+}
+
 void FarmLedger::settle(const UnitRef& unit, size_t winner, int64_t now, Actions& out) {
   const std::vector<Answer> answers = units_.settle(unit, winner);
   const Answer& result = answers[winner];

@@ -136,6 +136,7 @@ class FarmLedger {
                   Actions& out);
   bool vote_late(const UnitRef& unit, const WorkerRef& worker, const Digest& digest, int64_t now,
                  Actions& out);
+  void count_again(IdentityId who, int64_t now, Actions& out);
   void conclude(const UnitRef& unit, int64_t now, Actions& out);
   void settle(const UnitRef& unit, size_t winner, int64_t now, Actions& out);
   void dispute(const UnitRef& unit, Actions& out);

@@ -27,6 +27,7 @@ bool FarmLedger::is_banned(WorkerId id, JobId job) const {
 void FarmLedger::join(WorkerId id, const WorkerTraits& traits, int64_t now, Actions& out) {
   now = time_.advance(now);
   const IdentityId identity = trust_.intern(traits.identity);
+  const bool unknown = trust_.at(identity).voter == TrustTable::kUnknownVoter;
   trust_.set_voter(identity, traits.voter.empty() ? traits.identity : traits.voter);
   const WorkerRef worker = workers_.add(id, traits, identity, now);
   units_.forgive_losses(traits.process);
@@ -36,6 +37,7 @@ void FarmLedger::join(WorkerId id, const WorkerTraits& traits, int64_t now, Acti
     return;
   }
   out.push_back(Note{0, text("{} joined with {} threads", traits.name, worker->traits.threads)});
+  if (unknown) count_again(identity, now, out);
   serve(id, now, out);
 }
 

@@ -9,7 +9,7 @@ namespace {
 
 Expected<Message> decode_payload(MessageType type, std::span<const std::byte> bytes) {
   const Bytes payload(bytes.begin(), bytes.end());
-  return decode({kWireMajor, kWireMinor, type, 0, static_cast<uint32_t>(payload.size()), 0}, payload);
+  return decode({kWireVersion, 0, type, 0, static_cast<uint32_t>(payload.size()), 0}, payload);
 }
 
 }  // namespace
