@@ -103,6 +103,9 @@ void World::start_coordinator() {
   auto opened = Store::open(folder_ / "data", options);
   if (!opened) return fail(text("the store does not open: {}", opened.error().message));
   store_ = std::move(*opened);
+  // Now, not when its writer happens to be idle: a seed decides everything.
+  if (const Status checked = store_->compact(); !checked)
+    return fail(text("the store is damaged: {}", checked.error().message));
   coordinator_ = std::make_unique<ProcessTiming>(clock_);
   results_ = std::make_unique<SimStore>(*store_, *coordinator_,
                                         [this](bool on) { server_->hold(on, "the disk refuses"); });
