@@ -34,7 +34,7 @@ MUTATIONS = [
     ("the store acknowledges before it syncs", f"{QUEUE}/spool.cpp",
      "KILN_TRY_STATUS(file.file.sync(disk_));", ""),
     ("votes of machines that come back are not counted again", f"{LEDGER}/farm_workers.cpp",
-     "if (unknown) count_again(worker.identity, now, out);", ""),
+     "if (unknown) count_again(identity, now, out);", ""),
 ]
 
 

@@ -43,12 +43,14 @@ void SimStore::give(Operation operation) {
   timing_.later(1 + static_cast<int64_t>(timing_.clock().draw(5)), [this] { write(); });
 }
 
-// The store's thread works while this one waits: one thread at a time, so the seed decides everything.
+// The store's thread works while this one waits, and on one operation at a time: how many of several it takes
+// together is a matter of luck, and the seed decides everything.
 void SimStore::write() {
   std::vector<Status> outcomes(queue_.size());
-  for (size_t i = 0; i < queue_.size(); ++i)
+  for (size_t i = 0; i < queue_.size(); ++i) {
     queue_[i].attempt([&outcomes, i](Status status) { outcomes[i] = std::move(status); });
-  (void)store_.flush();
+    (void)store_.flush();
+  }
   std::vector<std::function<void()>> stored;
   size_t done = 0;
   for (; done < outcomes.size(); ++done) {
@@ -67,8 +69,10 @@ void SimStore::write() {
 }
 
 void SimStore::begin_and_die() {
-  for (Operation& operation : queue_) operation.attempt([](Status) {});
-  (void)store_.flush();
+  for (Operation& operation : queue_) {
+    operation.attempt([](Status) {});
+    (void)store_.flush();
+  }
   queue_.clear();
 }
 

@@ -34,7 +34,7 @@ void Server::accept(std::unique_ptr<Link> link) {
   KILN_CHECK(link != nullptr);
   auto session = std::make_unique<Session>(timing_, *this, std::move(link));
   Session& started = *session;
-  sessions_.emplace(&started, std::move(session));
+  sessions_.push_back(std::move(session));
   started.start();
 }
 
@@ -79,7 +79,7 @@ void Server::tick() {
 
 void Server::dismiss_all(const std::string& reason) {
   listener_.reset();
-  for (auto& [key, session] : sessions_) session->goodbye(reason);
+  for (const auto& session : sessions_) session->goodbye(reason);
 }
 
 Session* Server::session_of(WorkerId worker) const {
@@ -217,7 +217,10 @@ void Server::on_closed(Session& session, bool orderly, const std::string& reason
   } else if (!worker && !orderly) {
     note(0, text("{} went: {}", session.name(), reason));
   }
-  KILN_CHECK(sessions_.erase(&session) == 1);
+  const auto it = std::find_if(sessions_.begin(), sessions_.end(),
+                               [&](const auto& other) { return other.get() == &session; });
+  KILN_CHECK(it != sessions_.end());
+  sessions_.erase(it);
 }
 
 }  // namespace kiln

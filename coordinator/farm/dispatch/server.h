@@ -4,6 +4,7 @@
 
 #include <deque>
 #include <functional>
+#include <list>
 #include <map>
 #include <mutex>
 #include <optional>
@@ -115,7 +116,7 @@ class Server final : public SessionHost {
   FarmLedger ledger_;
   std::unique_ptr<Listener> listener_;
   const std::shared_ptr<ReceiveBudget> memory_ = ReceiveBudget::make(kReceiveBytes, kReceiveBytesOfCaller);
-  std::map<Session*, std::unique_ptr<Session>> sessions_;
+  std::list<std::unique_ptr<Session>> sessions_;  // in the order in which they came
   std::map<WorkerId, Member> members_;
   std::map<uint64_t, std::string> expelled_;  // processes and reasons
   std::map<JobId, OpenJob> jobs_;

@@ -101,8 +101,8 @@ Expected<std::unique_ptr<ClientTalk>> Server::admit_client(const ClientHello& he
   if (!settings_.clients.admit)
     return fail(ErrorKind::kUsage, "this coordinator bakes one scene and has no queue");
   const std::string caller = session.caller();
-  const auto its = std::count_if(sessions_.begin(), sessions_.end(), [&](const auto& entry) {
-    return entry.first->is_client() && entry.first->caller() == caller;
+  const auto its = std::count_if(sessions_.begin(), sessions_.end(), [&](const auto& other) {
+    return other->is_client() && other->caller() == caller;
   });
   if (static_cast<size_t>(its) >= kMaxClientsOfCaller)
     return fail(ErrorKind::kUnavailable, text("{} has {} connections already: end some, or try again later",
@@ -140,7 +140,7 @@ void Server::cut_off_revoked() {
   const size_t now = settings_.tls->revocations().serials;
   if (std::exchange(revocations_, now) == now) return;
   std::vector<Session*> all;
-  for (const auto& [key, session] : sessions_) all.push_back(key);
+  for (const auto& session : sessions_) all.push_back(session.get());
   for (Session* session : all) cut_off(*session);
 }
 

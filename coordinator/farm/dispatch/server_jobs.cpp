@@ -211,7 +211,7 @@ FarmStatus Server::status() const {
   }
   status.connections = sessions_.size();
   status.clients = static_cast<uint64_t>(
-      std::count_if(sessions_.begin(), sessions_.end(), [](const auto& s) { return s.second->is_client(); }));
+      std::count_if(sessions_.begin(), sessions_.end(), [](const auto& s) { return s->is_client(); }));
   status.results = results_;
   status.rays = rays_;
   status.duplicates += ended_duplicates_;
