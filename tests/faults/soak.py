@@ -277,7 +277,7 @@ def write_plot(path, lives):
     most = max((p[1] for life in lives for p in life), default=1) * 1.15
 
     def at(minute, mib):
-        return f"{left + minute / last * (width - left - 10):.1f},{height - below - mib / most * (height - below - 10):.1f}"
+        return f"{left + minute / last * (width - left - 10):.1f},{height - below - mib / most * (height - below - 24):.1f}"
 
     step = 10 ** len(str(int(most))) / 20
     lines = [f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" font-family="sans-serif" '
