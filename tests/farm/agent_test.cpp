@@ -192,7 +192,7 @@ TEST(Agent, WrongUsageIsSaid) {
   EXPECT_EQ(run_command(program + " --version").exit_status, 0);
   const auto help = run_command(program + " --help");
   EXPECT_EQ(help.exit_status, 0);
-  EXPECT_NE(help.output.find("example:"), std::string::npos);
+  EXPECT_NE(help.output.find("examples:"), std::string::npos);
 }
 
 }  // namespace
