@@ -1,5 +1,7 @@
 #include "worker/agent/record.h"
 
+#include <fcntl.h>
+
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
@@ -66,7 +68,9 @@ class RecordedLink final : public Link {
 
 Expected<std::shared_ptr<Recorder>> Recorder::open(const std::string& file, Timing& timing,
                                                    uint64_t max_bytes) {
-  std::FILE* opened = std::fopen(file.c_str(), "wbxe");
+  // Scenes and results are in it: it is its owner's alone.
+  const int descriptor = ::open(file.c_str(), O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0600);
+  std::FILE* opened = descriptor < 0 ? nullptr : ::fdopen(descriptor, "wb");
   if (!opened)
     return fail(ErrorKind::kUsage,
                 text("cannot record to {}: {}. --record names a file that does not exist yet", file,

@@ -126,12 +126,8 @@ UnitTable::Purged UnitTable::purge(JobId id, IdentityId who, Actions& out) {
   Purged purged;
   std::vector<Revoke> revoked;
   Job& job = edit(id);
-  Ref ref;
-  ref.job_id_ = id;
-  ref.job_ = &job;
   for (auto& [unit_id, unit] : job.units) {
-    ref.id_ = unit_id;
-    ref.unit_ = &unit;
+    const Ref ref(id, unit_id, job, unit);
     std::erase(unit.blamed, who);  // its failures say nothing about the unit
     const bool alone = unit.phase == Phase::kSettled && !unit.verified;
     if (unit.phase != Phase::kOpen && !alone) continue;

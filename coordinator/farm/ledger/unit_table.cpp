@@ -85,25 +85,16 @@ Verification UnitTable::verification(JobId id) const {
 // Units
 
 UnitTable::Ref UnitTable::find(JobId job_id, uint64_t unit_id) {
-  Ref ref;
   const auto job = jobs_.find(job_id);
-  if (job == jobs_.end()) return ref;
+  if (job == jobs_.end()) return {};
   const auto unit = job->second.units.find(unit_id);
-  if (unit == job->second.units.end()) return ref;
-  ref.job_id_ = job_id;
-  ref.id_ = unit_id;
-  ref.job_ = &job->second;
-  ref.unit_ = &unit->second;
-  return ref;
+  if (unit == job->second.units.end()) return {};
+  return Ref(job_id, unit_id, job->second, unit->second);
 }
 
 UnitTable::Ref UnitTable::find_or_add(JobId job_id, uint64_t unit_id) {
-  Ref ref;
-  ref.job_id_ = job_id;
-  ref.id_ = unit_id;
-  ref.job_ = &edit(job_id);
-  ref.unit_ = &ref.job_->units[unit_id];
-  return ref;
+  Job& job = edit(job_id);
+  return Ref(job_id, unit_id, job, job.units[unit_id]);
 }
 
 void UnitTable::enqueue(const Ref& ref) {
@@ -207,13 +198,8 @@ void UnitTable::abandon_pass(JobId id) {
 
 void UnitTable::reset_passes(JobId id) {
   Job& job = edit(id);
-  Ref ref;
-  ref.job_id_ = id;
-  ref.job_ = &job;
   for (auto& [unit_id, unit] : job.units) {
-    ref.id_ = unit_id;
-    ref.unit_ = &unit;
-    dequeue(ref);
+    dequeue(Ref(id, unit_id, job, unit));
     unit.delivered = unit.disputed = false;
   }
   job.disputes = 0;

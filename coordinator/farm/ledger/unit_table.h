@@ -66,6 +66,7 @@ class UnitTable {
   // A unit of a job. It can be read through this, and changed by the table. Valid until the job ends.
   class Ref {
    public:
+    Ref() = default;
     explicit operator bool() const { return unit_ != nullptr; }
     const Unit* operator->() const { return unit_; }
     const Unit& operator*() const { return *unit_; }
@@ -77,6 +78,8 @@ class UnitTable {
 
    private:
     friend class UnitTable;
+    Ref(JobId job_id, uint64_t id, Job& job, Unit& unit)
+        : job_id_(job_id), id_(id), job_(&job), unit_(&unit) {}
     JobId job_id_ = 0;
     uint64_t id_ = 0;
     Job* job_ = nullptr;
