@@ -83,6 +83,16 @@ TEST(Messages, StoredBytesAndDigestsAreThoseOfEarlierReleases) {
   EXPECT_EQ(unit_shape({9, 64, 32, {1, 2, 3}, 1, some_digest()}), 17838075707943987571u);
 }
 
+TEST(Messages, BytesAfterTheLastFieldAreRefused) {
+  Bytes frame = encode(Heartbeat{1, 2, 3});
+  frame.push_back(std::byte{0});
+  seal_frame(Heartbeat::kKind.type, frame);
+  const auto back = decode_frame(frame);
+  ASSERT_FALSE(back);
+  EXPECT_NE(back.error().message.find("1 bytes follow its last field"), std::string::npos)
+      << back.error().message;
+}
+
 // One wrong value at a time, each refused by its field's own rule.
 TEST(Messages, ValuesOutOfRangeAreRefusedByName) {
   const auto why = [](const Message& message) {
