@@ -154,8 +154,12 @@ TEST(StoreFaults, AnotherJobIsNotHurt) {
   ASSERT_TRUE(commit_now(*store, a, 1));
   ASSERT_TRUE(commit_now(*store, b, 1));
   // One group of both: the writer is kept busy until both are queued.
-  std::promise<void> go;
-  store->put_pass(a, {1, 1}, [&](Status) { go.get_future().wait(); });
+  std::promise<void> busy, go;
+  store->put_pass(a, {1, 1}, [&](Status) {
+    busy.set_value();
+    go.get_future().wait();
+  });
+  busy.get_future().wait();
   std::promise<Status> of_a, of_b;
   const auto payload = std::make_shared<const Bytes>(sample_payload(2, 50));
   store->commit_result(sample_commit(a, 2, *payload), payload, [&](Status s) { of_a.set_value(s); });
