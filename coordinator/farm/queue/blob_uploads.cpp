@@ -190,8 +190,8 @@ void BlobStore::abandon(const Digest& digest) {
   const std::lock_guard lock(mutex_);
   const auto it = uploads_.find(digest);
   if (it == uploads_.end() || it->second.finishing) return;
-  if (it->second.users > 0) --it->second.users;
-  if (it->second.users == 0) uploads_.erase(it);
+  KILN_CHECK(it->second.users > 0);
+  if (--it->second.users == 0) uploads_.erase(it);
 }
 
 size_t BlobStore::drop_idle() {
