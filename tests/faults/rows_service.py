@@ -42,7 +42,7 @@ def kill_at_random(lab, service, job):
         wait_until("results", lambda: service.units_done(job) > min(before, ENDED - 1) or folder.exists(), 60)
         time.sleep(rng.uniform(0, 0.5))
     else:
-        wait_until("the publishing", lambda: folder.exists() or (service.job(job) or {})["state"] == "done", 120)
+        wait_until("the publishing", lambda: folder.exists() or service.units_done(job) == ENDED, 120)
         time.sleep(rng.uniform(0, 0.15))
     service.process.kill()
     return moment
@@ -63,7 +63,7 @@ def coordinator_kill(lab):
         moment = kill_at_random(lab, service, job)
         moments[moment] = moments.get(moment, 0) + 1
         service.start()
-        record = service.job(job)
+        record = service.record(job)
         if record["state"] == "failed":
             if "died" not in record["reason"]:
                 raise Failed(f"job {job} failed: {record['reason']}")
@@ -111,13 +111,15 @@ def with_full_disk(lab, stub, reached):
 
     def reason():
         record = service.job(job)
+        if record is None:
+            return None
         if record["state"] in ("done", "failed", "cancelled"):
             raise Failed(f"the job did not wait: {record['state']}, {record['reason']}")
         return record if "disk" in record["reason"] or "space" in record["reason"] else None
 
     held = wait_until("the reason", reason, 60)
     time.sleep(3)
-    waiting = service.job(job)
+    waiting = service.record(job)
     if waiting["state"] in ("done", "failed", "cancelled"):
         raise Failed(f"the job did not wait: {waiting['state']}, {waiting['reason']}")
     os.remove(data / "filler")
@@ -169,7 +171,7 @@ def disk_full_start(lab):
         return words if status else None
 
     refusal = wait_until("a refusal", refusal, 60)
-    held = wait_until("the reason", lambda: (record := service.job(second))["reason"] and record, 60)
+    held = wait_until("the reason", lambda: (record := service.job(second)) and record["reason"] and record, 60)
     if "cannot be written" not in held["reason"] and "space" not in held["reason"]:
         raise Failed(f"the job's reason is '{held['reason']}'")
     for filler in fillers:

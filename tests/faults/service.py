@@ -133,6 +133,10 @@ class Service:
         status, out, _ = self.kiln("jobs", job, "--json", check=False)
         return json.loads(out) if status == 0 else None
 
+    def record(self, job):
+        """The same of a coordinator that runs: a slow machine may let one question go unanswered."""
+        return wait_until(f"what is known of job {job}", lambda: self.job(job), 60)
+
     def units_done(self, job):
         record = self.job(job)
         if record and record["state"] in ("done", "failed", "cancelled"):
