@@ -19,6 +19,10 @@ std::vector<T> all(const Actions& actions) {
   return found;
 }
 
+inline bool says(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
 inline FarmRules quick_rules() {
   FarmRules rules;
   rules.lease_ms = 1000;
