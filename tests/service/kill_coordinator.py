@@ -75,6 +75,12 @@ try:
                     raise SystemExit(f"seed {seed}: job {job} failed: {state['reason']}")
                 run("retry", job)
                 retries += 1
+            if state["state"] == "queued" and state["paused"]:
+                # The same rule where all units are there and the coordinator dies while it finishes the job.
+                if "failed ten times" not in state["reason"]:
+                    raise SystemExit(f"seed {seed}: job {job} waits: {state['reason']}")
+                run("retry", job)
+                retries += 1
             if kills < a.kills:
                 time.sleep(rng.uniform(0, a.longest))
                 server.send_signal(signal.SIGKILL)
