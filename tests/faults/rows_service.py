@@ -67,7 +67,7 @@ def coordinator_kill(lab):
         if record["state"] == "failed":
             if "died" not in record["reason"]:
                 raise Failed(f"job {job} failed: {record['reason']}")
-            moments["retried after ten deaths in a row"] = 1 + moments.get("retried after three deaths in a row", 0)
+            moments["retried after ten deaths in a row"] = 1 + moments.get("retried after ten deaths in a row", 0)
             service.kiln("retry", job)
         if record["state"] == "queued" and record.get("paused"):
             moments["kept after ten failures to finish"] = 1 + moments.get("kept after ten failures to finish", 0)

@@ -32,11 +32,13 @@ def two_workers(lab, farm, **options):
 
 @row("worker-kill", "worker killed (SIGKILL)", quick=True)
 def worker_kill(lab):
-    farm = FaultFarm(lab)
+    farm = FaultFarm(lab, lease_ms=60000)  # the death is seen by the connection; a slow machine is not silence
     _, workers = two_workers(lab, farm)
     farm.wait_done(lab.rng.randrange(20, 120))
     workers[0].signal(signal.SIGKILL)
     outcome = finish(farm)
+    if outcome["workers_lost"] != 1:
+        raise Failed(f"{outcome['workers_lost']} workers lost")
     return outcome.event("worker-1", "lost")
 
 

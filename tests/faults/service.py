@@ -134,7 +134,7 @@ class Service:
         return json.loads(out) if status == 0 else None
 
     def record(self, job):
-        """The same of a coordinator that runs: a slow machine may let one question go unanswered."""
+        """job() of a running coordinator: asks again, because a slow machine may miss an answer."""
         return wait_until(f"what is known of job {job}", lambda: self.job(job), 60)
 
     def units_done(self, job):

@@ -195,7 +195,7 @@ class Soak:
             self.wrong.append(f"job {job} does not come to an end: {said}")
             del self.open[job]
             return
-        if "submit the scene again" in said:  # the bytes of the scene rotted: does what the job asks for
+        if "submit the scene again" in said:  # a stored input has rotted; a new submission sends it
             self.submit()
         status, _, words = self.service.kiln("retry", job, check=False)
         if status == 0:

@@ -76,7 +76,7 @@ try:
                 run("retry", job)
                 retries += 1
             if state["state"] == "queued" and state["paused"]:
-                # The same rule where all units are there and the coordinator dies while it finishes the job.
+                # The same rule for a job whose units are all baked: ten deaths while it is finished.
                 if "failed ten times" not in state["reason"]:
                     raise SystemExit(f"seed {seed}: job {job} waits: {state['reason']}")
                 run("retry", job)
