@@ -294,7 +294,7 @@ class Refinement {
 
   void take_coarse(uint32_t g, Interpolation& between) {
     if (const uint32_t one = joined_.members(g)[0]; !joined_.is_joined[one]) {
-      std::copy_n(&from_.mean[size_t{g} * planes_], planes_, &out_.mean[size_t{one} * planes_]);
+      std::copy_n(from_.mean.data() + size_t{g} * planes_, planes_, out_.mean.data() + size_t{one} * planes_);
       out_.luminance[one] = from_.luminance[g];
       out_.standard_error[one] = from_.standard_error[g];
       out_.raw_error[one] = from_.raw_error[g];
