@@ -1,5 +1,6 @@
 #include "common/atlas/site_lookup.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace kiln {
@@ -24,6 +25,12 @@ SiteLookup::SiteLookup(const Atlas& atlas, const Scene& scene)
   }
   for (size_t p = 0; p < texel_size_.size(); ++p)
     if (texels[p] > 0) texel_size_[p] = static_cast<float>(std::sqrt(world[p] / texels[p]));
+  for (size_t i = 0; i < atlas.charts_of_instance.size(); ++i) {
+    float least = std::numeric_limits<float>::infinity();
+    for (uint32_t p = atlas.instance_first_chart[i]; p < atlas.instance_first_chart[i + 1]; ++p)
+      least = std::min(least, texel_size_[p]);
+    least_texel_size_.push_back(least);
+  }
 }
 
 SiteLookup::Place SiteLookup::find(uint32_t instance, uint32_t triangle, float b1, float b2) const {
