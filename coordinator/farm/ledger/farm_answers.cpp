@@ -219,11 +219,11 @@ void FarmLedger::stored(JobId id, uint64_t unit_id, uint64_t ticket, int64_t now
   conclude(unit, now, out);
 }
 
-void FarmLedger::blame(const UnitRef& unit, IdentityId who, bool certain, const std::string& reason,
+void FarmLedger::blame(const UnitRef& unit, const WorkerRef& worker, bool certain, const std::string& reason,
                        Actions& out) {
-  if (units_.blame(unit, who, certain))
+  if (units_.blame(unit, {worker->identity, worker->traits.process, certain}))
     give_up(unit,
-            text("unit {} failed {} times, the last time because {}", unit.id(), unit->failures, reason),
+            text("unit {} failed {} times, the last time because {}", unit.id(), unit->failures(), reason),
             out);
 }
 
@@ -254,8 +254,8 @@ void FarmLedger::unit_failed(WorkerId worker_id, JobId job_id, uint64_t unit_id,
         FailJob{job_id, Error{error.kind, text("unit {}: {}", unit_id, error.message)}});  // fails everywhere
     return;
   }
-  workers_.note_failed(worker, unit_id);
-  blame(unit, worker->identity, true, text("{}: {}", worker->traits.name, error.message), out);
+  workers_.note_failed(worker, job_id, unit_id);
+  blame(unit, worker, true, text("{}: {}", worker->traits.name, error.message), out);
   units_.enqueue(unit);
   bench(worker, now, out);
   serve_all(0, now, out);

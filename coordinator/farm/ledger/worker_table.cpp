@@ -86,6 +86,7 @@ void WorkerTable::forget_job(JobId job) {
   for (auto& [id, worker] : workers_) {
     worker.banned.erase(job);
     worker.classes.erase(job);
+    std::erase_if(worker.failed_units, [&](const auto& failed) { return failed.first == job; });
   }
   lacks_.erase(job);
 }
