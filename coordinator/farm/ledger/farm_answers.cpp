@@ -149,7 +149,7 @@ void FarmLedger::dispute(const UnitRef& unit, Actions& out) {
 }
 
 void FarmLedger::conclude(const UnitRef& unit, int64_t now, Actions& out) {
-  if (unit->phase != Phase::kOpen || unit->answers.empty()) return;
+  if (unit->phase != Phase::kOpen) return;
   if (unit->needed == 0) return;  // restored: its pass decides how many votes it needs
   const size_t best = units_.leading(*unit);
   if (units_.votes(unit->answers[best]) >= unit->needed) {
@@ -181,8 +181,7 @@ void FarmLedger::count_again(IdentityId who, int64_t now, Actions& out) {
   for (const JobId id : jobs) {
     const std::vector<uint64_t> order = units_.at(id).order;
     for (const uint64_t unit_id : order)
-      if (const UnitRef unit = units_.find(id, unit_id); unit && units_.voted(*unit, who))
-        conclude(unit, now, out);
+      if (const UnitRef unit = units_.find(id, unit_id); units_.voted(*unit, who)) conclude(unit, now, out);
   }
 }
 

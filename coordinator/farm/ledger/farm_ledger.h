@@ -155,7 +155,7 @@ class FarmLedger {
   bool may_serve(const WorkerTable::Worker& worker, int64_t now) const;
   bool grant_one(const WorkerRef& worker, int64_t now, Actions& out);
   bool grant_more(const WorkerRef& worker, int64_t now, Actions& out);
-  bool grant(const WorkerRef& worker, const UnitRef& unit, int64_t now, Actions& out);
+  void grant(const WorkerRef& worker, const UnitRef& unit, int64_t now, Actions& out);
   void assign(const WorkerRef& worker, JobId job, int64_t now, Actions& out);
   void wake_users();
   void balance(int64_t now);

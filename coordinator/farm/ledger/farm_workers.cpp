@@ -144,7 +144,7 @@ void FarmLedger::revoke_all(const WorkerRef& worker) {
     const uint64_t lease = *worker->leases.all().begin();
     const UnitRef unit = grants_.at(lease).unit;
     grants_.release(lease);
-    if (unit->phase == Phase::kOpen) units_.count(unit.job_id(), &JobCounts::reassigned);
+    units_.count(unit.job_id(), &JobCounts::reassigned);
     units_.enqueue(unit);
   }
 }
@@ -158,7 +158,7 @@ void FarmLedger::lose_units(const WorkerRef& worker, const std::string& reason, 
     const uint64_t lease = *worker->leases.all().begin();
     const UnitRef unit = grants_.at(lease).unit;
     grants_.release(lease);
-    if (unit->phase == Phase::kOpen) units_.count(unit.job_id(), &JobCounts::reassigned);
+    units_.count(unit.job_id(), &JobCounts::reassigned);
     units_.note_loss(unit, {worker->traits.process, worker->identity, now, certain, unit.job_id(), unit.id(),
                             text("{} was lost ({})", worker->traits.name, reason)});
     units_.enqueue(unit);

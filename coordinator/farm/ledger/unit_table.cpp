@@ -233,7 +233,8 @@ uint32_t UnitTable::Unit::failures() const {
 
 bool UnitTable::blame(const Ref& ref, const Blame& blame) {
   Unit& unit = *ref.unit_;
-  if (unit.phase != Phase::kOpen || !unit.answers.empty()) return false;
+  KILN_CHECK(unit.phase == Phase::kOpen);  // a unit that has ended is with nobody
+  if (!unit.answers.empty()) return false;
   dequeue(ref);
   unit.blamed.push_back(blame);
   ref.job_->suspected = true;

@@ -126,7 +126,9 @@ void WorkerTable::note_other_class(JobId job, WorkerId worker, const std::string
 }
 
 void WorkerTable::clear_other_class(JobId job) {
-  if (const auto it = lacks_.find(job); it != lacks_.end()) it->second.other_class.clear();
+  const auto it = lacks_.find(job);
+  KILN_CHECK(it != lacks_.end());
+  it->second.other_class.clear();
 }
 
 std::string WorkerTable::audit() const {

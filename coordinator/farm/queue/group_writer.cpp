@@ -188,7 +188,8 @@ void GroupWriter::write_group(std::vector<Operation>& group) {
 
 void GroupWriter::write_payloads(std::span<Operation> group) {
   Tables tables(database_);
-  // Stored results may be gone when their turn comes: all of them, or those that an earlier operation replaces.
+  // Stored results may be gone when their turn comes: all of them, or those that an earlier operation
+  // replaces.
   bool removed = false;
   std::set<std::pair<JobId, uint64_t>> replaced;
   for (Operation& operation : group) {
