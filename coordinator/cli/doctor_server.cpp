@@ -13,6 +13,7 @@
 #include "common/base/clock.h"
 #include "common/base/format.h"
 #include "common/base/hash.h"
+#include "common/base/release.h"
 #include "common/wire/listener.h"
 
 namespace kiln {
@@ -81,7 +82,7 @@ class Call {
     ::gethostname(name, sizeof name - 1);
     if (plan_.worker) {
       Hello hello;
-      hello.version = KILN_VERSION;
+      hello.version = release_number();
       hello.token = plan_.token;
       hello.host = text("{} (kiln doctor)", name);
       hello.pid = static_cast<uint32_t>(::getpid());
@@ -89,7 +90,7 @@ class Call {
       connection_->send(hello);
     } else {
       const char* user = ::getenv("USER");
-      connection_->send(ClientHello{KILN_VERSION, plan_.token, user ? user : "doctor", name});
+      connection_->send(ClientHello{release_number(), plan_.token, user ? user : "doctor", name});
     }
   }
 

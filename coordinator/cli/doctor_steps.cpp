@@ -10,6 +10,7 @@
 #include "common/base/files.h"
 #include "common/base/format.h"
 #include "common/base/json.h"
+#include "common/base/release.h"
 #include "common/tls/revocation.h"
 #include "common/wire/listener.h"
 #include "coordinator/cli/doctor_server.h"
@@ -148,9 +149,9 @@ std::vector<DoctorStep> look_at_greeting(const DoctorPlan& plan, const Greeting&
   if (g.certificate_until > 0)
     steps.push_back(good("coordinator's certificate", days_left(g.certificate_until)));
   if (!g.release.empty())
-    steps.push_back(good("version", g.release == KILN_VERSION
-                                        ? text("{} on both sides", g.release)
-                                        : text("{} there, {} here: compatible", g.release, KILN_VERSION)));
+    steps.push_back(good("version", g.release == release_number() ? text("{} on both sides", g.release)
+                                                                  : text("{} there, {} here: compatible",
+                                                                         g.release, release_number())));
   steps.push_back(good("admission", text("welcome as {}", g.role)));
   if (plan.worker) return steps;
   const auto theirs = number_of(g.document, "now_ms");

@@ -4,6 +4,7 @@
 #include <sstream>
 
 #include "common/base/format.h"
+#include "common/base/release.h"
 
 namespace kiln {
 namespace {
@@ -118,7 +119,7 @@ std::string troff(const std::string& words) {
 }
 
 std::string heading(const std::string& name, const std::string& about) {
-  return text(".TH {} 1 \"\" \"Kiln {}\" \"Kiln\"\n.SH NAME\n{} \\- {}\n", troff(name), KILN_VERSION,
+  return text(".TH {} 1 \"\" \"Kiln {}\" \"Kiln\"\n.SH NAME\n{} \\- {}\n", troff(name), release_number(),
               troff(name), troff(about));
 }
 

@@ -9,6 +9,7 @@
 #include "common/base/format.h"
 #include "common/base/json.h"
 #include "common/base/printable.h"
+#include "common/base/release.h"
 #include "coordinator/cli/command.h"
 #include "coordinator/cli/pages.h"
 #include "coordinator/cli/suggest.h"
@@ -202,7 +203,7 @@ std::string worker_program() {
 int run_command_line(int argc, char** argv, const std::vector<Command>& commands) {
   CLI::App app("Kiln bakes lightmaps of glTF scenes, on one machine or many.");
   app.require_subcommand(1);
-  app.set_version_flag("--version", "kiln " KILN_VERSION);
+  app.set_version_flag("--version", "kiln " + release_number());
   std::vector<std::unique_ptr<Parsed>> all;
   for (const Command& c : commands) {
     CLI::App* sub = app.add_subcommand(c.name, c.about);

@@ -12,6 +12,7 @@
 #include "common/base/log.h"
 #include "common/base/loopback.h"
 #include "common/base/parallel.h"
+#include "common/base/release.h"
 #include "common/tls/identity.h"
 #include "common/wire/listener.h"
 #include "coordinator/cli/service_options.h"
@@ -108,7 +109,7 @@ Status read_prepare_limits(const Arguments& a, ServiceSettings& s) {
 Expected<ServiceSettings> read_settings(const Arguments& a) {
   ServiceSettings s;
   s.data = a.get("data");
-  s.release = KILN_VERSION;
+  s.release = release_number();
   s.authority = authority_of(a);
   KILN_TRY(const auto address, parse_listen_address(a.get("listen", "127.0.0.1:7800")));
   s.farm.listen_host = address.first;

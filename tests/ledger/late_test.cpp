@@ -154,6 +154,67 @@ TEST(Late, AFarmOfManyWorkersIsServedByTheTick) {
   EXPECT_EQ(held, 300u) << "every worker has a unit";
 }
 
+TEST(Late, AProcessThatComesBackTakesBackNoFailureOfAnother) {
+  LedgerBench b;
+  b.job(1, {1}, "ada", 2);
+  b.join(1);
+  b.join(2);
+  b.last.clear();
+  b.ledger.unit_failed(1, 1, 1, Error{ErrorKind::kInternal, "no memory"}, b.now, b.last);
+  const std::vector<Grant> first = all<Grant>(b.settle());
+  ASSERT_EQ(first.size(), 1u);
+  ASSERT_EQ(first[0].worker, 2u);
+  b.lose(1);
+  b.result(first[0]);
+  ASSERT_EQ(all<Grant>(b.join(3, 1, 1, "c", 77)).size(), 1u) << "to confirm it";
+  b.lose(3);  // of a unit that has been answered: it is not to blame
+  b.ledger.hold(true, b.now, b.last);
+  b.join(4, 1, 1, "c", 77);
+  b.last.clear();
+  b.ledger.quarantine("w2", "it lied", b.now, b.last);
+  const std::string why = ::testing::PrintToString(b.ledger.why_unit(1, 1, b.now));
+  EXPECT_TRUE(says(why, "it cost 1 workers")) << why;
+  EXPECT_TRUE(says(why, "w1 failed it")) << why;
+}
+
+TEST(Late, ABenchedWorkersFailuresAreForgottenInTheJobsInWhichItFailed) {
+  LedgerBench b;
+  const auto join = [&](WorkerId id) {  // processes of one machine
+    b.last.clear();
+    b.expect(id);
+    b.ledger.join(id, {"w", "w", 1, id}, b.now, b.last);
+    return all<Grant>(b.settle());
+  };
+  const auto fail = [&](JobId job, uint64_t unit) {
+    b.last.clear();
+    b.ledger.unit_failed(3, job, unit, Error{ErrorKind::kInternal, "no memory"}, b.now, b.last);
+    return all<Grant>(b.settle());
+  };
+  const auto failed = [&](JobId job, uint64_t unit) {
+    return says(::testing::PrintToString(b.ledger.why_unit(job, unit, b.now)), "w failed it");
+  };
+  b.job(2, {2, 5, 6});
+  ASSERT_EQ(join(1).at(0).unit, 2u);
+  b.lose(1);
+  b.wait(1200);  // it does not come back: unit 2 of job 2 is to blame
+  b.ledger.change_job(2, 0, true, b.now, b.last);
+  b.job(1, {1, 2, 3, 4});
+  ASSERT_EQ(all<Grant>(b.join(9)).at(0).unit, 1u);
+  ASSERT_EQ(join(3).at(0).unit, 2u);
+  ASSERT_EQ(fail(1, 2).at(0).unit, 3u);
+  ASSERT_EQ(fail(1, 3).at(0).unit, 4u);
+  b.ledger.change_job(1, 0, true, b.now, b.last);
+  b.ledger.change_job(2, 0, false, b.now, b.last);
+  b.last.clear();
+  b.ledger.hand_back(3, 1, 4, b.now, b.last);
+  ASSERT_EQ(all<Grant>(b.settle()).at(0).unit, 5u);
+  EXPECT_TRUE(failed(1, 2) && failed(1, 3) && failed(2, 2));
+  fail(2, 5);
+  ASSERT_EQ(b.ledger.view(3, b.now).state, "benched");
+  EXPECT_FALSE(failed(1, 2) || failed(1, 3) || failed(2, 5));
+  EXPECT_TRUE(failed(2, 2)) << "in which a process of the machine died";
+}
+
 TEST(Late, ASingleMachineIsNotBenched) {
   LedgerBench b;
   b.ledger.add_job(1, of_ada(1, PoisonPolicy::kSkip));
@@ -191,8 +252,10 @@ TEST(Verification, NamesTheSixWhoWereCheckedLeast) {
   v.unverified = 70;
   v.trusted = true;
   EXPECT_EQ(verification_text(v), "none of 70 unit results was checked: machines are trusted here");
-  v.trusted = false;
   v.verified = 30;
+  EXPECT_TRUE(says(verification_text(v), "30 of 100 unit results were confirmed"))
+      << "some were, all the same";
+  v.trusted = false;
   v.quorum = 2;
   for (uint64_t i = 0; i < 7; ++i) v.by.push_back({"machine" + std::to_string(i), 10, 10 + i, i});
   const std::string said = verification_text(v);

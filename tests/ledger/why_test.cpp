@@ -160,6 +160,59 @@ TEST(Why, ATrustedWorkersShareOfChecksIsNamed) {
   EXPECT_SAYS(b.ledger.why_worker(1, b.now), "2.0 % are verified");
 }
 
+TEST(Why, AQuorumCountsWhoIsThereAndNotWhoLeaves) {
+  LedgerBench b;
+  b.job(1, {1, 2}, "ada", 2);
+  b.join(1);
+  b.join(2);
+  EXPECT_SAYS(b.ledger.why_job(1, b.now), "2 are here");
+  b.last.clear();
+  b.ledger.drain(2, {}, b.now, b.last);
+  EXPECT_SAYS(b.ledger.why_job(1, b.now), "1 are here: the job waits for others");
+  EXPECT_SAYS(b.ledger.why_job(1, b.now), "1 workers are present and able, 0 of them serve other jobs");
+}
+
+TEST(Why, AJobThatIsServedByFewerThanItCouldBeIsNotSaidToWait) {
+  LedgerBench b;
+  b.job(1, {1, 2, 3});
+  b.job(2, {1, 2, 3}, "ben");
+  b.join(1);
+  b.join(2);
+  JobTraits traits;
+  traits.user = "cid";
+  b.ledger.add_job(3, traits);
+  ASSERT_EQ(b.ledger.counts(1).workers, 1u);
+  EXPECT_SAYS(b.ledger.why_job(1, b.now), "2 workers are present and able, 1 of them serve other jobs");
+  EXPECT_FALSE(says(b.ledger.why_job(1, b.now), "is served"));
+  EXPECT_SAYS(b.ledger.why_job(3, b.now), "job 1 of ada is served");
+  EXPECT_SAYS(b.ledger.why_job(3, b.now), "job 2 of ben is served");
+}
+
+TEST(Why, AWorkerThatMakesItsSceneReadyOrLeavesForAnotherUserSaysSo) {
+  LedgerBench b;
+  b.job(1, {1, 2, 3});
+  b.last.clear();
+  b.ledger.join(1, {"w1", "w1", 1, 1}, b.now, b.last);
+  EXPECT_SAYS(b.ledger.why_worker(1, b.now), "it serves job 1 of ada, making its scene ready");
+  b.ledger.ready(1, 1, "c", 2, {}, b.now, b.last);
+  EXPECT_SAYS(b.ledger.why_worker(1, b.now), "it holds 2 of 2 units");
+  b.wait(5000, {1});
+  b.job(2, {1}, "ben");
+  b.wait(600, {1});
+  EXPECT_SAYS(b.ledger.why_worker(1, b.now), ", and leaves for another user when its units are done");
+}
+
+TEST(Why, ASilentWorkerIsNotSaidToBeTooSlow) {
+  LedgerBench b;
+  b.job(1, {1, 2, 3, 4});
+  Grant grant = all<Grant>(b.join(1)).at(0);
+  b.now += 10;
+  b.result(grant);
+  b.wait(1200);
+  EXPECT_SAYS(b.ledger.why_worker(1, b.now), "silent for more than 1000 ms");
+  EXPECT_FALSE(says(b.ledger.why_worker(1, b.now), "at its speed"));
+}
+
 TEST(Why, AWorkerThatWouldEndLateAndOneThatLeavesSaySo) {
   LedgerBench b;
   std::vector<uint64_t> units;

@@ -151,6 +151,13 @@ TEST(Backup, FailsOnWhatCannotBeReadOrLinkedAndSaysWhat) {
   failed = data.back_up_to(folder);
   ASSERT_FALSE(failed);
   EXPECT_NE(failed.error().message.find("cannot link"), std::string::npos) << failed.error().message;
+  fs::remove(spool / "a folder");
+  fs::remove(data.dir.path() / "clock");
+  fs::create_directory(data.dir.path() / "clock");
+  failed = data.back_up_to(folder);
+  ASSERT_FALSE(failed);
+  EXPECT_NE(failed.error().message.find("clock"), std::string::npos) << failed.error().message;
+  EXPECT_FALSE(fs::exists(folder));
   data.expect_tidy();
 }
 

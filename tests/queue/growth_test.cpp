@@ -77,6 +77,25 @@ TEST(Growth, IsKeptAndADamagedFileIsLeft) {
     ASSERT_TRUE(write_file_atomic(dir.path() / "growth", std::string_view(wrong)));
     EXPECT_TRUE(read_growth(dir.path()).samples().empty()) << wrong;
   }
+  const std::string sizes = R"(, "inputs": 1, "published": 1, "spool": 1, "database": 1, "damaged": 1})";
+  const auto expect_left = [&](const std::string& samples, bool left) {
+    ASSERT_TRUE(write_file_atomic(dir.path() / "growth", R"({"samples": [)" + samples + "]}"));
+    EXPECT_EQ(read_growth(dir.path()).samples().empty(), left) << samples.substr(0, 80);
+  };
+  expect_left(R"({"at_ms": 9)" + sizes, false);
+  expect_left(R"({"at_ms": 1152921504606846976)" + sizes, true);
+  expect_left(R"({"at_ms": 9)" + sizes + R"(, {"at_ms": 8)" + sizes, true);
+  std::string many = R"({"at_ms": 9)" + sizes;
+  for (int i = 0; i < 1024; ++i) many += ",{}";
+  expect_left(many, true);
+  std::filesystem::remove(dir.path() / "growth");
+  std::filesystem::create_directory(dir.path() / "growth");
+  EXPECT_TRUE(read_growth(dir.path()).samples().empty()) << "a folder where the file should be";
+}
+
+TEST(Growth, AFolderWithoutAnythingHasNoSize) {
+  const MemoryDir dir;
+  EXPECT_EQ(measure_data_folder(dir.path(), {}).total(), 0u);
 }
 
 TEST(Growth, NextDeletionIsWhatRetentionWouldForget) {

@@ -130,14 +130,24 @@ TEST(ObservedTime, IsKeptInAFileThatMayBeDamaged) {
     ASSERT_TRUE(write_file_atomic(dir.path() / "clock", std::string_view(damage)));
     EXPECT_EQ(read_clock(dir.path()), ClockRecord{}) << damage;
   }
+  std::filesystem::remove(dir.path() / "clock");
+  std::filesystem::create_directory(dir.path() / "clock");
+  EXPECT_EQ(read_clock(dir.path()), ClockRecord{}) << "a folder where the file should be";
   EXPECT_FALSE(take_acceptance(dir.path()));
   ASSERT_TRUE(accept_clock(dir.path(), kStart));
   EXPECT_EQ(take_acceptance(dir.path()), kStart);
   EXPECT_FALSE(take_acceptance(dir.path()));
-  for (const char* damage : {"", "x", "-5", "99999999999999999999"}) {
+  for (const char* damage : {"", "x", "-5", "99999999999999999999", "1152921504606846976"}) {
     ASSERT_TRUE(write_file_atomic(dir.path() / "accept-clock", std::string_view(damage)));
     EXPECT_FALSE(take_acceptance(dir.path())) << damage;
   }
+  std::filesystem::create_directories(dir.path() / "accept-clock" / "x");
+  EXPECT_FALSE(take_acceptance(dir.path())) << "a folder where the file should be";
+}
+
+TEST(ObservedTime, IsWrittenAsADate) {
+  EXPECT_EQ(utc_text(0), "1970-01-01 00:00 UTC");
+  EXPECT_EQ(utc_text(1'700'000'000'000), "2023-11-14 22:13 UTC");
 }
 
 }  // namespace

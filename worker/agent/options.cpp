@@ -9,6 +9,7 @@
 #include "common/base/files.h"
 #include "common/base/format.h"
 #include "common/base/parallel.h"
+#include "common/base/release.h"
 #include "common/wire/limits.h"
 #include "common/wire/listener.h"
 
@@ -249,7 +250,7 @@ Expected<WorkerOptions> read_worker_options(const std::vector<std::string>& argu
   for (const std::string& argument : arguments) {
     if (argument == "--help" || argument == "-h") options.print = kHelp;
     if (argument == "--version")
-      options.print = text("kiln-worker {}, protocol {}\n", KILN_VERSION, kWireVersion);
+      options.print = text("kiln-worker {}, protocol {}\n", release_number(), kWireVersion);
     if (!options.print.empty()) return options;
   }
   Table table;

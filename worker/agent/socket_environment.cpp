@@ -10,6 +10,7 @@
 
 #include "common/base/files.h"
 #include "common/base/log.h"
+#include "common/base/release.h"
 #include "common/wire/listener.h"
 
 namespace kiln {
@@ -56,7 +57,7 @@ uint64_t SocketEnvironment::draw() {
 
 Hello SocketEnvironment::hello() {
   Hello hello;
-  hello.version = KILN_VERSION;
+  hello.version = release_number();
   hello.token = settings_.token;
   hello.host = settings_.name.empty() ? host_name() : settings_.name;
   hello.pid = static_cast<uint32_t>(::getpid());

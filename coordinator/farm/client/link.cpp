@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include "common/base/format.h"
+#include "common/base/release.h"
 #include "common/wire/limits.h"
 #include "common/wire/tls.h"
 
@@ -46,7 +47,7 @@ Expected<std::unique_ptr<ClientConnection>> ClientConnection::open(const ClientO
   };
   link->connection_->start(std::move(handlers), kChunkWriteBudget);
   link->connection_->accept_data();
-  link->send(ClientHello{KILN_VERSION, options.token, options.user, host_name()});
+  link->send(ClientHello{release_number(), options.token, options.user, host_name()});
   KILN_TRY_STATUS(link->run(kConnectPatience, [&] { return !link->role_.empty(); }));
   return link;
 }

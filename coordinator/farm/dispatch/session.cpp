@@ -4,6 +4,7 @@
 
 #include "common/base/check.h"
 #include "common/base/format.h"
+#include "common/base/release.h"
 #include "common/wire/limits.h"
 
 namespace kiln {
@@ -158,7 +159,7 @@ void Session::greet_client(ClientHello& hello) {
   expect_client();
   connection_->accept_data(talk_->max_message_bytes());
   name_ = text("{} at {}", identity().name.empty() ? hello.user : identity().name, peer_);
-  connection_->send(ClientWelcome{KILN_VERSION, talk_->role()});
+  connection_->send(ClientWelcome{release_number(), talk_->role()});
 }
 
 void Session::request(const ChunkRequest& request) {

@@ -149,7 +149,7 @@ void FarmLedger::dispute(const UnitRef& unit, Actions& out) {
 }
 
 void FarmLedger::conclude(const UnitRef& unit, int64_t now, Actions& out) {
-  if (unit->phase != Phase::kOpen || unit->answers.empty()) return;
+  if (unit->phase != Phase::kOpen) return;
   if (unit->needed == 0) return;  // restored: its pass decides how many votes it needs
   const size_t best = units_.leading(*unit);
   if (units_.votes(unit->answers[best]) >= unit->needed) {
@@ -181,8 +181,7 @@ void FarmLedger::count_again(IdentityId who, int64_t now, Actions& out) {
   for (const JobId id : jobs) {
     const std::vector<uint64_t> order = units_.at(id).order;
     for (const uint64_t unit_id : order)
-      if (const UnitRef unit = units_.find(id, unit_id); unit && units_.voted(*unit, who))
-        conclude(unit, now, out);
+      if (const UnitRef unit = units_.find(id, unit_id); units_.voted(*unit, who)) conclude(unit, now, out);
   }
 }
 
@@ -219,11 +218,11 @@ void FarmLedger::stored(JobId id, uint64_t unit_id, uint64_t ticket, int64_t now
   conclude(unit, now, out);
 }
 
-void FarmLedger::blame(const UnitRef& unit, IdentityId who, bool certain, const std::string& reason,
+void FarmLedger::blame(const UnitRef& unit, const WorkerRef& worker, bool certain, const std::string& reason,
                        Actions& out) {
-  if (units_.blame(unit, who, certain))
+  if (units_.blame(unit, {worker->identity, worker->traits.process, certain}))
     give_up(unit,
-            text("unit {} failed {} times, the last time because {}", unit.id(), unit->failures, reason),
+            text("unit {} failed {} times, the last time because {}", unit.id(), unit->failures(), reason),
             out);
 }
 
@@ -254,8 +253,8 @@ void FarmLedger::unit_failed(WorkerId worker_id, JobId job_id, uint64_t unit_id,
         FailJob{job_id, Error{error.kind, text("unit {}: {}", unit_id, error.message)}});  // fails everywhere
     return;
   }
-  workers_.note_failed(worker, unit_id);
-  blame(unit, worker->identity, true, text("{}: {}", worker->traits.name, error.message), out);
+  workers_.note_failed(worker, job_id, unit_id);
+  blame(unit, worker, true, text("{}: {}", worker->traits.name, error.message), out);
   units_.enqueue(unit);
   bench(worker, now, out);
   serve_all(0, now, out);

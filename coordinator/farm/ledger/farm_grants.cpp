@@ -15,7 +15,7 @@ constexpr int64_t kPauseMs = 10;
 
 }  // namespace
 
-bool FarmLedger::grant(const WorkerRef& worker, const UnitRef& unit, int64_t now, Actions& out) {
+void FarmLedger::grant(const WorkerRef& worker, const UnitRef& unit, int64_t now, Actions& out) {
   if (unit->queue != Queue::kSecond) units_.dequeue(unit);
   if (worker->leases.empty()) workers_.start_charging(worker, now);
   const uint64_t lease = grants_.add(unit, worker, now);
@@ -24,18 +24,21 @@ bool FarmLedger::grant(const WorkerRef& worker, const UnitRef& unit, int64_t now
     units_.enqueue(unit);
   }
   out.push_back(Grant{worker.id(), unit.job_id(), lease, unit.id()});
-  return true;
 }
 
 bool FarmLedger::grant_one(const WorkerRef& worker, int64_t now, Actions& out) {
+  const auto give = [&](const UnitRef& unit) {
+    grant(worker, unit, now, out);
+    return true;
+  };
   const JobId id = worker->job;
   if (worker->leases.size() >= worker->credits || grants_.holds_suspect(*worker)) return false;
   if (worker->leases.empty())
-    if (const UnitRef unit = grants_.choose_suspect(*worker, id)) return grant(worker, unit, now, out);
-  if (const UnitRef unit = grants_.choose_second(*worker, id)) return grant(worker, unit, now, out);
+    if (const UnitRef unit = grants_.choose_suspect(*worker, id)) return give(unit);
+  if (const UnitRef unit = grants_.choose_second(*worker, id)) return give(unit);
   if (const auto& pending = units_.at(id).pending; !pending.empty()) {
     const UnitRef unit = units_.find(id, pending.begin()->second);
-    return !grants_.would_end_late(*worker, unit->weight, now) && grant(worker, unit, now, out);
+    return grants_.would_end_late(*worker, unit->weight, now) ? false : give(unit);
   }
   if (worker->leases.size() >= worker->traits.threads || !grants_.may_search(id, now)) return false;
   return grant_more(worker, now, out);
@@ -48,7 +51,8 @@ bool FarmLedger::grant_more(const WorkerRef& worker, int64_t now, Actions& out) 
     if (grants_.would_end_late(*worker, unit->weight, now)) return false;
     grants_.release_of(unit);
     out.push_back(Recall{from, id, unit.id()});
-    return grant(worker, unit, now, out);
+    grant(worker, unit, now, out);
+    return true;
   }
   if (const UnitRef unit = grants_.choose_copy(worker.id(), id, now)) {
     if (grants_.would_end_late(*worker, unit->weight, now)) return false;
@@ -56,7 +60,8 @@ bool FarmLedger::grant_more(const WorkerRef& worker, int64_t now, Actions& out) 
     grants_.note_copy(unit);
     units_.count(id, &JobCounts::copies);
     out.push_back(Note{id, text("unit {} is late: {} gets a copy", unit.id(), worker->traits.name)});
-    return grant(worker, unit, now, out);
+    grant(worker, unit, now, out);
+    return true;
   }
   grants_.note_fruitless(id);
   return false;
@@ -128,15 +133,15 @@ void FarmLedger::balance(int64_t now) {
   wake_users();
   workers_.for_each([&](const WorkerRef& worker) {
     if (!worker->ready || worker->leaving || now - worker->assigned_at < rules_.residence_ms) return;
-    const UnitTable::Job* job = units_.find(worker->job);
-    const JobId next = job ? grants_.pick_job(*worker) : 0;
+    const UnitTable::Job& job = units_.at(worker->job);
+    const JobId next = grants_.pick_job(*worker);
     if (next == 0 || next == worker->job) return;
     const UnitTable::Job& other = units_.at(next);
     const double slack =
         0.5 * static_cast<double>(rules_.residence_ms) * worker->traits.threads / other.weight;
-    const bool leaves = other.user == job->user
-                            ? other.traits.priority > job->traits.priority
-                            : grants_.turn(*job, 0) > grants_.turn(other, worker->traits.threads) + slack;
+    const bool leaves = other.user == job.user
+                            ? other.traits.priority > job.traits.priority
+                            : grants_.turn(job, 0) > grants_.turn(other, worker->traits.threads) + slack;
     workers_.set_leaving(worker, leaves);
     if (leaves) workers_.count_for(worker, other.user);
   });

@@ -118,7 +118,7 @@ class FarmLedger {
 
   // farm_workers.cpp
   void revoke_all(const WorkerRef& worker);
-  void lose_units(const WorkerRef& worker, const std::string& reason, int64_t now, Actions& out);
+  void lose_units(const WorkerRef& worker, const std::string& reason, int64_t now);
   void hear(WorkerId worker, int64_t now, Actions& out);
   void find_silent(int64_t now, Actions& out);
   void find_unready(const WorkerRef& worker, int64_t now, Actions& out);
@@ -140,7 +140,8 @@ class FarmLedger {
   void conclude(const UnitRef& unit, int64_t now, Actions& out);
   void settle(const UnitRef& unit, size_t winner, int64_t now, Actions& out);
   void dispute(const UnitRef& unit, Actions& out);
-  void blame(const UnitRef& unit, IdentityId who, bool certain, const std::string& reason, Actions& out);
+  void blame(const UnitRef& unit, const WorkerRef& worker, bool certain, const std::string& reason,
+             Actions& out);
   void give_up(const UnitRef& unit, const std::string& reason, Actions& out);
   uint32_t needed_votes(const UnitRef& unit, IdentityId first) const;
 
@@ -154,7 +155,7 @@ class FarmLedger {
   bool may_serve(const WorkerTable::Worker& worker, int64_t now) const;
   bool grant_one(const WorkerRef& worker, int64_t now, Actions& out);
   bool grant_more(const WorkerRef& worker, int64_t now, Actions& out);
-  bool grant(const WorkerRef& worker, const UnitRef& unit, int64_t now, Actions& out);
+  void grant(const WorkerRef& worker, const UnitRef& unit, int64_t now, Actions& out);
   void assign(const WorkerRef& worker, JobId job, int64_t now, Actions& out);
   void wake_users();
   void balance(int64_t now);

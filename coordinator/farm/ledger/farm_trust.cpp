@@ -61,8 +61,8 @@ void FarmLedger::bench(const WorkerRef& worker, int64_t now, Actions& out) {
   if (!others) return;  // a single machine continues
   const int64_t pause = kFirstBenchMs << std::min(worker->benched, 10u);
   workers_.bench(worker, now + pause);
-  for (const uint64_t unit_id : worker->failed_units)
-    if (const UnitRef unit = units_.find(worker->job, unit_id)) units_.absolve(unit, worker->identity);
+  for (const auto& [job, unit_id] : worker->failed_units)
+    if (const UnitRef unit = units_.find(job, unit_id)) units_.absolve(unit, worker->identity);
   workers_.clear_failed(worker);
   out.push_back(Note{worker->job, text("{} failed {} units in a row: it gets none for {} s",
                                        worker->traits.name, kFailuresToBench, pause / 1000)});

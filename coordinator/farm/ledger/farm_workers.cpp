@@ -144,25 +144,23 @@ void FarmLedger::revoke_all(const WorkerRef& worker) {
     const uint64_t lease = *worker->leases.all().begin();
     const UnitRef unit = grants_.at(lease).unit;
     grants_.release(lease);
-    if (unit->phase == Phase::kOpen) units_.count(unit.job_id(), &JobCounts::reassigned);
+    units_.count(unit.job_id(), &JobCounts::reassigned);
     units_.enqueue(unit);
   }
 }
 
 // A unit alone on the worker is to blame; otherwise all its units are suspects and will run alone. The
 // verdict waits for a lease, because the process may be alive behind a broken network.
-void FarmLedger::lose_units(const WorkerRef& worker, const std::string& reason, int64_t now, Actions& out) {
+void FarmLedger::lose_units(const WorkerRef& worker, const std::string& reason, int64_t now) {
   units_.count(worker->job, &JobCounts::lost);
   const bool certain = worker->leases.size() == 1;
   while (!worker->leases.empty()) {
     const uint64_t lease = *worker->leases.all().begin();
     const UnitRef unit = grants_.at(lease).unit;
     grants_.release(lease);
-    if (unit->phase == Phase::kOpen) units_.count(unit.job_id(), &JobCounts::reassigned);
-    const std::string why = text("{} was lost ({})", worker->traits.name, reason);
-    units_.note_loss(unit,
-                     {worker->traits.process, worker->identity, now, certain, unit.job_id(), unit.id(), why});
-    blame(unit, worker->identity, false, why, out);
+    units_.count(unit.job_id(), &JobCounts::reassigned);
+    units_.note_loss(unit, {worker->traits.process, worker->identity, now, certain, unit.job_id(), unit.id(),
+                            text("{} was lost ({})", worker->traits.name, reason)});
     units_.enqueue(unit);
   }
 }
@@ -174,7 +172,7 @@ void FarmLedger::leave(WorkerId id, bool crashed, const std::string& reason, int
   workers_.charge(worker, now);
   out.push_back(Note{worker->job, text("{} {}: {}; {} units go back", worker->traits.name,
                                        crashed ? "was lost" : "left", reason, worker->leases.size())});
-  if (crashed && has_job(worker->job)) lose_units(worker, reason, now, out);
+  if (crashed && has_job(worker->job)) lose_units(worker, reason, now);
   revoke_all(worker);
   workers_.unassign(worker, now);
   workers_.remove(worker);
@@ -202,9 +200,10 @@ void FarmLedger::drain(WorkerId id, std::span<const uint64_t> unbegun, int64_t n
 void FarmLedger::judge_losses(int64_t now, Actions& out) {
   units_.judge_losses(
       now, std::min(rules_.lease_ms, kReconnectMs), [&](const UnitRef& unit, const std::string& reason) {
-        give_up(unit,
-                text("unit {} failed {} times, the last time because {}", unit.id(), unit->failures, reason),
-                out);
+        give_up(
+            unit,
+            text("unit {} failed {} times, the last time because {}", unit.id(), unit->failures(), reason),
+            out);
       });
 }
 
@@ -246,7 +245,7 @@ void FarmLedger::find_hung(const WorkerRef& worker, int64_t now, Actions& out) {
       text("unit {} of job {} has not ended within {:.0f} s: the worker hangs, start it anew", unit.id(),
            unit.job_id(), limit / 1000);
   grants_.release(oldest);
-  blame(unit, worker->identity, worker->leases.ghosts() == 0, text("{} hung", worker->traits.name), out);
+  blame(unit, worker, worker->leases.ghosts() == 0, text("{} hung", worker->traits.name), out);
   units_.enqueue(unit);
   out.push_back(Expel{worker.id(), reason});
 }

@@ -17,11 +17,9 @@ constexpr uint32_t kSearches =
 }  // namespace
 
 bool Grants::holds_suspect(const Worker& worker) const {
-  if (const Job* job = units_.find(worker.job); !job || !job->suspected) return false;
-  return std::any_of(worker.leases.all().begin(), worker.leases.all().end(), [&](uint64_t lease) {
-    const Unit& unit = *at(lease).unit;
-    return unit.attempts > 0 && unit.phase == UnitTable::Phase::kOpen;
-  });
+  if (!units_.at(worker.job).suspected) return false;
+  return std::any_of(worker.leases.all().begin(), worker.leases.all().end(),
+                     [&](uint64_t lease) { return at(lease).unit->suspect(); });
 }
 
 // A suspect that this identity has not failed; one that every able worker has failed may go to any.
@@ -29,7 +27,8 @@ UnitTable::Ref Grants::choose_suspect(const Worker& worker, JobId job_id) const 
   for (const uint64_t id : units_.at(job_id).suspects) {
     const UnitTable::Ref unit = units_.find(job_id, id);
     const auto failed = [&](const Worker& w) {
-      return std::find(unit->blamed.begin(), unit->blamed.end(), w.identity) != unit->blamed.end();
+      return std::any_of(unit->blamed.begin(), unit->blamed.end(),
+                         [&](const UnitTable::Blame& b) { return b.who == w.identity; });
     };
     if (!failed(worker)) return unit;
     const bool all_failed = std::all_of(workers_.all().begin(), workers_.all().end(), [&](const auto& entry) {
@@ -58,11 +57,11 @@ UnitTable::Ref Grants::choose_second(const Worker& worker, JobId job_id) const {
 Grants::Steal Grants::choose_steal(WorkerId id, const Worker& worker) const {
   const Book& book = this->book(worker.job);
   for (auto it = book.backlogs.rbegin(); it != book.backlogs.rend(); ++it) {
-    if (it->second == id) continue;
+    KILN_CHECK(it->second != id);  // it has a thread without a unit
     const Worker* other = workers_.find(it->second);
     KILN_CHECK(other && !other->leases.empty());
     const UnitTable::Ref& newest = at(*other->leases.all().rbegin()).unit;
-    if (newest->leases.size() > 1 || newest->attempts > 0 || units_.voted(*newest, worker.identity)) continue;
+    if (newest->leases.size() > 1 || newest->suspect() || units_.voted(*newest, worker.identity)) continue;
     return {newest, it->second};
   }
   return {};
@@ -86,9 +85,7 @@ UnitTable::Ref Grants::choose_copy(WorkerId id, JobId job_id, int64_t now) const
                               std::max(rules_.speculative_share * job.counts.weight, unit.weight);
     if (!within_share && age <= 10 * usual) continue;
     const bool mine = lease.worker.id() == id || (worker && units_.voted(unit, worker->identity));
-    if (mine || unit.phase != UnitTable::Phase::kOpen || unit.copied || unit.attempts > 0 ||
-        unit.leases.size() > 1)
-      continue;
+    if (mine || unit.copied || unit.suspect() || unit.leases.size() > 1) continue;
     return lease.unit;
   }
   return {};

@@ -128,7 +128,7 @@ UnitTable::Purged UnitTable::purge(JobId id, IdentityId who, Actions& out) {
   Job& job = edit(id);
   for (auto& [unit_id, unit] : job.units) {
     const Ref ref(id, unit_id, job, unit);
-    std::erase(unit.blamed, who);  // its failures say nothing about the unit
+    absolve(ref, who);  // its failures say nothing about the unit
     const bool alone = unit.phase == Phase::kSettled && !unit.verified;
     if (unit.phase != Phase::kOpen && !alone) continue;
     bool changed = false;

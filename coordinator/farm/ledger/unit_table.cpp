@@ -110,9 +110,9 @@ void UnitTable::enqueue(const Ref& ref) {
     job.seconds.insert(ref.id_);
   } else if (ref.of_pass() && unit.leases.empty()) {
     // It waits for a verdict rather than crash another worker.
-    if (unit.unjudged > 0 && unit.failures + unit.unjudged >= rules_.max_attempts) return;
-    unit.queue = unit.attempts > 0 ? Queue::kSuspect : Queue::kPending;
-    if (unit.attempts > 0)
+    if (unit.unjudged > 0 && unit.failures() + unit.unjudged >= rules_.max_attempts) return;
+    unit.queue = unit.suspect() ? Queue::kSuspect : Queue::kPending;
+    if (unit.suspect())
       job.suspects.insert(ref.id_);
     else
       job.pending.insert({unit.order, ref.id_});
@@ -226,24 +226,26 @@ void UnitTable::start_over(JobId id, const std::string& numeric_class, Actions& 
 
 // Failures
 
-bool UnitTable::blame(const Ref& ref, IdentityId who, bool certain) {
-  Unit& unit = *ref.unit_;
-  if (unit.phase != Phase::kOpen || !unit.answers.empty()) return false;
-  if (std::find(unit.blamed.begin(), unit.blamed.end(), who) == unit.blamed.end()) unit.blamed.push_back(who);
-  dequeue(ref);
-  ++unit.attempts;
-  ref.job_->suspected = true;
-  return certain && ++unit.failures >= rules_.max_attempts;
+uint32_t UnitTable::Unit::failures() const {
+  return static_cast<uint32_t>(
+      std::count_if(blamed.begin(), blamed.end(), [](const Blame& b) { return b.certain; }));
 }
 
-bool UnitTable::absolve(const Ref& ref, IdentityId who) {
+bool UnitTable::blame(const Ref& ref, const Blame& blame) {
   Unit& unit = *ref.unit_;
-  if (std::erase(unit.blamed, who) == 0) return false;
+  KILN_CHECK(unit.phase == Phase::kOpen);  // a unit that has ended is with nobody
+  if (!unit.answers.empty()) return false;
   dequeue(ref);
-  if (unit.attempts > 0) --unit.attempts;
-  if (unit.failures > 0) --unit.failures;
+  unit.blamed.push_back(blame);
+  ref.job_->suspected = true;
+  return blame.certain && unit.failures() >= rules_.max_attempts;
+}
+
+void UnitTable::absolve(const Ref& ref, IdentityId who) {
+  Unit& unit = *ref.unit_;
+  if (std::erase_if(unit.blamed, [&](const Blame& b) { return b.who == who; }) == 0) return;
+  dequeue(ref);
   enqueue(ref);
-  return true;
 }
 
 void UnitTable::fail(const Ref& ref) {
@@ -254,6 +256,7 @@ void UnitTable::fail(const Ref& ref) {
 
 void UnitTable::note_loss(const Ref& ref, Loss loss) {
   KILN_CHECK(loss.job == ref.job_id_ && loss.unit == ref.id_);
+  blame(ref, {loss.identity, loss.process, false});
   ref.unit_->unjudged += loss.certain;
   losses_.push_back(std::move(loss));
 }
@@ -265,9 +268,7 @@ void UnitTable::forgive_losses(uint64_t process) {
     Unit& unit = *ref.unit_;
     KILN_CHECK(!loss.certain || unit.unjudged > 0);
     unit.unjudged -= loss.certain;
-    if (unit.phase != Phase::kOpen) continue;
-    std::erase(unit.blamed, loss.identity);
-    if (unit.attempts > 0) --unit.attempts;
+    std::erase_if(unit.blamed, [&](const Blame& b) { return b.process == process && !b.certain; });
     if (unit.queue == Queue::kSuspect) dequeue(ref);
     enqueue(ref);
   }
@@ -282,7 +283,8 @@ bool UnitTable::judge(const Loss& loss) {
   KILN_CHECK(unit.unjudged > 0);
   --unit.unjudged;
   if (unit.phase != Phase::kOpen || !unit.answers.empty()) return false;
-  if (++unit.failures < rules_.max_attempts) {
+  for (Blame& b : unit.blamed) b.certain |= b.process == loss.process;
+  if (unit.failures() < rules_.max_attempts) {
     enqueue(ref);
     return false;
   }

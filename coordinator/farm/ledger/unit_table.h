@@ -29,6 +29,11 @@ class UnitTable {
     uint64_t ticket = 0;  // identifies the write; the same bytes may be written, revoked and written again
     std::vector<WorkerId> waiting;  // for an acknowledgement
   };
+  struct Blame {  // the unit cost this worker, or failed on it
+    IdentityId who;
+    uint64_t process;
+    bool certain;  // false: its connection was lost, which may have had another reason
+  };
   enum class Phase : uint8_t { kOpen, kSettled, kFailed };
   enum class Queue : uint8_t { kNone, kPending, kSuspect, kSecond };
   struct Unit {
@@ -37,16 +42,16 @@ class UnitTable {
     uint32_t pass = 0;      // the last pass that requested it
     uint32_t order = 0;     // in that pass
     uint32_t needed = 0;    // equal votes needed; 0: undecided
-    uint32_t attempts = 0;  // that cost a worker or failed: makes it a suspect
-    uint32_t failures = 0;  // failures certainly caused by the unit
     uint32_t unjudged = 0;  // losses of workers that held nothing else and may still come back
     Phase phase = Phase::kOpen;
     Queue queue = Queue::kNone;
     bool verified = false, delivered = false, copied = false, disputed = false;
     UnitLeases leases;
     std::vector<Answer> answers;  // settled unit: only its result, with its voters
-    std::vector<IdentityId> blamed;
-    Digest merged;  // of a delivered unit
+    std::vector<Blame> blamed;    // of an attempt each; any makes it a suspect
+    Digest merged;                // of a delivered unit
+    bool suspect() const { return !blamed.empty(); }
+    uint32_t failures() const;  // that the unit certainly caused
   };
   struct Job {
     JobTraits traits;
@@ -157,10 +162,10 @@ class UnitTable {
 
   // Failures
   // The unit may have cost a worker or failed on it. True: it has now certainly failed too often.
-  bool blame(const Ref& unit, IdentityId who, bool certain);
-  bool absolve(const Ref& unit, IdentityId who);  // of one failure on this identity; false: none
+  bool blame(const Ref& unit, const Blame& blame);
+  void absolve(const Ref& unit, IdentityId who);  // of all that it did to this identity
   void fail(const Ref& unit);
-  void note_loss(const Ref& unit, Loss loss);
+  void note_loss(const Ref& unit, Loss loss);  // blames the unit, until the process is back
   void forgive_losses(uint64_t process);
   // Losses older than `patience_ms` count as crashes. Calls `failed` for units that certainly failed too
   // often.

@@ -105,7 +105,8 @@ std::vector<std::string> FarmLedger::why_unit(JobId id, uint64_t unit_id, int64_
     lines.push_back(text("it waits: {} units are before it",
                          std::distance(job->pending.begin(), job->pending.find({unit.order, unit_id}))));
   if (unit.queue == Queue::kSuspect)
-    lines.push_back(text("it cost {} workers and runs alone on one that it has not cost", unit.attempts));
+    lines.push_back(
+        text("it cost {} workers and runs alone on one that it has not cost", unit.blamed.size()));
   if (unit.queue == Queue::kSecond)
     lines.push_back(text("it has been answered; {} equal answers of different {}s are needed", unit.needed,
                          voter_word()));
@@ -119,7 +120,8 @@ std::vector<std::string> FarmLedger::why_unit(JobId id, uint64_t unit_id, int64_
     lines.push_back(text("answer {} by {}: {} of different {}s{}", answer.digest.hex().substr(0, 12), voters,
                          units_.votes(answer), voter_word(), answer.stored ? "" : " (not on disk yet)"));
   }
-  for (const IdentityId who : unit.blamed) lines.push_back(text("{} failed it", trust_.at(who).name));
+  for (const UnitTable::Blame& blame : unit.blamed)
+    lines.push_back(text("{} failed it", trust_.at(blame.who).name));
   return lines;
 }
 

@@ -86,6 +86,7 @@ void WorkerTable::forget_job(JobId job) {
   for (auto& [id, worker] : workers_) {
     worker.banned.erase(job);
     worker.classes.erase(job);
+    std::erase_if(worker.failed_units, [&](const auto& failed) { return failed.first == job; });
   }
   lacks_.erase(job);
 }
@@ -125,7 +126,9 @@ void WorkerTable::note_other_class(JobId job, WorkerId worker, const std::string
 }
 
 void WorkerTable::clear_other_class(JobId job) {
-  if (const auto it = lacks_.find(job); it != lacks_.end()) it->second.other_class.clear();
+  const auto it = lacks_.find(job);
+  KILN_CHECK(it != lacks_.end());
+  it->second.other_class.clear();
 }
 
 std::string WorkerTable::audit() const {

@@ -27,7 +27,7 @@ class WorkerTable {
     bool ready = false, leaving = false;
     uint32_t credits = 0;
     int64_t assigned_at = 0, charged_until = 0, benched_until = 0;
-    std::set<uint64_t> failed_units;  // in a row
+    std::set<std::pair<JobId, uint64_t>> failed_units;  // in a row
     uint32_t benched = 0;
     std::map<JobId, std::string> banned;
     std::map<JobId, std::string> classes;  // proven for the job's kernels
@@ -76,7 +76,9 @@ class WorkerTable {
   void ban(const Ref& worker, JobId job, const std::string& reason) { worker.worker_->banned[job] = reason; }
   void lift_ban(WorkerId worker, JobId job);
   void prove(const Ref& worker, JobId job, const std::string& numeric_class);
-  void note_failed(const Ref& worker, uint64_t unit) { worker.worker_->failed_units.insert(unit); }
+  void note_failed(const Ref& worker, JobId job, uint64_t unit) {
+    worker.worker_->failed_units.insert({job, unit});
+  }
   void clear_failed(const Ref& worker) { worker.worker_->failed_units.clear(); }
 
   // Their jobs

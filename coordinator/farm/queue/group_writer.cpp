@@ -188,7 +188,10 @@ void GroupWriter::write_group(std::vector<Operation>& group) {
 
 void GroupWriter::write_payloads(std::span<Operation> group) {
   Tables tables(database_);
-  bool removed = false;  // by an earlier operation: stored results may be gone by then
+  // Stored results may be gone when their turn comes: all of them, or those that an earlier operation
+  // replaces.
+  bool removed = false;
+  std::set<std::pair<JobId, uint64_t>> replaced;
   for (Operation& operation : group) {
     removed = removed || operation.removes;
     if (!operation.payload) continue;
@@ -196,15 +199,17 @@ void GroupWriter::write_payloads(std::span<Operation> group) {
     KILN_CHECK(operation.payload->bytes != nullptr);
     operation.payload->place.reset();
     if (!cache_.has_job(commit.job)) continue;  // apply() will report it
-    if (!removed) {
+    if (!removed && !replaced.count({commit.job, commit.unit})) {
       const Expected<bool> known = tables.has_result(commit);
       if (known && *known) continue;
     }
     const Expected<SpoolPlace> place = spool_.append(commit, *operation.payload->bytes);
-    if (place)
-      operation.payload->place = *place;
-    else
+    if (!place) {
       operation.status = tl::unexpected<Error>(place.error());
+      continue;
+    }
+    operation.payload->place = *place;
+    replaced.insert({commit.job, commit.unit});
   }
   const std::map<JobId, Error> failed = spool_.sync();
   for (Operation& operation : group) {

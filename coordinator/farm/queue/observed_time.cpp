@@ -109,7 +109,8 @@ std::string utc_text(int64_t unix_ms) {
   std::tm utc{};
   char out[40];
   ::gmtime_r(&seconds, &utc);
-  return std::strftime(out, sizeof out, "%Y-%m-%d %H:%M UTC", &utc) ? out : "?";
+  KILN_CHECK(std::strftime(out, sizeof out, "%Y-%m-%d %H:%M UTC", &utc) > 0);
+  return out;
 }
 
 }  // namespace kiln

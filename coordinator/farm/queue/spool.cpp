@@ -21,7 +21,7 @@ Expected<SpoolPlace> Spool::append(const UnitCommit& commit, std::span<const std
   KILN_CHECK(commit.job != 0 && payload.size() <= kMaxPayloadBytes);
   JobFiles& files = jobs_[commit.job];
   const uint64_t size = kSpoolHead + payload.size();
-  if (files.open.empty() || (files.open.back().end() > 0 && files.open.back().end() + size > file_bytes_)) {
+  if (files.open.empty() || files.open.back().end() + size > file_bytes_) {
     KILN_TRY_STATUS(begin_file(commit.job, files));
   }
   KILN_CHECK(!files.open.empty());

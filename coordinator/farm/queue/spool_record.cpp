@@ -59,8 +59,7 @@ fs::path spool_path(const fs::path& folder, const SpoolFileId& id) {
 std::optional<SpoolFileId> spool_id(const fs::path& path) {
   const std::string name = path.filename().string();
   const size_t dash = name.find('-'), dot = name.find(".spool");
-  if (dash == std::string::npos || dot == std::string::npos || dot + 6 != name.size() || dash > dot)
-    return std::nullopt;
+  if (dash == std::string::npos || dot == std::string::npos || dot + 6 != name.size()) return std::nullopt;
   const auto job = decimal(path.parent_path().filename().string());
   const auto epoch = decimal(std::string_view(name).substr(0, dash));
   const auto file = decimal(std::string_view(name).substr(dash + 1, dot - dash - 1));

@@ -26,7 +26,7 @@ void StoreImpl::commit_result(const UnitCommit& commit, std::shared_ptr<const By
       return fail(ErrorKind::kInvalidInput, text("a result of job {}, which does not exist", c.job));
     KILN_TRY(const bool known, t.tables().has_result(c));
     if (known) return c.verified ? t.tables().verify_result(c) : Status();
-    if (!payload->place)  // it existed, and an operation of this group has just replaced it
+    if (!payload->place)  // its job began in this group
       return fail(ErrorKind::kUnavailable, text("unit {} of job {}: give the result again", c.unit, c.job));
     const SpoolPlace& at = *payload->place;
     KILN_CHECK(payload->bytes->size() <= kMaxPayloadBytes);

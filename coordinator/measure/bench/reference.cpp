@@ -3,6 +3,7 @@
 #include "common/base/files.h"
 #include "common/base/format.h"
 #include "common/base/json.h"
+#include "common/base/release.h"
 #include "common/math/sequence.h"
 #include "common/scene/prepared.h"
 #include "common/unwrap/unwrap_cache.h"
@@ -30,7 +31,7 @@ Expected<std::string> identity_of(const ReferenceRequest& r) {
       "kiln reference 1\nrelease {}\nscene {}\natlas {}\ndirect {}\nindirect {}\nmax-bounces {}\nwatertight "
       "{}\n"
       "isa {}\nsamples {}\n{}",
-      KILN_VERSION, scene.hex(), atlas.hex(), s.direct, s.indirect, s.max_bounces, s.watertight, s.isa,
+      release_number(), scene.hex(), atlas.hex(), s.direct, s.indirect, s.max_bounces, s.watertight, s.isa,
       r.samples, text("{}{}", r.cache ? "cache on\n" : "", r.share < 1 ? text("share {}\n", r.share) : ""));
 }
 

@@ -1,12 +1,13 @@
 #include "coordinator/output/context/context.h"
 
 #include "common/base/format.h"
+#include "common/base/release.h"
 #include "common/responses/basis.h"
 
 namespace kiln {
 
 std::string program_name() {
-  return "Kiln " KILN_VERSION;
+  return "Kiln " + release_number();
 }
 
 std::string fit_name(const BakeSettings& settings) {

@@ -14,6 +14,7 @@
 #include "common/base/files.h"
 #include "common/base/format.h"
 #include "common/base/parallel.h"
+#include "common/base/release.h"
 #include "common/image/exr_header.h"
 
 namespace kiln {
@@ -54,7 +55,7 @@ Status write_exr(const std::filesystem::path& path, uint32_t width, uint32_t hei
           form.compression == ExrCompression::kZip ? Imf::ZIP_COMPRESSION : Imf::NO_COMPRESSION;
       header.zipCompressionLevel() = 1;  // for noise: level 4 takes twice as long for 3 % fewer bytes
       for (const auto& [name, words] : notes) header.insert(kPrefix + name, Imf::StringAttribute(words));
-      header.insert(kPrefix + "version", Imf::StringAttribute(KILN_VERSION));
+      header.insert(kPrefix + "version", Imf::StringAttribute(release_number()));
       Imf::FrameBuffer frame;
       std::vector<std::vector<half>> halves(form.type == ExrType::kHalf ? channels.size() : 0);
       for (size_t i = 0; i < channels.size(); ++i) {
