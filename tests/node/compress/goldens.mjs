@@ -95,7 +95,7 @@ async function scene(file, { filtered = false, decoded = false } = {}) {
     ROTATION: filtered
       ? accessor(through(MeshoptEncoder.encodeFilterQuat(turns(), COPIES, 8, 14), COPIES, 8, 'QUATERNION'), 5122, 'VEC4', COPIES, { normalized: true })
       : b.accessor(turns(), 5126, 'VEC4', COPIES) };
-  const compressed = filtered && !decoded ? ['EXT_meshopt_compression'] : [];
+  const compressed = [...filtered ? ['KHR_mesh_quantization'] : [], ...filtered && !decoded ? ['EXT_meshopt_compression'] : []];
   Object.assign(b.gltf, { scene: 0, scenes: [{ nodes: [0] }],
     nodes: [{ mesh: 0, extensions: { EXT_mesh_gpu_instancing: { attributes: places } } }],
     meshes: [{ primitives: [{ attributes, indices: b.accessor(index, 5123, 'SCALAR', index.length), material: 0 }] }],
@@ -103,7 +103,7 @@ async function scene(file, { filtered = false, decoded = false } = {}) {
     extensionsUsed: ['EXT_mesh_gpu_instancing', ...compressed], extensionsRequired: ['EXT_mesh_gpu_instancing', ...compressed] });
   if (!filtered) Object.assign(b.gltf, { textures: [{ source: 0 }], images: [{ bufferView: b.view(picture), mimeType: 'image/png' }] });
   b.write(file);
-  if (compressed.length) {  // the fallback buffer, which has no data
+  if (filtered && !decoded) {  // the fallback buffer, which has no data
     b.gltf.buffers.push({ byteLength: 65536, extensions: { EXT_meshopt_compression: { fallback: true } } });
     writeGlb(file, b.gltf, Buffer.concat(b.parts));
   }
