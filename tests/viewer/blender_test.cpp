@@ -62,7 +62,7 @@ TEST_P(BlenderAddOn, Case) {
 }
 
 INSTANTIATE_TEST_SUITE_P(, BlenderAddOn,
-                         testing::Values("room", "atlas", "cancel", "failures", "farm", "large"),
+                         testing::Values("room", "lamps", "atlas", "cancel", "failures", "farm", "large"),
                          [](const auto& info) { return std::string(info.param); });
 
 }  // namespace

@@ -51,29 +51,19 @@ class GltfHooks:
             return
         extras, kiln = own_extras(node.extras, ("proxy", "lod_distance"))
         kiln.update(object_extras(blender_object))
-        if kiln:
-            extras["kiln"] = kiln
-        node.extras = extras or None
         if blender_object.type == "LIGHT" and blender_object.data.type == "AREA":
             light = area_light(blender_object)
             if light:
-                node.children = [*(node.children or []), self.lamp_node(blender_object.name, light, kiln)]
+                kiln["light"] = light  # the exporter has turned the node, so that a lamp shines along its -Z
+        if kiln:
+            extras["kiln"] = kiln
+        node.extras = extras or None
 
     def gather_scene_hook(self, scene, blender_scene, export_settings):
         extras, kiln = own_extras(scene.extras, ("environment", "importance"))
         if kiln:
             extras["kiln"] = kiln
         scene.extras = extras or None
-
-    @staticmethod
-    def lamp_node(name, light, extras):
-        """Lamps of Blender shine along -Z of their own axes, which is -Y of the node's."""
-        from io_scene_gltf2.io.com import gltf2_io
-        kiln = {"light": light, **{k: v for k, v in extras.items() if k == "bake"}}
-        half = math.sqrt(0.5)
-        return gltf2_io.Node(camera=None, children=[], extensions=None, extras={"kiln": kiln}, matrix=None, mesh=None,
-                             name=name + " light", rotation=[-half, 0.0, 0.0, half], scale=None, skin=None,
-                             translation=None, weights=None)
 
 
 def write_gltf(context, path):
