@@ -9,6 +9,7 @@
 #include "common/base/check.h"
 #include "common/base/format.h"
 #include "common/base/parallel.h"
+#include "common/scene/scale.h"
 #include "common/unwrap/charts.h"
 
 namespace kiln {
@@ -38,16 +39,18 @@ std::string largest_charts(const Scene& scene, const std::vector<ChartSize>& siz
   return out;
 }
 
-tl::unexpected<Error> too_dense(double density, double fitting, uint64_t max_texels,
+tl::unexpected<Error> too_dense(const Scene& scene, double density, double fitting, uint64_t max_texels,
                                 const std::string& largest) {
   if (!(fitting > 0))
     return fail(
         ErrorKind::kInvalidInput,
         text("the scene's charts do not fit {} pages at any density: it has too many charts", kMaxPages));
+  const std::string unit = doubt_unit(measure_scale(scene));
   return fail(ErrorKind::kInvalidInput,
               text("{:.6g} texels per metre need more than {} pages or {:.3g} million texels; {} would fit "
-                   "(--texels-per-metre). Most of the surface is on {}",
-                   density, kMaxPages, static_cast<double>(max_texels) / 1e6, round_down(fitting), largest));
+                   "(--texels-per-metre). Most of the surface is on {}{}{}",
+                   density, kMaxPages, static_cast<double>(max_texels) / 1e6, round_down(fitting), largest,
+                   unit.empty() ? "" : "; ", unit));
 }
 
 void choose_charts(const Scene& scene, const AtlasSettings& settings, Atlas& atlas) {
@@ -352,7 +355,7 @@ Expected<TrialPtr> at_wished_density(const Scene& scene, const AtlasSettings& se
   // Do not search for contacts at a density that cannot fit.
   if (texels_needed(trial->sizes(), wished, rules) > limit) {
     if (settings.texel_budget) return nullptr;
-    return too_dense(wished, fitting_density(trial->sizes(), 0.95 * wished, rules, 0.9 * limit),
+    return too_dense(scene, wished, fitting_density(trial->sizes(), 0.95 * wished, rules, 0.9 * limit),
                      settings.max_texels, largest_charts(scene, trial->sizes()));
   }
   if (settings.cut_contacts || settings.collapse) {
@@ -361,7 +364,7 @@ Expected<TrialPtr> at_wished_density(const Scene& scene, const AtlasSettings& se
   if (texels_needed(trial->sizes(), wished, rules) <= limit) trial->pack();
   if (trial->within(most_texels(settings))) return trial;
   if (settings.texel_budget) return nullptr;
-  return too_dense(wished, fitting_density(trial->sizes(), 0.95 * wished, rules, 0.9 * limit),
+  return too_dense(scene, wished, fitting_density(trial->sizes(), 0.95 * wished, rules, 0.9 * limit),
                    settings.max_texels, largest_charts(scene, trial->sizes()));
 }
 

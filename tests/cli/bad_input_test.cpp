@@ -229,9 +229,9 @@ std::vector<Case> cases() {
     return spoiled(
         dir, [](SmallScene&) {}, "--layout pack --texels-per-metre 8000");
   });
-  add("required extension that is not supported", 2, {"KHR_draco_mesh_compression"}, [](const fs::path& dir) {
+  add("required extension that is not supported", 2, {"KHR_texture_basisu"}, [](const fs::path& dir) {
     return spoiled(dir, [](SmallScene& s) {
-      replace(s.json, R"("scene":0)", R"("extensionsRequired":["KHR_draco_mesh_compression"],"scene":0)");
+      replace(s.json, R"("scene":0)", R"("extensionsRequired":["KHR_texture_basisu"],"scene":0)");
     });
   });
   add("unknown setting in a job file", 2, {"job.json", "colour"}, [](const fs::path& dir) {

@@ -1,6 +1,7 @@
 #include <random>
 
 #include "common/scene/prepared.h"
+#include "common/scene/scale.h"
 
 namespace kiln {
 namespace {
@@ -83,6 +84,43 @@ TEST(Image, ReduceKeepsTheMean) {
 
 TEST(Image, SrgbRoundTrip) {
   for (int i = 0; i < 256; ++i) EXPECT_EQ(std::lround(255 * linear_to_srgb(srgb_to_linear(i / 255.0f))), i);
+}
+
+Scene square_of(float side) {
+  Scene scene;
+  Mesh mesh;
+  mesh.positions = {{0, 0, 0}, {side, 0, 0}, {side, 0, side}, {0, 0, side}};
+  mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+  scene.meshes.push_back(std::move(mesh));
+  scene.instances.emplace_back();
+  return scene;
+}
+
+TEST(Scale, IsOfTheWholeScene) {
+  Scene scene = square_of(3);
+  scene.instances.emplace_back();
+  scene.instances.back().to_world[3] = Vec3(7, 0, 0);
+  const SceneScale scale = measure_scale(scene);
+  EXPECT_EQ(scale.widest_m, 10);
+  EXPECT_EQ(scale.area_m2, 18);
+  EXPECT_EQ(measure_scale(Scene()).widest_m, 0);
+}
+
+TEST(Scale, HundredsOfMetresAndMillimetresAreDoubted) {
+  const auto doubt = [](float side, double density) {
+    return doubt_density(measure_scale(square_of(side)), density);
+  };
+  const auto has = [](const std::string& text, const char* part) {
+    return text.find(part) != std::string::npos;
+  };
+  EXPECT_TRUE(has(doubt(560, 8), "560 m wide; if it is 5.6 m in centimetres")) << doubt(560, 8);
+  EXPECT_TRUE(has(doubt(560, 8), "about 20.1 million texels; --texels-per-metre 1 makes about 0.31 million"));
+  EXPECT_EQ(doubt(560, 2), "") << "a field of that size at a density that fits it";
+  EXPECT_EQ(doubt(90, 40), "") << "a large hall at a high density";
+  EXPECT_TRUE(has(doubt(0.005f, 8), "the scene is 5 mm wide; if it should be 5 m")) << doubt(0.005f, 8);
+  EXPECT_TRUE(has(doubt(0.005f, 8), "--texels-per-metre 50000 makes about 0.06"));
+  EXPECT_EQ(doubt(0.05f, 2000), "") << "a jewel at its density";
+  EXPECT_EQ(doubt(5, 8), "");
 }
 
 }  // namespace

@@ -195,13 +195,5 @@ TEST(Extensions, RequiredOnesThatAreNotSupportedAreAnError) {
   EXPECT_SAYS(test::all_notes(imported(b)), "XX_unheard_of: not supported; the file does not require it");
 }
 
-TEST(Extensions, DracoWithoutFallbackIsAnErrorWithFallbackIsRead) {
-  GltfBuilder b = test::small_scene();
-  b.root["meshes"][0]["primitives"][0]["extensions"]["KHR_draco_mesh_compression"] = {{"bufferView", 0}};
-  EXPECT_EQ(imported(b).scene.triangle_count(), 1u);
-  b.root["accessors"][0].erase("bufferView");
-  EXPECT_SAYS(refused(b), "mesh 0 primitive 0: it is compressed with KHR_draco_mesh_compression");
-}
-
 }  // namespace
 }  // namespace kiln

@@ -119,5 +119,13 @@ TEST(Validator, FindsNoErrorInOddShapes) {
   expect_valid(test::write_glb_file(odd_shapes(), dir.path()), packed(4, 32));
 }
 
+TEST(Validator, FindsNoErrorInScenesThatWereCompressed) {
+  if (const auto why = test::no_node_tools(false)) GTEST_SKIP() << *why;
+  for (const char* name : {"triangles", "quantized", "filters", "draco", "webp", "avif"}) {
+    SCOPED_TRACE(name);
+    expect_valid(test::source_dir() / "tests/import/compressed" / (std::string(name) + ".glb"), packed(0.5));
+  }
+}
+
 }  // namespace
 }  // namespace kiln

@@ -114,7 +114,10 @@ const char* mime_type(const Bytes& image) {
     return image.size() >= at + magic.size() &&
            std::memcmp(image.data() + at, magic.data(), magic.size()) == 0;
   };
-  return has(1, "PNG") ? "image/png" : has(8, "WEBP") ? "image/webp" : "image/jpeg";
+  return has(1, "PNG")        ? "image/png"
+         : has(8, "WEBP")     ? "image/webp"
+         : has(4, "ftypavif") ? "image/avif"
+                              : "image/jpeg";
 }
 
 tl::unexpected<Error> lost(std::string what) {

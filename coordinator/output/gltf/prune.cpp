@@ -135,7 +135,8 @@ bool is_known(const std::string& extension) {
       "EXT_texture_webp",        "MSFT_lod",           "MOZ_lightmap",
       "EPIC_lightmap_textures",  "KILN_lightmap",      "KHR_mesh_quantization",
       "KHR_texture_transform",   "KHR_texture_basisu", "KHR_lights_punctual",
-      "KHR_animation_pointer",   "KHR_xmp_json_ld",    "MSFT_texture_dds"};
+      "KHR_animation_pointer",   "KHR_xmp_json_ld",    "MSFT_texture_dds",
+      "EXT_texture_avif",        "KHR_node_visibility"};
   for (const char* known : kKnown)
     if (extension == known) return true;
   return extension.rfind("KHR_materials_", 0) == 0;

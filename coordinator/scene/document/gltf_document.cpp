@@ -9,9 +9,11 @@
 
 #include "common/base/files.h"
 #include "common/base/format.h"
+#include "coordinator/scene/document/expand.h"
 #include "coordinator/scene/document/glb.h"
 #include "coordinator/scene/document/gltf_numbers.h"
 #include "coordinator/scene/document/json_weight.h"
+#include "coordinator/scene/document/other_formats.h"
 #include "coordinator/scene/document/uri.h"
 
 namespace kiln {
@@ -71,7 +73,15 @@ std::vector<std::string> words_of(const json& root, const char* name) {
 bool is_fallback(const json& buffer) {
   const auto extensions = buffer.find("extensions");
   return extensions != buffer.end() && extensions->is_object() &&
-         extensions->contains("EXT_meshopt_compression");
+         (extensions->contains("EXT_meshopt_compression") || extensions->contains("KHR_meshopt_compression"));
+}
+
+// Whether the first character that is no space is a brace or a bracket.
+bool is_json(std::span<const std::byte> file) {
+  std::string_view text(reinterpret_cast<const char*>(file.data()), file.size());
+  if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);
+  const size_t first = text.find_first_not_of(" \t\r\n");
+  return first != std::string_view::npos && (text[first] == '{' || text[first] == '[');
 }
 
 using SharedBytes = std::shared_ptr<const Bytes>;
@@ -156,6 +166,8 @@ GltfImage read_image(const json& image) {
 }  // namespace
 
 Expected<GltfDocument> read_gltf_document(const fs::path& path) {
+  std::error_code unknown;
+  if (fs::is_directory(path, unknown)) return bad(path, "it is a folder: name the .gltf or .glb file in it");
   KILN_TRY(const Bytes file, read_file(path, kMaxFileBytes));
   GltfDocument document;
   document.path = path;
@@ -167,6 +179,8 @@ Expected<GltfDocument> read_gltf_document(const fs::path& path) {
     if (parts.binary) binary = std::make_shared<const Bytes>(parts.binary->begin(), parts.binary->end());
   } else if (path.extension() == ".glb") {
     return bad(path, "corrupt: it does not start with \"glTF\"");
+  } else if (!is_json(file)) {
+    return bad(path, name_other_format(path, file));
   } else {
     document.json.assign(reinterpret_cast<const char*>(file.data()), file.size());
   }
@@ -178,6 +192,9 @@ Expected<GltfDocument> read_gltf_document(const fs::path& path) {
     KILN_TRY(SharedBytes data, read_buffer(buffers[i], i, binary, files, path));
     document.buffers.push_back(std::move(data));
   }
+  const size_t in_file = document.buffers.size();
+  KILN_TRY(document.expanded, expand_compressed(root, document.buffers, *document.budget, path));
+  if (!document.expanded.empty() || document.buffers.size() > in_file) document.json = root.dump();
   KILN_TRY(const json images, array_member(root, "images", path));
   for (const json& image : images) {
     document.images.push_back(read_image(image));

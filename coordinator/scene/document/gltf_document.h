@@ -22,12 +22,14 @@ struct GltfImage {
 
 struct GltfDocument {
   std::filesystem::path path;  // for messages and relative URIs
-  std::string json;            // the JSON text
+  std::string json;            // the JSON text, of plain data alone (expand.h)
   std::string structure;       // the same without "buffers" and "images", so that parsing it loads no files
   std::vector<std::string> extensions_used, extensions_required;
+  std::vector<std::string> expanded;  // extensions of compressed data that were in use
   std::vector<GltfImage> images;
   // By index of "buffers", each at least byteLength long; those that name one file share its bytes. Empty: a
-  // fallback buffer of EXT_meshopt_compression, which has no data by design.
+  // fallback buffer of EXT_meshopt_compression, which has no data by design. Data that was compressed
+  // follows.
   std::vector<std::shared_ptr<const Bytes>> buffers;
   std::shared_ptr<ImportBudget> budget;  // what the import of this file may still take; never null once read
 };

@@ -13,6 +13,7 @@
 #include "common/base/files.h"
 #include "common/base/format.h"
 #include "common/image/exr_header.h"
+#include "coordinator/scene/imageio/avif.h"
 
 namespace kiln {
 namespace {
@@ -69,12 +70,12 @@ struct OpenImage {
   OpenImage(OpenImage&&) = default;
 };
 
-Status check_size(const OIIO::ImageSpec& spec, size_t channel_bytes, size_t file_bytes,
+Status check_size(int64_t wide, int64_t high, int64_t channels, size_t channel_bytes, size_t file_bytes,
                   const std::string& name) {
-  if (spec.width < 1 || spec.height < 1 || spec.depth > 1 || spec.nchannels < 1)
-    return bad(name, text("it has {} x {} texels of {} channels", spec.width, spec.height, spec.nchannels));
-  const auto width = static_cast<uint64_t>(spec.width), height = static_cast<uint64_t>(spec.height);
-  const uint64_t bytes = width * height * static_cast<uint64_t>(spec.nchannels) * channel_bytes;
+  if (wide < 1 || high < 1 || channels < 1)
+    return bad(name, text("it has {} x {} texels of {} channels", wide, high, channels));
+  const auto width = static_cast<uint64_t>(wide), height = static_cast<uint64_t>(high);
+  const uint64_t bytes = width * height * static_cast<uint64_t>(channels) * channel_bytes;
   if (width > kMaxSide || height > kMaxSide || bytes > kMaxDecodedBytes)
     return bad(name, text("{} x {} texels are more than the limits (16384 a side, 1 GiB)", width, height));
   const uint64_t any = channel_bytes == 1 ? kAnyColours : kAnyRadiance;
@@ -90,7 +91,9 @@ Expected<OpenImage> open_image(std::span<const std::byte> file, const std::strin
                                size_t channel_bytes) {
   set_up_library();
   const char* format = format_of(file);
-  if (!format) return bad(name, "its content is not a supported image (PNG, JPEG, WebP, BMP, HDR, EXR)");
+  if (!format)
+    return bad(name,
+               "its content is not a supported image (PNG, JPEG, WebP, BMP, HDR, EXR; of textures AVIF)");
   if (std::string_view(format) == "openexr")
     if (const Status header = check_exr_header(file); !header) return bad(name, header.error().message);
   OpenImage image;
@@ -104,7 +107,8 @@ Expected<OpenImage> open_image(std::span<const std::byte> file, const std::strin
   config["oiio:UnassociatedAlpha"] = 1;  // glTF's alpha is not premultiplied
   if (!image.input->open(std::string("image.") + format, spec, config))
     return bad(name, text("it does not decode: {}", last_line(image.input->geterror())));
-  KILN_TRY_STATUS(check_size(spec, channel_bytes, file.size(), name));
+  if (spec.depth > 1) return bad(name, "it is a volume");
+  KILN_TRY_STATUS(check_size(spec.width, spec.height, spec.nchannels, channel_bytes, file.size(), name));
   image.width = static_cast<uint32_t>(spec.width);
   image.height = static_cast<uint32_t>(spec.height);
   image.channels = std::min(4u, static_cast<uint32_t>(spec.nchannels));
@@ -135,6 +139,12 @@ Status check_radiance(const std::vector<float>& rgb, uint32_t width, const std::
 
 Expected<Texture> decode_image(std::span<const std::byte> file, const std::string& name,
                                MemoryGate::Hold* hold) {
+  if (is_avif(file))
+    return decode_avif(file, name, [&](uint32_t width, uint32_t height, uint32_t channels) -> Status {
+      KILN_TRY_STATUS(check_size(width, height, channels, 1, file.size(), name));
+      if (hold) hold->take(2 * uint64_t{width} * height * channels);
+      return {};
+    });
   KILN_TRY(OpenImage image, open_image(file, name, 1));
   Texture texture;
   texture.name = name;

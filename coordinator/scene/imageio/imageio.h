@@ -12,7 +12,7 @@
 
 namespace kiln {
 
-// Decodes an 8- or 16-bit colour image (PNG, JPEG, ...) to kUnorm8, 1 to 4 channels. `name` is for
+// Decodes a colour image (PNG, JPEG, WebP, AVIF, ...) to kUnorm8, 1 to 4 channels. `name` is for
 // messages. Refused before they are decoded: images above 16384 texels a side, above 1 GiB, or above 256 MiB
 // and 64 times the file, which only a picture of next to nothing is. `hold` takes memory for the texels and a
 // copy.

@@ -127,9 +127,6 @@ Expected<std::span<const std::byte>> view_bytes(const ImportContext& context, in
     return context.bad(
         text("buffer view {}: buffer {} does not exist, there are {}", index, view.buffer, buffers.size()));
   const Bytes& buffer = *buffers[static_cast<size_t>(view.buffer)];
-  if (buffer.empty() && view.compressed)
-    return context.bad(text(
-        "buffer view {}: EXT_meshopt_compression is not supported and its fallback buffer is empty", index));
   if (view.offset > buffer.size() || view.length > buffer.size() - view.offset)
     return context.bad(text("buffer view {}: bytes {} + {} do not fit in buffer {} of {} bytes", index,
                             view.offset, view.length, view.buffer, buffer.size()));

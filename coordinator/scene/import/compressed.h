@@ -5,10 +5,8 @@
 
 namespace kiln {
 
-// An error that names the extension and the command that writes the file without it; nullopt if the file
-// requires none. Call it first, because other data may be unreadable.
+// An error that names the extension and the command that writes the file without it, if the file requires
+// one. Call it first, because other data may be unreadable.
 Status check_compression(const GltfDocument& document);
-// The same where the file merely uses one, to explain files that cannot be read.
-Status blame_compression(const GltfDocument& document);
 
 }  // namespace kiln

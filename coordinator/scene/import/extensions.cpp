@@ -27,6 +27,8 @@ constexpr KnownExtension kKnown[] = {
     {"MSFT_lod", Kind::kBaked,
      "one level of a node is baked, the others get its lightmap; levels of materials are left out"},
     {"EXT_texture_webp", Kind::kBaked, "read"},
+    {"EXT_texture_avif", Kind::kBaked, "read"},
+    {"KHR_node_visibility", Kind::kBaked, "nodes that are not visible are left out, with what is below them"},
     {"EXT_lights_image_based", Kind::kApproximated,
      "the cube is resampled to a latitude-longitude image, its irradiance coefficients are not used"},
     {"KHR_materials_ior", Kind::kBaked, "read"},
@@ -66,6 +68,8 @@ Status check_extensions(const ImportContext& context, ImportNotes& notes) {
   for (const std::string& name : context.model.extensions_required)
     if (find(name) == std::end(kKnown)) refused += (refused.empty() ? "" : ", ") + name;
   if (!refused.empty()) return context.bad(text("it requires what is not supported: {}", refused));
+  for (const std::string& name : context.document.expanded)
+    add_note(notes, Kind::kBaked, text("{}: read; scene.glb has the same data without it", name));
   const std::set<std::string> used(context.model.extensions_used.begin(),
                                    context.model.extensions_used.end());
   for (const std::string& name : used) {

@@ -45,8 +45,7 @@ GltfExtensions convert(const tinygltf::ExtensionMap& in) {
 }
 
 GltfBufferView convert(const tinygltf::BufferView& in) {
-  return {in.buffer, in.byteOffset, in.byteLength, in.byteStride,
-          in.extensions.count("EXT_meshopt_compression") != 0};
+  return {in.buffer, in.byteOffset, in.byteLength, in.byteStride};
 }
 
 GltfAccessor convert(const tinygltf::Accessor& in) {

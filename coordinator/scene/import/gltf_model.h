@@ -18,7 +18,6 @@ struct GltfBufferView {
   int buffer = -1;
   size_t offset = 0, length = 0;
   size_t stride = 0;  // 0: tightly packed
-  bool compressed = false;
 };
 
 struct GltfAccessor {

@@ -5,6 +5,7 @@
 
 #include "common/base/format.h"
 #include "common/scene/prepared.h"
+#include "common/scene/scale.h"
 #include "coordinator/scene/density/density.h"
 #include "coordinator/scene/import/area_lights.h"
 #include "coordinator/scene/import/blender_units.h"
@@ -168,18 +169,22 @@ Status read_cameras(const ImportContext& context, const std::vector<PlacedNode>&
   return {};
 }
 
+// The file's own atlas has no density.
+void note_scale(const Scene& scene, const BakeSettings& settings, ImportNotes& notes) {
+  const bool has_atlas = std::none_of(scene.meshes.begin(), scene.meshes.end(),
+                                      [](const Mesh& mesh) { return mesh.uv[1].empty(); });
+  if (settings.layout == "atlas" || (settings.layout != "pack" && has_atlas) || settings.max_texels) return;
+  std::string doubt = doubt_density(measure_scale(scene), settings.texels_per_metre);
+  if (!doubt.empty()) add_note(notes, Kind::kWarning, std::move(doubt));
+}
+
 }  // namespace
 
 Expected<ImportResult> import_scene(const std::filesystem::path& path, const BakeSettings& settings) {
   ImportResult result;
   KILN_TRY(result.document, read_gltf_document(path));
   KILN_TRY_STATUS(check_compression(result.document));
-  auto parsed = parse_gltf_model(result.document);
-  if (!parsed) {
-    KILN_TRY_STATUS(blame_compression(result.document));
-    return tl::unexpected<Error>(std::move(parsed).error());
-  }
-  const GltfModel& model = *parsed;
+  KILN_TRY(const GltfModel model, parse_gltf_model(result.document));
   const ImportContext context{result.document, model, settings};
   Scene& scene = result.scene;
   KILN_TRY_STATUS(check_extensions(context, result.notes));
@@ -205,6 +210,7 @@ Expected<ImportResult> import_scene(const std::filesystem::path& path, const Bak
   KILN_TRY_STATUS(read_all_lights(context, nodes, scene, result.display, result.notes));
   warn_of_lumens(context, scene, result.notes);
   KILN_TRY_STATUS(read_cameras(context, nodes, result));
+  note_scale(scene, settings, result.notes);
   if (auto checked = check_scene(scene); !checked) return context.bad(checked.error().message);
   return result;
 }

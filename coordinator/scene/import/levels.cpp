@@ -46,6 +46,10 @@ class LevelReader {
       add_note(notes_, Kind::kApproximated,
                text("--lod {}: the coarsest level is baked of {}", context_.settings.lod,
                     clamped_.list("node with fewer levels", "nodes with fewer levels")));
+    if (!hidden_.empty())
+      add_note(notes_, Kind::kNote,
+               text("KHR_node_visibility leaves out {}",
+                    hidden_.list("node that is not visible", "nodes that are not visible")));
     return std::move(out_);
   }
 
@@ -77,7 +81,7 @@ class LevelReader {
   std::vector<uint32_t> role_at_or_above_;    // by node: node, or kNone
   std::vector<uint32_t> group_of_proxy_;      // by node
   Levels out_;
-  Finding clamped_;
+  Finding clamped_, hidden_;
 };
 
 Expected<uint32_t> LevelReader::read_proxy(uint32_t node, const GltfValue& value) {
@@ -210,6 +214,10 @@ Status LevelReader::walk_scene(uint32_t root) {
   return walk_nodes(context_, root, {}, [&](const PlacedNode& at, const Affine& above) {
     if (proxy_of_[at.node] != kNone) at_[at.node] = above;
     if (proxy_of_[at.node] != kNone || level_of_[at.node] != kNone) return false;
+    if (is_hidden(context_, at.node)) {
+      hidden_.add(name(at.node));
+      return false;
+    }
     if (set_of_[at.node] != kNone) above_[set_of_[at.node]] = above;
     out_.standing.push_back(at);
     if (role_at_or_above_[at.node] == kNone) out_.baked[0].push_back(at);
@@ -220,7 +228,7 @@ Status LevelReader::walk_scene(uint32_t root) {
 Status LevelReader::place_below(uint32_t root, const Affine& above, std::vector<PlacedNode>& out) {
   const size_t before = out.size();
   KILN_TRY_STATUS(walk_nodes(context_, root, above, [&](const PlacedNode& at, const Affine&) {
-    if (at.node != root && proxy_of_[at.node] != kNone) return false;
+    if (at.node != root && (proxy_of_[at.node] != kNone || is_hidden(context_, at.node))) return false;
     out.push_back(at);
     return true;
   }));

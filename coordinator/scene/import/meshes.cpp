@@ -133,12 +133,6 @@ Expected<PrimitiveResult> read_primitive(const ImportContext& context, const Pri
     return context.bad(text("{}: mode {} does not exist", reader.who(), primitive.mode));
   result.not_triangles = primitive.mode < 4;
   if (result.not_triangles || !reader.has("POSITION")) return result;
-  const int position = primitive.attributes.at("POSITION");
-  if (primitive.extensions.count("KHR_draco_mesh_compression") && position >= 0 &&
-      static_cast<size_t>(position) < context.model.accessors.size() &&
-      context.model.accessors[static_cast<size_t>(position)].buffer_view < 0)
-    return context.bad(
-        text("{}: it is compressed with KHR_draco_mesh_compression, which is not supported", reader.who()));
 
   KILN_TRY(result.mesh.positions, read_positions(context, reader));
   reader.set_vertices(result.mesh.positions.size());

@@ -90,6 +90,13 @@ std::string node_name(const ImportContext& context, uint32_t node) {
   return element("node", node, context.model.nodes[node].name);
 }
 
+bool is_hidden(const ImportContext& context, uint32_t node) {
+  const auto& extensions = context.model.nodes[node].extensions;
+  const auto found = extensions.find("KHR_node_visibility");
+  const GltfValue* visible = found == extensions.end() ? nullptr : found->second.find("visible");
+  return visible && visible->kind == GltfValue::Kind::kFlag && visible->number == 0;
+}
+
 Expected<const GltfScene*> baked_scene(const ImportContext& context) {
   const auto& scenes = context.model.scenes;
   const int chosen = context.model.default_scene;

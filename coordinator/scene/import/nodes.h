@@ -31,6 +31,9 @@ Expected<NodeTree> read_node_tree(const ImportContext& context);
 Status walk_nodes(const ImportContext& context, uint32_t root, const Affine& parent_to_world,
                   const std::function<bool(const PlacedNode&, const Affine&)>& enter);
 
+// KHR_node_visibility: neither the node nor what is below it is there for light or eye.
+bool is_hidden(const ImportContext& context, uint32_t node);
+
 std::string node_name(const ImportContext& context, uint32_t node);
 
 }  // namespace kiln

@@ -57,9 +57,12 @@ Wrap wrap_of(int word) {
 }
 
 int source_of(const GltfTexture& texture) {
-  const auto webp = texture.extensions.find("EXT_texture_webp");
-  const int other = webp == texture.extensions.end() ? -1 : webp->second.index("source");
-  return other >= 0 ? other : texture.source;
+  for (const char* name : {"EXT_texture_avif", "EXT_texture_webp"}) {
+    const auto found = texture.extensions.find(name);
+    const int other = found == texture.extensions.end() ? -1 : found->second.index("source");
+    if (other >= 0) return other;
+  }
+  return texture.source;
 }
 
 Status take_textures(const ImportContext& context, uint64_t bytes) {

@@ -1,6 +1,7 @@
 // node engine_shot.mjs ENGINE FOLDER FILE.glb WIDTH HEIGHT OUT.png [EXPOSURE [MATERIAL]]: what ENGINE (three, babylon,
 // playcanvas), as npm has it, shows of a baked scene from the file's first camera, in headless Chromium. EXPOSURE:
-// of scene.glb, whose light is MOZ_lightmap's; scene_unlit.glb has its own. MATERIAL: "standard" for three's own.
+// of scene.glb, loaded with configs/engines/web; scene_unlit.glb has its own. MATERIAL: "moz" for the light of the images in
+// the file, not of the textures beside it; "standard" for three's own material.
 import { readFileSync, mkdtempSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { dirname, extname, join } from 'node:path';
@@ -11,7 +12,7 @@ const here = dirname(fileURLToPath(import.meta.url)), root = join(here, '../../.
 const { chromium } = createRequire(join(here, '../package.json'))('playwright-core');
 const [engine, folder, file, width, height, out, exposure = '', material = ''] = process.argv.slice(2);
 const HOST = 'http://kiln.test';
-const SERVED = { '/bake/': folder, '/modules/': join(here, 'node_modules'), '/engines/': here, '/docs/': join(root, 'docs') };
+const SERVED = { '/bake/': folder, '/modules/': join(here, 'node_modules'), '/engines/': here, '/web/': join(root, 'configs/engines/web') };
 const TYPES = { '.html': 'text/html', '.js': 'text/javascript', '.mjs': 'text/javascript', '.glb': 'model/gltf-binary' };
 
 function answer(route) {
