@@ -21,7 +21,7 @@ void print_light(const BakeReport& r) {
               percent(m.p95_relative).c_str());
   std::printf("%s of texels within %g %% at %g %% confidence%s\n", percent(m.within_target).c_str(),
               100 * r.settings.error, 100 * r.settings.confidence,
-              r.complete ? "" : "; stopped by the time limit");
+              stopped_by(r) == "error" ? "; --error is reached" : "");
 }
 
 void print_statement(const BakeReport& r) {
@@ -41,6 +41,7 @@ void print_statement(const BakeReport& r) {
   };
   count(m.never_sampled, "were never sampled and are filled from their neighbours");
   count(m.met_no_light, "received no light");
+  if (const std::string next = next_step(r); !next.empty()) std::printf("%s\n", next.c_str());
 }
 
 void print_result(const BakeReport& r, const std::string& folder) {

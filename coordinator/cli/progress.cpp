@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 
 #include "common/base/format.h"
@@ -31,6 +32,12 @@ void ProgressPrinter::line(const std::string& s) {
   std::fflush(stderr);
 }
 
+double WholeShare::update(double elapsed, double left) {
+  constexpr double kMost = 0.99;  // all of it is done when the command ends
+  if (left >= 0 && elapsed + left > 0) share_ = std::max(share_, std::min(kMost, elapsed / (elapsed + left)));
+  return share_;
+}
+
 void ProgressPrinter::operator()(const BakeProgress& p) {
   if (quiet_) return;
   const double now = watch_.seconds();
@@ -44,12 +51,18 @@ void ProgressPrinter::operator()(const BakeProgress& p) {
     line(p.done > 0 ? text("{}  {:.0f} %", p.stage, 100 * p.done) : p.stage + " ...");
     return;
   }
-  std::string bar;
-  if (terminal_)
-    for (int i = 0; i < 24; ++i) bar += i < static_cast<int>(24 * p.done) ? "#" : ".";
-  line(text("bake  pass {}  {}{:3.0f} %  {:.2f} M rays/s  {:.1f} % of texels converged  {}", p.pass,
-            bar.empty() ? "" : bar + " ", 100 * p.done, p.rays_per_second / 1e6, 100 * p.converged_share,
-            p.seconds_left >= 0 ? "about " + duration_text(p.seconds_left) + " left" : ""));
+  const double share = whole_.update(now, p.seconds_left);
+  std::string out = text("bake  pass {}, {:.0f} % of it", p.pass, 100 * p.done);
+  if (share >= 0) {
+    std::string bar;
+    if (terminal_)
+      for (int i = 0; i < 24; ++i) bar += i < static_cast<int>(24 * share) ? "#" : ".";
+    out = text("bake  {}{:3.0f} %", bar.empty() ? "" : bar + " ", 100 * share);
+    if (p.seconds_left >= 0) out += text("  about {} left", duration_text(p.seconds_left));
+    out += text("  pass {}", p.pass);
+  }
+  line(text("{}  {:.2f} M rays/s  {:.1f} % of texels converged", out, p.rays_per_second / 1e6,
+            100 * p.converged_share));
 }
 
 }  // namespace kiln

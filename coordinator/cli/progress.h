@@ -6,6 +6,18 @@
 
 namespace kiln {
 
+// The share of a whole bake that is done, by time: it never falls, although the time left is predicted anew
+// after every pass.
+class WholeShare {
+ public:
+  // `left`: seconds; negative: unknown, as long as nothing predicts it. Returns the share, negative if
+  // unknown.
+  double update(double elapsed, double left);
+
+ private:
+  double share_ = -1;
+};
+
 class ProgressPrinter {
  public:
   explicit ProgressPrinter(bool quiet);
@@ -19,6 +31,7 @@ class ProgressPrinter {
   uint32_t pass_ = 0;
   double last_ = -1;
   bool open_line_ = false;
+  WholeShare whole_;
   Stopwatch watch_;
 };
 

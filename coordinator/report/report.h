@@ -102,6 +102,8 @@ struct BakeReport {
   std::vector<ResponseStatement> responses;
   uint64_t texels_by_class[kValidityClasses] = {};
   bool complete = true;  // false: stopped by the time limit
+  // Share of the texels that have --max-samples and would need more for what is asked.
+  double held_back = 0;
   double total_seconds = 0;
   std::vector<TextureFigures> textures;
   std::string
@@ -110,6 +112,11 @@ struct BakeReport {
   LampReport lamps;
   std::set<std::string> files;  // all that the bake wrote but report.json: the next bake replaces them
 };
+
+// What ended the passes: "error", all that was asked is reached; "max-samples"; "time-limit".
+std::string_view stopped_by(const BakeReport& report);
+// What a user can do for a better map, in a sentence; empty if the map is what was asked for.
+std::string next_step(const BakeReport& report);
 
 std::string_view validity_name(Validity v);
 

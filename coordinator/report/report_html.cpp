@@ -189,8 +189,8 @@ Expected<std::string> report_html(const BakeReport& r, const Lightmap& map, cons
                                   std::span<const std::vector<float>> texture_errors) {
   KILN_TRY(const std::string figures, maps(r, map));
   std::string out = page_head(r.scene_path.filename().string());
-  out += text("<p><b>{}</b>{}</p>\n", escape(statement_text(r)),
-              r.complete ? "" : " (stopped by the time limit)");
+  out += text("<p><b>{}</b></p>\n", escape(statement_text(r)));
+  if (const std::string next = next_step(r); !next.empty()) out += text("<p>{}</p>\n", escape(next));
   const auto shown = [](const Bytes& png, std::string_view caption) {
     return png.empty() ? std::string() : embedded(png, caption);
   };

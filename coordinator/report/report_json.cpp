@@ -186,11 +186,32 @@ std::string statement_text(const BakeReport& r) {
   return out;
 }
 
+std::string_view stopped_by(const BakeReport& r) {
+  return !r.complete ? "time-limit" : r.held_back > 0 ? "max-samples" : "error";
+}
+
+std::string next_step(const BakeReport& r) {
+  if (r.statement.never_sampled > 0)
+    return "not every texel was sampled: a longer --time-limit, or a lower --texels-per-metre; `kiln plan` "
+           "names the objects that take most of the texels";
+  if (!r.complete)
+    return "stopped by --time-limit before the map was within --error: give it a longer --time-limit or a "
+           "lower "
+           "--texels-per-metre";
+  if (r.held_back > 0)
+    return text(
+        "stopped by --max-samples {}: {:.1f} % of the texels would need more samples to be within what "
+        "is asked; raise it, or ask for less with --error",
+        r.settings.max_samples, 100 * r.held_back);
+  return "";
+}
+
 std::string report_json(const BakeReport& r) {
   JsonWriter w;
   w.begin_object();
   w.pair("scene", r.scene_path.filename().string()).pair("scene_id", r.scene_id);
   w.pair("complete", r.complete).pair("total_seconds", r.total_seconds);
+  w.pair("stopped_by", stopped_by(r)).pair("held_back", r.held_back).pair("next_step", next_step(r));
   w.pair("median_relative_error", r.statement.median_relative);
   w.pair("p95_relative_error", r.statement.p95_relative);
   w.pair("within_target", r.statement.within_target).pair("never_sampled", r.statement.never_sampled);

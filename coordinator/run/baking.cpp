@@ -75,6 +75,7 @@ class Baking {
       nonfinite_.clear();
       next_unit_ = units_before_ + 1;
     }
+    report_.held_back = held_back();
     report_.nonfinite = nonfinite_.places();
     if (const std::string s = nonfinite_.sentence(); !s.empty()) report_.warnings.push_back(s);
     if (!skipped_.empty())
@@ -327,6 +328,18 @@ class Baking {
     for (size_t site = 0; site < samples_.size(); ++site)
       if (samples_[site] > 0 && samples_[site] < least_) return false;
     return reached_error(state(), norm_, z_, unmet_.get()) <= asked_error();
+  }
+
+  // Share of the sampled sites that have all the samples they may have, and too few for what is asked.
+  double held_back() const {
+    if (has_reached() || errors_.mean.empty()) return 0;
+    const std::vector<double> needed = all_needed(target_);
+    size_t sites = 0, held = 0;
+    for (size_t site = 0; site < samples_.size(); ++site) {
+      sites += samples_[site] > 0;
+      held += samples_[site] >= most_samples() && needed[site] > samples_[site];
+    }
+    return sites ? static_cast<double>(held) / static_cast<double>(sites) : 0;
   }
 
   // Up to what is needed, but at least `least` times what a site has.
