@@ -116,7 +116,8 @@ void GroupWriter::run() {
   database_.close();
 }
 
-std::vector<Operation> GroupWriter::take_group(std::unique_lock<std::mutex>&) {
+std::vector<Operation> GroupWriter::take_group(std::unique_lock<std::mutex>& lock) {
+  KILN_CHECK(lock.owns_lock());
   std::vector<Operation> group;
   uint64_t bytes = 0;
   while (!queue_.empty() && group.size() < options_.group_operations) {

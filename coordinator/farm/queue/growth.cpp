@@ -4,6 +4,7 @@
 #include <map>
 #include <set>
 
+#include "common/base/check.h"
 #include "common/base/files.h"
 #include "common/base/format.h"
 #include "common/base/json.h"
@@ -81,6 +82,7 @@ std::optional<std::array<double, kDataKinds.size()>> GrowthHistory::a_day(int64_
                                                                           const DataSizes& now) const {
   if (samples_.empty() || now_ms < samples_.front().at_ms + kEveryMs) return std::nullopt;
   const double days = static_cast<double>(now_ms - samples_.front().at_ms) / kDayMs;
+  KILN_CHECK(days > 0);
   std::array<double, kDataKinds.size()> growth{};
   for (size_t k = 0; k < kDataKinds.size(); ++k)
     growth[k] = (static_cast<double>(now.*kDataKinds[k].bytes) -

@@ -34,6 +34,9 @@ class RowWindows {
   // `rows`: of one job, by unit, then digest. Replaces the job's window.
   void put(JobId job, std::vector<CommitRow> rows) {
     KILN_CHECK(rows.size() <= kRows);
+    KILN_CHECK(std::is_sorted(rows.begin(), rows.end(), [](const CommitRow& a, const CommitRow& b) {
+      return std::pair(a.unit, a.digest) < std::pair(b.unit, b.digest);
+    }));
     const std::lock_guard lock(mutex_);
     if (windows_.size() >= kJobs && !windows_.count(job)) windows_.erase(windows_.begin());
     windows_[job] = std::move(rows);

@@ -82,6 +82,7 @@ std::map<JobId, Error> Spool::sync() {
   std::map<JobId, Error> failed;
   for (auto& [job, files] : jobs_) {
     if (!std::exchange(files.in_group, false)) continue;
+    KILN_CHECK(files.folder_made);
     const Status status = sync_job(job, files);
     if (status) continue;
     failed.emplace(job, status.error());

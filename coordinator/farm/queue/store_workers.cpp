@@ -12,6 +12,7 @@ constexpr size_t kMaxIdentity = 256, kMaxReason = 4096;  // bytes
 Status taint(GroupTransaction& t, JobRecord job, uint64_t units, const std::string& worker,
              const std::string& reason) {
   constexpr size_t kMax = 4000;
+  KILN_CHECK(job.id != 0);
   job.tainted = true;
   const std::string sentence = text("{} {}{}", units, suspect_words(worker), reason);
   if (job.taint.find(sentence) == std::string::npos && job.taint.size() + sentence.size() < kMax)
@@ -105,6 +106,7 @@ Status StoreImpl::conclude(JobId id, const Edit& edit) {
     KILN_TRY(const auto unproven, t.tables().load_unproven(id));
     for (const auto& row : unproven) {
       const auto worker = t.worker(row.worker);
+      KILN_CHECK(t.has_job(id));
       if (worker && worker->quarantined)
         KILN_TRY_STATUS(taint(t, *t.job(id), row.units, row.worker, worker->quarantine_reason));
     }
