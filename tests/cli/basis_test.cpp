@@ -4,6 +4,7 @@
 
 #include <fstream>
 
+#include "common/base/files.h"
 #include "common/base/json.h"
 #include "coordinator/scene/imageio/exr.h"
 #include "tests/bake/scene_gltf.h"
@@ -95,6 +96,20 @@ TEST_F(BasisCli, TexturesOfEveryBasis) {
     const auto result = bake(std::string("--basis sg9 --sh-fit positive --encode ") + encoding);
     EXPECT_EQ(result.exit_status, 0) << result.output;
   }
+}
+
+// A preset has a density and pages of its own, and a finished bake has had them.
+TEST_F(BasisCli, PresetsEncodeABakeOfAnotherDensity) {
+  ASSERT_EQ(bake("--encode none").exit_status, 0);
+  ASSERT_TRUE(
+      write_file_atomic(dir_.path() / "preset.json",
+                        R"({"encode": "half", "container": "dds", "texels-per-metre": 3, "page-size": 64,
+                                    "mip-levels": 3, "basis": "sg9"})"));
+  const auto result = kiln("encode room.glb --from out -o again --config preset.json");
+  EXPECT_EQ(result.exit_status, 0) << result.output;
+  EXPECT_TRUE(std::filesystem::exists(dir_.path() / "again/lightmap_half_L0.dds"));
+  const auto refused = kiln("encode room.glb --from out -o other --encode half --texels-per-metre 3");
+  EXPECT_EQ(refused.exit_status, 2) << "said on the command line: " << refused.output;
 }
 
 TEST_F(BasisCli, WhatCannotBeStoredIsRefused) {
