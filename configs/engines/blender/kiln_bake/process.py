@@ -10,7 +10,7 @@ except ImportError:  # no terminals: progress comes every ten seconds
     pty = None
 
 ESCAPE = re.compile(r"\x1b\[[0-9;]*[A-Za-z]")
-LOCAL = re.compile(r"^bake\s+pass (\d+)\s.*?(\d+)%.*?converged\s*(?:about (.+) left)?$")
+LOCAL = re.compile(r"^bake\s+pass (\d+)\s.*?(\d+) %.*?converged\s*(?:about (.+) left)?$")
 STAGE = re.compile(r"^(\w[\w ]*?)(?:\s+(\d+) %| \.\.\.)$")
 FARM = re.compile(r"^job (\d+) .*?: (\w+)(.*)$")
 
