@@ -10,7 +10,9 @@ except ImportError:  # no terminals: progress comes every ten seconds
     pty = None
 
 ESCAPE = re.compile(r"\x1b\[[0-9;]*[A-Za-z]")
-LOCAL = re.compile(r"^bake\s+pass (\d+)\s.*?(\d+) %.*?converged\s*(?:about (.+) left)?$")
+# Before anything says how long the bake will take: the share of the pass. Then the share of the whole bake.
+LOCAL_FIRST = re.compile(r"^bake\s+pass (\d+), \d+ % of it .*converged$")
+LOCAL = re.compile(r"^bake\s+(?:[#.]+ )?\s*(\d+) %(?:  about (.+?) left)?  pass (\d+) .*converged$")
 STAGE = re.compile(r"^(\w[\w ]*?)(?:\s+(\d+) %| \.\.\.)$")
 FARM = re.compile(r"^job (\d+) .*?: (\w+)(.*)$")
 
@@ -76,7 +78,9 @@ class Run:
         if not line:
             return
         if found := LOCAL.match(line):
-            self.stage, self.share, self.left = "pass " + found[1], float(found[2]), found[3] or ""
+            self.stage, self.share, self.left = "pass " + found[3], float(found[1]), found[2] or ""
+        elif found := LOCAL_FIRST.match(line):
+            self.stage = "pass " + found[1]
         elif found := FARM.match(line):
             self.job, self.stage = int(found[1]), found[2]
             share, left = re.search(r"(\d+) %", found[3]), re.search(r"about (.+?) left", found[3])
