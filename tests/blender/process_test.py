@@ -13,8 +13,8 @@ import process  # noqa: E402
 
 def main(kiln, scene):
     with tempfile.TemporaryDirectory() as folder:
-        run = process.Run([kiln, "bake", scene, "-o", os.path.join(folder, "out"), "--texels-per-metre", "3", "--encode", "none",
-                           "--preview", "off", "--error", "10%", "--max-samples", "1024"])
+        run = process.Run([kiln, "bake", scene, "-o", os.path.join(folder, "out"), "--texels-per-metre", "1", "--encode", "none",
+                           "--preview", "off", "--error", "10%", "--max-samples", "256"])
         shares, stages, lefts = [0.0], set(), set()
         while run.poll() is None:
             if run.stage.startswith("pass "):
