@@ -16,9 +16,9 @@ def row(name, what, quick=False):
     return add
 
 
-def finish(farm):
+def finish(farm, patience_s=120):
     """Waits for the end, holds the digest against the undisturbed one."""
-    outcome = farm.outcome()
+    outcome = farm.outcome(patience_s)
     farm.expect_truth(outcome)
     return outcome
 
@@ -310,13 +310,13 @@ def clock_moves(farm, clock):
 
 @row("descriptors", "256 file descriptors for the coordinator, 300 workers")
 def descriptors(lab):
-    farm = FaultFarm(lab, units=6000, lease_ms=15000, descriptors=256)
+    farm = FaultFarm(lab, units=12000, lease_ms=15000, descriptors=256)  # more than are done before all have come
     host = lab.host()
-    first = [lab.worker(host, farm, threads=1, stub="slow=200", patience=600) for _ in range(20)]
-    farm.wait_done(100)
+    first = [lab.worker(host, farm, threads=1, stub="slow=1000", patience=600) for _ in range(20)]
+    farm.wait_done(20)
     for _ in range(280):
-        lab.worker(host, farm, threads=1, stub="slow=200", patience=600)
-    outcome = finish(farm)
+        lab.worker(host, farm, threads=1, stub="slow=1000", patience=600)
+    outcome = finish(farm, 400)
     lost = [w for w in first if w.ended() and w.process.returncode]
     if outcome["workers_lost"] or lost or outcome["connections"] > 256:
         raise Failed(f"{outcome['workers_lost']} workers lost, {len(lost)} of the first ended")
