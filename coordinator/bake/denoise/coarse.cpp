@@ -314,14 +314,14 @@ class Refinement {
     std::array<float, kMaxAround> weight;
     double sum = 0;
     for (const uint32_t i : joined_.members(g)) {
-      float* out = &out_.mean[size_t{i} * planes_];
+      float* out = out_.mean.data() + size_t{i} * planes_;
       const size_t count = between.weights(sites_.position[i], weight);
       double light = 0, error = 0, raw = 0;
       for (size_t k = 0; k < count; ++k) {
         const float w = weight[k];
         if (w == 0) continue;
         const uint32_t c = between.site(k);
-        const float* in = &from_.mean[size_t{c} * planes_];
+        const float* in = from_.mean.data() + size_t{c} * planes_;
         for (size_t p = 0; p < planes_; ++p) out[p] += w * in[p];
         light += w * double{from_.luminance[c]};
         error += w * double{from_.standard_error[c]};
@@ -405,11 +405,11 @@ class Refinement {
         out_.standard_error[i] = static_cast<float>(std::sqrt(coarse * coarse + detail_of(around)));
         continue;
       }
-      float* out = &out_.mean[size_t{i} * planes_];
+      float* out = out_.mean.data() + size_t{i} * planes_;
       const double own_share = std::max(share, alone(i));
       const auto keep = static_cast<float>(own_share);
-      const float* a = &s_.mean[0][size_t{i} * planes_];
-      const float* b = &s_.mean[1][size_t{i} * planes_];
+      const float* a = s_.mean[0].data() + size_t{i} * planes_;
+      const float* b = s_.mean[1].data() + size_t{i} * planes_;
       if (keep > 0)
         for (size_t p = 0; p < planes_; ++p) out[p] += keep * (0.5f * a[p] + 0.5f * b[p] - out[p]);
       hold_bounds(bounds_, out, planes_);

@@ -106,7 +106,7 @@ float lonely_error(const TexelStatistics& s, size_t i) {
 // Sums differences, so that equal values are not rounded.
 void mix_planes(const TexelStatistics& s, const Candidates& c, const Blend& blend, size_t i, float* out) {
   double sum[kMaxPlanes] = {};
-  const float* own[2] = {&s.mean[0][i * s.planes], &s.mean[1][i * s.planes]};
+  const float* own[2] = {s.mean[0].data() + i * s.planes, s.mean[1].data() + i * s.planes};
   const double keep[2] = {c.keep[0][i], c.keep[1][i]};
   for (size_t q = 1; q < blend.window().size(); ++q) {
     const double w = 0.5 * blend.weights()[q];
@@ -192,8 +192,8 @@ Denoised run(const TexelStatistics& s, std::span<const DirectionBound> bounds, b
         blend.enter(static_cast<uint32_t>(i));
         put_errors(candidates, choice, blend, i, out);
         if (!planes) continue;
-        mix_planes(s, candidates, blend, i, &out.mean[i * s.planes]);
-        hold_bounds(bounds, &out.mean[i * s.planes], s.planes);
+        mix_planes(s, candidates, blend, i, out.mean.data() + i * s.planes);
+        hold_bounds(bounds, out.mean.data() + i * s.planes, s.planes);
       } else {
         out.luminance[i] = 0.5f * s.luminance[0][i] + 0.5f * s.luminance[1][i];
         if (s.known[i]) out.raw_error[i] = out.standard_error[i] = lonely_error(s, i);
