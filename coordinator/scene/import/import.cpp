@@ -20,6 +20,7 @@
 #include "coordinator/scene/import/materials.h"
 #include "coordinator/scene/import/meshes.h"
 #include "coordinator/scene/import/part_extras.h"
+#include "coordinator/scene/import/probe_extras.h"
 #include "coordinator/scene/import/texture_density.h"
 
 namespace kiln {
@@ -205,6 +206,7 @@ Expected<ImportResult> import_scene(const std::filesystem::path& path, const Bak
   KILN_TRY_STATUS(read_all_lights(context, nodes, scene, result.display, result.notes));
   warn_of_lumens(context, scene, result.notes);
   KILN_TRY_STATUS(read_cameras(context, nodes, result));
+  KILN_TRY(result.probes, read_probe_boxes(context, nodes, result.notes));
   if (auto checked = check_scene(scene); !checked) return context.bad(checked.error().message);
   return result;
 }
