@@ -52,12 +52,6 @@ inline Vec3 harmonic_irradiance(const Harmonics& light, const Vec3& normal) {
   for (size_t k = 0; k < kHarmonics; ++k) e += light[k] * (y[k] * kCosineFactor[kHarmonicDegree[k]]);
   return e;
 }
-inline Vec3 harmonic_radiance(const Harmonics& light, const Vec3& direction) {
-  const std::array<float, kHarmonics> y = harmonics_at(direction);
-  Vec3 l(0.0f);
-  for (size_t k = 0; k < kHarmonics; ++k) l += light[k] * y[k];
-  return l;
-}
 
 // Scales the degrees by 1 / (1 + a l^2 (l + 1)^2) with the least a >= 0, up to a tenth of a percent, for
 // which E is nowhere negative (Sloan 2008, Stupid Spherical Harmonics Tricks, "Windowing"). The window is the

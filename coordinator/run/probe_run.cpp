@@ -243,6 +243,7 @@ Expected<BakedProbes> bake_probes(const ProbeTask& task) {
   }
   const FarmStatistics farm_figures = farm->statistics();
   task.workplace.close();  // before its chunks are destroyed
+  if (!wants_lightmap(task.request.settings)) task.report.farm = farm_figures;
   if (std::any_of(sites.probes.begin(), sites.probes.end(),
                   [&](uint32_t p) { return out.field.samples[p] == 0; }) &&
       task.request.settings.time_limit > 0)

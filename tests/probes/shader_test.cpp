@@ -119,8 +119,7 @@ TEST(ProbeShader, GivesWhatTheQueryGives) {
     inside += light.weight == 1;
     const float* const b = &out[4 * (records.size() + i)];
     const Vec3 found = bevy_lookup(*bevy, p, n);
-    // Hardware filters have 8 bits of fraction in each of three directions.
-    for (int c = 0; c < 3; ++c) EXPECT_NEAR(b[c], found[c], max_component(found) / 255 + 0.02f) << i;
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(b[c], found[c], max_component(found) / 255 + 1e-5f) << i;
   }
   EXPECT_GT(inside, 500u);
 }

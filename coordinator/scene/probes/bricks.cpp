@@ -11,7 +11,7 @@ namespace {
 
 // Whether a triangle meets a box: no axis separates them (Akenine-Moeller 2001, Fast 3D Triangle-Box Overlap
 // Testing).
-bool meets(const WorldTriangle& t, const DVec3& middle, const DVec3& half) {
+bool meets(const SolidTriangle& t, const DVec3& middle, const DVec3& half) {
   const DVec3 v[3] = {t.corner[0] - middle, t.corner[1] - middle, t.corner[2] - middle};
   const DVec3 edges[3] = {v[1] - v[0], v[2] - v[1], v[0] - v[2]};
   const auto apart = [&](const DVec3& axis) {
@@ -43,7 +43,7 @@ uint64_t morton(const UVec3& p) {
 
 class Layout {
  public:
-  Layout(ProbeVolume& volume, const ProbeBox& box, std::span<const WorldTriangle> triangles, uint64_t most)
+  Layout(ProbeVolume& volume, const ProbeBox& box, std::span<const SolidTriangle> triangles, uint64_t most)
       : volume_(volume), box_(box), triangles_(triangles), most_bricks_(8 * most + 64) {}
 
   // Returns false where there are more bricks than that many probes could need.
@@ -171,7 +171,7 @@ class Layout {
 
   ProbeVolume& volume_;
   const ProbeBox& box_;
-  std::span<const WorldTriangle> triangles_;
+  std::span<const SolidTriangle> triangles_;
   uint64_t most_bricks_;
 };
 
@@ -211,13 +211,13 @@ bool number_points(PlacedVolume& out, uint32_t first_probe, uint64_t most) {
 
 }  // namespace
 
-std::vector<WorldTriangle> world_triangles(const Scene& scene) {
-  std::vector<WorldTriangle> out;
+std::vector<SolidTriangle> world_triangles(const Scene& scene) {
+  std::vector<SolidTriangle> out;
   for (const Instance& i : scene.instances) {
     if (!i.cast) continue;
     const Mesh& m = scene.meshes[i.mesh];
     for (const UVec3& t : m.triangles) {
-      WorldTriangle w;
+      SolidTriangle w;
       for (int c = 0; c < 3; ++c) w.corner[c] = DVec3(transform_point(i.to_world, m.positions[t[c]]));
       out.push_back(w);
     }
@@ -225,7 +225,7 @@ std::vector<WorldTriangle> world_triangles(const Scene& scene) {
   return out;
 }
 
-Expected<PlacedVolume> place_bricks(const ProbeBox& box, std::span<const WorldTriangle> triangles,
+Expected<PlacedVolume> place_bricks(const ProbeBox& box, std::span<const SolidTriangle> triangles,
                                     uint32_t first_probe, uint64_t most) {
   const auto too_many = [&] {
     return fail(

@@ -9,10 +9,10 @@
 
 namespace kiln {
 
-struct WorldTriangle {
+struct SolidTriangle {
   DVec3 corner[3];
 };
-std::vector<WorldTriangle> world_triangles(const Scene& scene);  // of instances that rays hit
+std::vector<SolidTriangle> world_triangles(const Scene& scene);  // of instances that rays hit
 
 // A volume, and the points of its probes in Morton order: in finest spacings from its corner. Indices of
 // probes in the bricks count from `first_probe`.
@@ -26,7 +26,7 @@ struct PlacedVolume {
 // Fills the box: bricks of the largest spacing, each halved as long as its box, grown by one of its own
 // spacings, holds geometry, down to the smallest spacing. The volume begins at the box's low corner and ends
 // at its high corner or up to one brick behind it. Fails (kInvalidInput) with more than `most` probes.
-Expected<PlacedVolume> place_bricks(const ProbeBox& box, std::span<const WorldTriangle> triangles,
+Expected<PlacedVolume> place_bricks(const ProbeBox& box, std::span<const SolidTriangle> triangles,
                                     uint32_t first_probe, uint64_t most);
 
 }  // namespace kiln

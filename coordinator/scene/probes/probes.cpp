@@ -16,11 +16,11 @@ constexpr double kStep = 1.189207115002721;  // 2^(1/4), of the spacing that is 
 constexpr int kMostSteps = 80;
 
 struct Geometry {
-  std::vector<WorldTriangle> triangles;
+  std::vector<SolidTriangle> triangles;
   DVec3 low{0.0}, high{0.0};
   explicit Geometry(const Scene& scene) : triangles(world_triangles(scene)) {
     bool first = true;
-    for (const WorldTriangle& t : triangles)
+    for (const SolidTriangle& t : triangles)
       for (const DVec3& c : t.corner) {
         low = first ? c : glm::min(low, c);
         high = first ? c : glm::max(high, c);
