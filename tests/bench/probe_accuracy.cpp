@@ -173,6 +173,7 @@ int run(const char* path, size_t count, const char* environment) {
     ProbeLimits limits;
     limits.most = 60000;
     limits.visibility = true;
+    limits.may_coarsen = true;
     const auto layout = lay_out_probes(scene, {box_around(scene, spacing, 4 * spacing)}, limits);
     if (!layout) {
       std::printf("| %g m | %s |\n", spacing, layout.error().message.c_str());

@@ -147,5 +147,58 @@ TEST_F(ProbeBake, BadInputIsNamed) {
   expect("--probes auto --probe-spacing 2 --probe-max-spacing 1", "is below --probe-spacing");
 }
 
+// A node's volume: its box in the node's space, its spacings in the world's.
+TEST_F(ProbeBake, NodesOfTheSceneAskForVolumes) {
+  const std::vector<float> positions = {0, 0, 0, 0, 0, 4, 4, 0, 4, 4, 0, 0};
+  const std::vector<uint16_t> indices = {0, 1, 2, 0, 2, 3};
+  Bytes buffer;
+  for (const auto part : {bytes_of(positions), bytes_of(indices)})
+    buffer.insert(buffer.end(), part.begin(), part.end());
+  ASSERT_TRUE(write_file_atomic(dir_.path() / "x.bin", buffer));
+  const auto write = [&](const std::string& probes) {
+    std::ofstream(dir_.path() / "x.gltf")
+        << R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0,1]}],"nodes":[{"mesh":0},)"
+        << R"({"name":"hall","translation":[1,0,1],"scale":[2,2,2],"extras":{"kiln":{"probes":)" << probes
+        << R"(}}}],"meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1}]}],)"
+        << R"("accessors":[{"bufferView":0,"componentType":5126,"count":4,"type":"VEC3"},)"
+        << R"({"bufferView":1,"componentType":5123,"count":6,"type":"SCALAR"}],)"
+        << R"("bufferViews":[{"buffer":0,"byteLength":48},{"buffer":0,"byteOffset":48,"byteLength":12}],)"
+        << R"("buffers":[{"uri":"x.bin","byteLength":60}]})";
+  };
+  write(R"({"min":[0,0.1,0],"max":[1.5,1.6,1.5],"spacing":0.5,"visibility":true})");
+  const auto plan = kiln("plan x.gltf --json --environment 1,1,1");
+  ASSERT_EQ(plan.exit_status, 0) << plan.output;
+  // 3 m a side at 0.5 m: two bricks, seven probes.
+  EXPECT_NE(plan.output.find("\"probes\": 343"), std::string::npos) << plan.output;
+  EXPECT_NE(plan.output.find("\"visibility\": true"), std::string::npos);
+  const auto none = kiln("plan x.gltf --json --environment 1,1,1 --probes off");
+  EXPECT_EQ(none.output.find("\"probes\": 343"), std::string::npos);
+  const auto expect = [&](const std::string& probes, const std::string& words) {
+    write(probes);
+    const auto result = kiln("plan x.gltf");
+    EXPECT_EQ(result.exit_status, 2) << probes;
+    EXPECT_NE(result.output.find(words), std::string::npos) << result.output;
+    EXPECT_NE(result.output.find("hall"), std::string::npos) << result.output;
+  };
+  expect("7", "is no object");
+  expect(R"({"min":[0,0,0]})", "\"max\"");
+  expect(R"({"min":[0,0,0],"max":[1,0,1]})", "has no volume: along y");
+  expect(R"({"min":[0,0,0],"max":[1,1,1],"spacing":0})", "spacing is 0");
+  expect(R"({"min":[0,0,0],"max":[1,1,1],"visibility":1})", "visibility");
+  expect(R"({"min":[0,0,0],"max":[1,1,1],"size":1})", "\"size\"");
+}
+
+TEST_F(ProbeBake, ATimeLimitEndsIt) {
+  const auto result = kiln(
+      "bake room.glb -o out --quiet --quantities probes --probe-spacing 0.5 --error 0.1% "
+      "--time-limit 4");
+  EXPECT_EQ(result.exit_status, 0) << result.output;
+  EXPECT_TRUE(fs::exists(dir_.path() / "out/probes.exr"));
+  const auto report = read_file(dir_.path() / "out/report.json");
+  ASSERT_TRUE(report);
+  const std::string_view words(reinterpret_cast<const char*>(report->data()), report->size());
+  EXPECT_NE(words.find("\"complete\": false"), words.npos);
+}
+
 }  // namespace
 }  // namespace kiln

@@ -144,6 +144,19 @@ TEST(OctahedralMap, BordersContinueIt) {
     }
   EXPECT_LE(outer, 1.5 * inner);
   EXPECT_GT(outer, 0.1 * inner);
+  // A direction on the border has two places in the map, and lookups at both agree.
+  const auto at = [&](float u, float v) {
+    const float x = u * kIrradianceSide + 0.5f, y = v * kIrradianceSide + 0.5f;
+    const auto i = static_cast<uint32_t>(x), k = static_cast<uint32_t>(y);
+    const float fx = x - static_cast<float>(i), fy = y - static_cast<float>(k);
+    return (tile[k][i] * (1 - fx) + tile[k][i + 1] * fx) * (1 - fy) +
+           (tile[k + 1][i] * (1 - fx) + tile[k + 1][i + 1] * fx) * fy;
+  };
+  for (float t = 0.02f; t < 1; t += 0.02f)
+    for (const float edge : {0.0f, 0.9999999f}) {
+      EXPECT_NEAR(at(edge, t), at(edge, 1 - t), 1e-5f);
+      EXPECT_NEAR(at(t, edge), at(1 - t, edge), 1e-5f);
+    }
 }
 
 TEST(OctahedralMap, GoesThereAndBack) {

@@ -226,7 +226,7 @@ std::vector<SolidTriangle> world_triangles(const Scene& scene) {
 }
 
 Expected<PlacedVolume> place_bricks(const ProbeBox& box, std::span<const SolidTriangle> triangles,
-                                    uint32_t first_probe, uint64_t most) {
+                                    uint32_t first_probe, uint64_t most, bool centred) {
   const auto too_many = [&] {
     return fail(
         ErrorKind::kInvalidInput,
@@ -250,6 +250,7 @@ Expected<PlacedVolume> place_bricks(const ProbeBox& box, std::span<const SolidTr
     if (!(bricks * kBrickCells <= static_cast<double>(most)) || count * v.root_size() >= 1 << 21)
       return too_many();
     v.roots[k] = static_cast<uint32_t>(std::max(1.0, count));
+    if (centred) v.low[k] -= 0.5 * (v.roots[k] * v.root_size() * v.spacing - (box.high[k] - box.low[k]));
   }
   for (uint32_t z = 0; z < v.roots.z; ++z)
     for (uint32_t y = 0; y < v.roots.y; ++y)

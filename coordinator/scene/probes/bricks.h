@@ -25,8 +25,9 @@ struct PlacedVolume {
 
 // Fills the box: bricks of the largest spacing, each halved as long as its box, grown by one of its own
 // spacings, holds geometry, down to the smallest spacing. The volume begins at the box's low corner and ends
-// at its high corner or up to one brick behind it. Fails (kInvalidInput) with more than `most` probes.
+// at its high corner or up to one brick behind it; `centred`: what it stands out is the same on both sides.
+// Fails (kInvalidInput) with more than `most` probes.
 Expected<PlacedVolume> place_bricks(const ProbeBox& box, std::span<const SolidTriangle> triangles,
-                                    uint32_t first_probe, uint64_t most);
+                                    uint32_t first_probe, uint64_t most, bool centred = false);
 
 }  // namespace kiln

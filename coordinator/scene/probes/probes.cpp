@@ -42,11 +42,12 @@ Status check_is_near(const ProbeBox& box, const Geometry& g) {
 }
 
 Expected<std::vector<PlacedVolume>> place_all(const std::vector<ProbeBox>& boxes, const Geometry& g,
-                                              uint64_t most) {
+                                              uint64_t most, bool centred) {
   std::vector<PlacedVolume> out;
   uint64_t used = 0;
   for (const ProbeBox& box : boxes) {
-    KILN_TRY(PlacedVolume v, place_bricks(box, g.triangles, static_cast<uint32_t>(used), most - used));
+    KILN_TRY(PlacedVolume v,
+             place_bricks(box, g.triangles, static_cast<uint32_t>(used), most - used, centred));
     used += v.points.size();
     out.push_back(std::move(v));
   }
@@ -99,11 +100,6 @@ ProbeBox box_around(const Scene& scene, double spacing, double max_spacing) {
     const double inset = std::min(0.5 * spacing, 0.25 * (g.high[k] - g.low[k]));
     box.low[k] = g.low[k] + inset;
     box.high[k] = std::max(g.high[k] - inset, box.low[k] + 1e-3 * spacing);
-    // What the coarsest bricks have too much stands out on both sides.
-    double brick = kBrickCells * spacing;
-    for (uint32_t n = 1; n < kMaxProbeLevels && 2 * brick <= kBrickCells * max_spacing; ++n) brick *= 2;
-    const double size = box.high[k] - box.low[k];
-    box.low[k] -= 0.5 * (std::ceil(size / brick * (1 - 1e-9)) * brick - size);
   }
   return box;
 }
@@ -116,13 +112,13 @@ Expected<ProbeLayout> lay_out_probes(const Scene& scene, std::vector<ProbeBox> b
     box.visibility |= limits.visibility;
   }
   ProbeLayout out;
-  auto placed = place_all(boxes, geometry, limits.most);
+  auto placed = place_all(boxes, geometry, limits.most, limits.may_coarsen);
   double factor = 1;
   for (int step = 0; !placed && limits.may_coarsen && step < kMostSteps; ++step) {
     factor *= kStep;
     std::vector<ProbeBox> coarser = boxes;
     for (ProbeBox& box : coarser) box.spacing *= factor, box.max_spacing *= factor;
-    placed = place_all(coarser, geometry, limits.most);
+    placed = place_all(coarser, geometry, limits.most, limits.may_coarsen);
   }
   if (!placed) return tl::unexpected<Error>(placed.error());
   if (factor > 1)

@@ -32,7 +32,7 @@ struct ProbeLayout {
 
 struct ProbeLimits {
   uint64_t most = 100000;    // --max-probes
-  bool may_coarsen = false;  // solve for the spacing instead of failing
+  bool may_coarsen = false;  // --probes auto: solve for the spacing instead of failing, and centre the bricks
   bool visibility = false;   // --probe-visibility on: of every volume
 };
 
