@@ -1,4 +1,4 @@
-// Prints tables of docs/probes.md: probe_accuracy SCENE.glb [points] [environment strength R,G,B].
+// Prints tables of docs/probes.md: probe_accuracy SCENE.glb [points] [environment R,G,B] [finest spacing].
 // E from probes against path tracing at points that a character can reach, and the coverage of stated errors.
 #include <cmath>
 #include <cstdio>
@@ -16,6 +16,7 @@
 namespace kiln {
 namespace {
 
+constexpr double kSpacings[] = {2, 1, 0.5};                  // metres
 constexpr uint32_t kTruthSamples = 64, kProbeSamples = 256;  // of each replicate
 
 // Receivers with a normal of their own, six to a point.
@@ -54,10 +55,11 @@ class FacingPoints {
   std::vector<Vec3> points_;
 };
 
-// Points 0.1 to 2 m above surfaces that face up, with nothing between.
+// Points 0.1 to 2 m above surfaces that face up, with nothing between, inside of every volume.
 std::vector<Vec3> reachable_points(const Scene& scene, size_t count) {
   const SceneRays rays(scene);
   const Solid solid(scene);
+  const ProbeBox box = box_around(scene, kSpacings[0], kSpacings[0]);
   struct Floor {
     Vec3 corner[3];
   };
@@ -89,6 +91,7 @@ std::vector<Vec3> reachable_points(const Scene& scene, size_t count) {
     bool inside = false;
     for (const Vec3& d : {Vec3(1, 0, 0), Vec3(-1, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, 1), Vec3(0, 0, -1)})
       inside |= rays.closest(point, d, 1e9f, hit, stops) && !solid.shows(hit);
+    for (int k = 0; k < 3; ++k) inside |= point[k] < box.low[k] || point[k] > box.high[k];
     if (!inside) points.push_back(point);
   }
   return points;
@@ -120,19 +123,31 @@ Truth trace_truth(const Scene& scene, const std::vector<Vec3>& points) {
   return truth;
 }
 
-// sqrt(mean (q - A)(q - B)) / mean E: the noise of the truth has no part in it.
+// Inside of hollow walls and furniture, which no character can reach, there is as good as no light.
+bool is_sealed(const Truth& truth, size_t point) {
+  double sum = 0;
+  for (size_t k = 6 * point; k < 6 * point + 6; ++k) sum += truth.of[0][k] + truth.of[1][k];
+  return sum < 0.01 * 12 * truth.mean;
+}
+
+// sqrt(mean (q - A)(q - B)) / mean E, over points inside of volumes: the noise of the truth has no part in
+// it.
 double relative_rmse(const ProbeLayout& layout, const ProbeField& field, const std::vector<Vec3>& points,
                      const Truth& truth, const ProbeQuery& query) {
-  std::vector<double> products(6 * points.size());
-  for_each_index(products.size(), 0, [&](size_t i) {
-    const double q = luminance(query_probes(layout.volumes, field, points[i / 6],
-                                            FacingPoints::normal(static_cast<uint32_t>(i)), query)
-                                   .irradiance);
+  const size_t all = 6 * points.size();
+  std::vector<double> products(all), light(all), inside(all);
+  for_each_index(all, 0, [&](size_t i) {
+    const ProbeLight found = query_probes(layout.volumes, field, points[i / 6],
+                                          FacingPoints::normal(static_cast<uint32_t>(i)), query);
+    if (found.weight < 1 || is_sealed(truth, i / 6)) return;
+    const double q = luminance(found.irradiance);
     products[i] = (q - truth.of[0][i]) * (q - truth.of[1][i]);
+    light[i] = 0.5 * (truth.of[0][i] + truth.of[1][i]);
+    inside[i] = 1;
   });
-  double sum = 0;
-  for (const double p : products) sum += p;
-  return std::sqrt(std::max(0.0, sum / static_cast<double>(products.size()))) / truth.mean;
+  double sum = 0, mean = 0, count = 0;
+  for (size_t i = 0; i < all; ++i) sum += products[i], mean += light[i], count += inside[i];
+  return std::sqrt(std::max(0.0, sum / count)) / (mean / count);
 }
 
 void print_coverage(const Scene& scene, const std::vector<Vec3>& points) {
@@ -157,19 +172,22 @@ void print_coverage(const Scene& scene, const std::vector<Vec3>& points) {
   }
 }
 
-int run(const char* path, size_t count, const char* environment) {
+int run(const char* path, size_t count, const char* environment, double finest) {
   BakeSettings settings;
-  if (environment) settings.environment = environment;
+  if (environment && *environment) settings.environment = environment;
   auto imported = import_scene(path, settings);
   if (!imported) return std::fprintf(stderr, "%s\n", imported.error().message.c_str()), 1;
   const Scene& scene = imported->scene;
   const std::vector<Vec3> points = reachable_points(scene, count);
   const Truth truth = trace_truth(scene, points);
-  std::printf("%zu points, mean E %.4g\n\n", points.size(), truth.mean);
+  size_t sealed = 0;
+  for (size_t i = 0; i < points.size(); ++i) sealed += is_sealed(truth, i);
+  std::printf("%zu points, %zu of them sealed, mean E %.4g\n\n", points.size(), sealed, truth.mean);
   std::printf(
       "| spacing | probes | inactive | L2 kB | L2 | L2, visibility | all kB | octahedral, visibility |\n"
       "|---|---|---|---|---|---|---|---|\n");
-  for (const double spacing : {2.0, 1.0, 0.5}) {
+  for (const double spacing : kSpacings) {
+    if (spacing < finest) continue;
     ProbeLimits limits;
     limits.most = 60000;
     limits.visibility = true;
@@ -190,7 +208,7 @@ int run(const char* path, size_t count, const char* environment) {
                 rmse(true, false), all, rmse(true, true));
     std::fflush(stdout);
   }
-  print_coverage(scene, points);
+  if (finest == 0) print_coverage(scene, points);
   return 0;
 }
 
@@ -200,5 +218,5 @@ int run(const char* path, size_t count, const char* environment) {
 int main(int argc, char** argv) {
   if (argc < 2) return std::fprintf(stderr, "probe_accuracy SCENE.glb [points] [R,G,B]\n"), 2;
   return kiln::run(argv[1], argc > 2 ? static_cast<size_t>(std::atoi(argv[2])) : 10000,
-                   argc > 3 ? argv[3] : nullptr);
+                   argc > 3 ? argv[3] : nullptr, argc > 4 ? std::atof(argv[4]) : 0);
 }

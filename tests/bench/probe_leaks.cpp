@@ -1,4 +1,5 @@
-// Prints the leak table of docs/probes.md: probe_leaks [offsets].
+// Prints the leak table of docs/probes.md: probe_leaks [offsets], or one row: probe_leaks OFFSETS WALL
+// SPACING.
 #include <cstdio>
 #include <cstdlib>
 
@@ -21,6 +22,10 @@ int main(int argc, char** argv) {
                 100 * seeing.mean, 100 * seeing.p99, 100 * unseeing.mean, 100 * unseeing.p99);
     std::fflush(stdout);
   };
+  if (argc > 3) {
+    row(std::atof(argv[2]), std::atof(argv[3]));
+    return 0;
+  }
   row(0.2, 1);
   for (const double wall : {0.1, 0.05, 0.02})
     for (const double spacing : {1.0, 0.5}) row(wall, spacing);
