@@ -1,6 +1,7 @@
 #include "common/job/settings.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "common/base/format.h"
 #include "common/job/values.h"
@@ -14,7 +15,14 @@ using namespace values;
 
 Status parse_quantity_list(BakeSettings& b, const std::string& s) {
   KILN_TRY(b.quantities, parse_quantities(s));
+  b.probes_asked = std::exchange(b.quantities.probes, false);
   return {};
+}
+
+std::string print_quantity_list(const BakeSettings& b) {
+  Quantities all = b.quantities;
+  all.probes = b.probes_asked;
+  return print_quantities(all);
 }
 
 Status parse_falloff(BakeSettings& b, const std::string& s) {
@@ -321,9 +329,41 @@ const Setting kTable[] = {
      [](B& b, S s) { return store_number(b.visibility_error, s, 1e-6, 1); },
      [](const B& b) { return print(b.visibility_error); }},
     {"quantities", "LIST", "",
-     "quantities to bake: light, ao (ambient occlusion), sky (sky visibility), bent (bent normals); without "
-     "light the bake samples no lights",
-     parse_quantity_list, [](const B& b) { return print_quantities(b.quantities); }},
+     "quantities to bake: light, ao (ambient occlusion), sky (sky visibility), bent (bent normals), probes; "
+     "without light the bake samples no lights for texels; probes alone: no lightmap",
+     parse_quantity_list, print_quantity_list},
+    {"probes", "auto|scene|off|FILE", "",
+     "probe volumes, light for what moves: auto: one around the scene; scene: those of extras.kiln.probes; a "
+     "file that lists volumes",
+     [](B& b, S s) {
+       b.probes = s;
+       return s.empty() ? refuse("'' is not auto, scene, off or a file") : Status{};
+     },
+     [](const B& b) { return b.probes; }},
+    {"probe-spacing", "M", "metres", "--probes auto: distance of probes near surfaces",
+     [](B& b, S s) { return store_number(b.probe_spacing, s, 1e-3, 1e6); },
+     [](const B& b) { return print(b.probe_spacing); }},
+    {"probe-max-spacing", "M", "metres", "--probes auto: distance of probes in the open; 0: the same as near",
+     [](B& b, S s) { return store_number(b.probe_max_spacing, s, 0, 1e6); },
+     [](const B& b) { return print(b.probe_max_spacing); }},
+    {"max-probes", "N", "",
+     "most probes of a bake: --probes auto raises its spacing, other volumes are refused",
+     [](B& b, S s) { return store_number(b.max_probes, s, 64, 16777216); },
+     [](const B& b) { return text("{}", b.max_probes); }},
+    {"probe-visibility", "WORD", "",
+     "on: every volume gets octahedral irradiance and distances, by which engines keep light behind walls",
+     [](B& b, S s) { return store_switch(b.probe_visibility, s); },
+     [](const B& b) { return print_switch(b.probe_visibility); }},
+    {"probe-files", "LIST", "", "files of probes for engines: bevy (irradiance volumes, KTX2); none",
+     [](B& b, S s) {
+       if (s != "bevy" && s != "none") return refuse(text("'{}' is not bevy or none", s));
+       b.probe_bevy = s == "bevy";
+       return Status{};
+     },
+     [](const B& b) { return std::string(b.probe_bevy ? "bevy" : "none"); }},
+    {"probe-dering", "WORD", "", "on: windows the harmonics of probes until E is negative nowhere",
+     [](B& b, S s) { return store_switch(b.probe_dering, s); },
+     [](const B& b) { return print_switch(b.probe_dering); }},
     {"ao-distance", "M", "metres", "maximum distance of occluders",
      [](B& b, S s) { return store_number(b.ao_distance, s, 1e-4, 1e6); },
      [](const B& b) { return print(b.ao_distance); }},

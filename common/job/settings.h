@@ -58,8 +58,16 @@ struct BakeSettings {
   double time_limit = 0;  // seconds; 0: none
   bool cache = true, denoise = true;
   std::string basis = "sh_l1", sh_fit = "cap", sh_evaluator = "linear";
-  Quantities quantities;
-  double ao_distance = 1;  // metres
+  Quantities quantities;         // of the lightmap
+  std::string probes = "scene";  // scene, auto, off or a file
+  bool probes_asked = false;     // --quantities has probes
+  double probe_spacing = 1;      // metres, of --probes auto
+  double probe_max_spacing = 0;  // metres; 0: the same
+  uint64_t max_probes = 100000;
+  bool probe_visibility = false;
+  bool probe_dering = false;
+  bool probe_bevy = false;  // --probe-files
+  double ao_distance = 1;   // metres
   Falloff ao_falloff = Falloff::kNone;
   double visibility_error = 0.05;  // of ao, sky and bent: absolute
   bool seams = true;
@@ -114,6 +122,11 @@ std::span<const Setting> settings_table();
 // an exception.
 inline bool has_direct_light(const BakeSettings& settings) {
   return settings.quantities.light && settings.direct;
+}
+
+// Whether a lightmap is asked for; a bake of probes alone has none.
+inline bool wants_lightmap(const BakeSettings& settings) {
+  return settings.quantities.light || !settings.quantities.responses.empty();
 }
 
 // The names that --encode accepts; coordinator/output/textures defines each.

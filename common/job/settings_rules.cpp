@@ -47,6 +47,11 @@ Status check_settings(const BakeSettings& b) {
         "out one of the two settings",
         b.quantities.light ? text("--components {}", b.direct ? "direct" : "indirect")
                            : "--quantities " + print_quantities(b.quantities)));
+  if (b.probes == "off" && b.probes_asked)
+    return refuse("--quantities asks for probes and --probes off for none: leave one of them out");
+  if (b.probe_max_spacing != 0 && b.probe_max_spacing < b.probe_spacing)
+    return refuse(
+        text("--probe-max-spacing {:g} is below --probe-spacing {:g}", b.probe_max_spacing, b.probe_spacing));
   if (b.min_samples > b.max_samples)
     return refuse(text("--min-samples {} is above --max-samples {}", b.min_samples, b.max_samples));
   const bool astc = std::any_of(b.encodings.begin(), b.encodings.end(),

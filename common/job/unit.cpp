@@ -12,6 +12,11 @@ const char* TransportSettings::fault() const {
     return "the job asks for a quantity that does not exist in this release";
   if ((quantities.direct_apart || quantities.all_light) && !quantities.light)
     return "the job asks for parts of light without light";
+  if (quantities.probes && (!quantities.light || quantities.direct_apart || quantities.all_light ||
+                            !list.empty() || basis != find_basis("sh_l2")))
+    return "the job asks for probes with what probes do not have";
+  if (quantities.probe_visibility && !quantities.probes)
+    return "the job asks for the visibility of probes without probes";
   if (list.empty() && !quantities.light) return "the job asks for no quantity at all";
   if (!(response.ao_distance > 0.0f)) return "the job's ambient occlusion has no valid distance";
   return nullptr;

@@ -46,6 +46,7 @@ struct TransportSettings {
     v(t.basis, t.direct, t.indirect, t.max_bounces, t.seed, t.sampler, t.watertight, t.isa);
     v(t.quantities.light, t.quantities.direct_apart, t.quantities.all_light, t.quantities.responses);
     v(t.response.ao_distance, t.response.ao_falloff);
+    v(t.quantities.probes, t.quantities.probe_visibility);
   }
   const char* fault() const;
 };
@@ -53,7 +54,7 @@ struct TransportSettings {
 struct JobSpec {
   uint64_t id = 0;
   Digest scene;  // structure chunk
-  Digest atlas;  // atlas chunk
+  Digest atlas;  // atlas chunk; of a job whose quantities are probes, the chunk of their points
   TransportSettings transport;
   static void fields(auto& j, auto& v) { v(j.id, j.scene, j.atlas, j.transport); }
 };

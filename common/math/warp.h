@@ -29,13 +29,19 @@ inline float mixed_hemisphere_pdf(float z) {
   return z > 0.0f ? (1.0f + 2.0f * z) * (0.25f * kInvPi) : 0.0f;
 }
 
-// Candidate densities for a texel's primary directions; docs/performance.md compares them. Bakes use the
-// first.
-enum class PrimaryDensity : uint8_t { kMixed, kCosine, kUniform };
+// Candidate densities for a texel's primary directions; docs/performance.md compares them. Bakes of texels
+// use the first. kSphere is for receivers that face every way: uniform over the sphere, whose upper half is
+// that of the numbers with u.x < 1/2. The receiver's normal is the axis of the half that a sample falls into.
+enum class PrimaryDensity : uint8_t { kMixed, kCosine, kUniform, kSphere };
+
+inline bool is_upper_half(const Vec2& u) {
+  return u.x < 0.5f;
+}
 
 inline Vec3 primary_direction(PrimaryDensity density, const Vec2& u) {
   if (density == PrimaryDensity::kMixed) [[likely]]
     return mixed_hemisphere(u);
+  if (density == PrimaryDensity::kSphere) return spherical(is_upper_half(u) ? 2 * u.x : 2 * u.x - 1, u.y);
   return density == PrimaryDensity::kCosine ? cosine_hemisphere(u) : spherical(u.x, u.y);
 }
 inline float primary_pdf(PrimaryDensity density, float z) {

@@ -7,13 +7,13 @@
 namespace kiln {
 namespace {
 
-constexpr std::string_view kLight = "light";
+constexpr std::string_view kLight = "light", kProbes = "probes";
 constexpr std::string_view kFalloffNames[kFalloffs] = {"none", "linear", "smooth"};
 
 std::string quantity_names() {
   std::string out(kLight);
   for (const ResponseInfo& r : response_roster()) out += text(", {}", r.name);
-  return out;
+  return out + text(", {}", kProbes);
 }
 
 }  // namespace
@@ -48,6 +48,10 @@ Expected<Quantities> parse_quantities(std::string_view list) {
       out.light = true;
       continue;
     }
+    if (name == kProbes) {
+      out.probes = true;
+      continue;
+    }
     const std::span<const ResponseInfo> roster = response_roster();
     const auto found =
         std::find_if(roster.begin(), roster.end(), [&](const ResponseInfo& r) { return r.name == name; });
@@ -65,6 +69,7 @@ std::string print_quantities(const Quantities& quantities) {
   std::string out = quantities.light ? std::string(kLight) : "";
   for (const uint32_t r : quantities.responses)
     out += text("{}{}", out.empty() ? "" : ",", response_roster()[r].name);
+  if (quantities.probes) out += text("{}{}", out.empty() ? "" : ",", kProbes);
   return out;
 }
 
@@ -76,6 +81,15 @@ MomentLayout::MomentLayout(uint32_t basis, const Quantities& quantities)
     planes_ = kMomentBasis + 3 * functions_;
     if (quantities.direct_apart) direct_ = planes_, planes_ += 3;
     if (quantities.all_light) all_light_ = planes_, planes_ += 3;
+  }
+  if (quantities.probes) {
+    pair_squares_ = planes_;
+    planes_ += functions_;
+    if (quantities.probe_visibility) {
+      octahedral_ = planes_;
+      distances_ = octahedral_ + 3 * kIrradianceSide * kIrradianceSide;
+      planes_ = distances_ + 3 * kDistanceSide * kDistanceSide;
+    }
   }
   for (const uint32_t r : quantities.responses) {
     first_.push_back(planes_);
@@ -93,6 +107,17 @@ std::vector<std::string> MomentLayout::names() const {
       for (const char* name : {"direct.R", "direct.G", "direct.B"}) names.push_back(name);
     if (quantities_.all_light)
       for (const char* name : {"all.R", "all.G", "all.B"}) names.push_back(name);
+  }
+  if (quantities_.probes) {
+    for (const std::string_view function : basis_roster()[basis_].functions)
+      names.push_back(text("{}.pairs", function));
+    if (quantities_.probe_visibility) {
+      for (uint32_t t = 0; t < kIrradianceSide * kIrradianceSide; ++t)
+        for (const char* channel : {"R", "G", "B"}) names.push_back(text("octahedral.{}.{}", t, channel));
+      for (uint32_t t = 0; t < kDistanceSide * kDistanceSide; ++t)
+        for (const char* moment : {"weight", "distance", "squares"})
+          names.push_back(text("distance.{}.{}", t, moment));
+    }
   }
   for (const uint32_t index : quantities_.responses) {
     const ResponseInfo& r = response_roster()[index];

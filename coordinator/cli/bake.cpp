@@ -44,7 +44,23 @@ void print_statement(const BakeReport& r) {
   if (const std::string next = next_step(r); !next.empty()) std::printf("%s\n", next.c_str());
 }
 
+void print_probes(const ProbeFigures& p) {
+  if (p.volumes == 0) return;
+  std::printf(
+      "%llu probes in %s, %llu of them inside geometry and %llu moved: error of E %s in the median, %s at "
+      "the 95th percentile\n",
+      static_cast<unsigned long long>(p.probes), duration_text(p.seconds).c_str(),
+      static_cast<unsigned long long>(p.inactive), static_cast<unsigned long long>(p.moved),
+      percent(p.median_relative).c_str(), percent(p.p95_relative).c_str());
+}
+
 void print_result(const BakeReport& r, const std::string& folder) {
+  print_probes(r.probes);
+  if (!wants_lightmap(r.settings)) {
+    for (const std::string& s : r.warnings) std::printf("warning: %s\n", s.c_str());
+    std::printf("load:     %s/probes.json and probes.exr (docs/probes.md)\n", folder.c_str());
+    return;
+  }
   std::printf("%llu texels in %s, %.1f million rays, %.2f million rays/s and thread\n",
               static_cast<unsigned long long>(r.plan.valid_texels), duration_text(r.total_seconds).c_str(),
               r.farm.rays / 1e6, r.farm.worker_seconds > 0 ? r.farm.rays / r.farm.worker_seconds / 1e6 : 0.0);

@@ -40,7 +40,25 @@ void print_lods(const std::vector<DisplayFit>& fits) {
         static_cast<unsigned long long>(f.triangles), static_cast<unsigned long long>(f.faces));
 }
 
+void print_probes(const ProbePlan& p) {
+  if (p.volumes == 0) return;
+  std::printf("probes      %llu in %llu volume%s, %llu of them inside geometry, %g to %g m apart%s\n",
+              static_cast<unsigned long long>(p.probes), static_cast<unsigned long long>(p.volumes),
+              p.volumes == 1 ? "" : "s", static_cast<unsigned long long>(p.inactive), p.spacing,
+              p.max_spacing, p.visibility ? ", with visibility" : "");
+  std::printf("            memory %llu MiB, files %llu MiB before compression, %s to %s (estimates)\n",
+              static_cast<unsigned long long>(p.coordinator_bytes >> 20) + 1,
+              static_cast<unsigned long long>(p.output_bytes >> 20) + 1,
+              duration_text(p.least_seconds).c_str(), duration_text(p.most_seconds).c_str());
+}
+
 void print_text(const Preflight& p) {
+  print_probes(p.plan.probes);
+  if (p.atlas.texel_count() == 0) {
+    for (const ImportNote& n : p.imported.notes)
+      std::printf("%-11s %s\n", std::string(note_kind(n.kind)).c_str(), n.what.c_str());
+    return;
+  }
   std::printf("lightmap    %s, %u x %u, %u page%s, %llu charts\n", p.atlas.packed ? "pack" : "atlas",
               p.atlas.width, p.atlas.height, p.atlas.pages, p.atlas.pages == 1 ? "" : "s",
               static_cast<unsigned long long>(p.plan.charts));
@@ -88,6 +106,10 @@ int run(const Arguments& a, const BakeSettings& settings) {
   else
     print_text(*preflight);
   if (!a.has("output")) return 0;
+  if (preflight->atlas.texel_count() == 0)
+    return report_error({ErrorKind::kUsage,
+                         "-o is for the page of a lightmap, and none is asked for: leave it out, "
+                         "or add light to --quantities"});
   if (const Status s = write_plan(a.get("scene"), *preflight, settings, a.get("output")); !s)
     return report_error(s.error());
   const std::string folder = a.get("output");

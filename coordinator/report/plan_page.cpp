@@ -12,12 +12,20 @@ std::string minutes(double seconds) {
   return seconds < 90 ? text("{:.0f} s", seconds) : text("{:.0f} min", seconds / 60);
 }
 
+// The row of probes.
+std::string probes_text(const ProbePlan& p) {
+  return text("{} in {} volume{}, {} of them inside geometry, {:g} to {:g} m apart{}", p.probes, p.volumes,
+              p.volumes == 1 ? "" : "s", p.inactive, p.spacing, p.max_spacing,
+              p.visibility ? ", with visibility" : "");
+}
+
 std::string facts(const PlanView& v) {
   std::string out = "<table>\n";
   const auto row = [&](std::string_view name, const std::string& value) {
     out += text("<tr><td>{}</td><td>{}</td></tr>\n", name, escape(value));
   };
   const Plan& p = v.plan;
+  if (p.probes.volumes > 0) row("probes", probes_text(p.probes));
   row("layout", text("{}, {} x {}, {} page{}", v.atlas.packed ? "pack" : "atlas", v.atlas.width,
                      v.atlas.height, v.atlas.pages, v.atlas.pages == 1 ? "" : "s"));
   if (v.atlas.packed) row("texels per metre", text("{:.4g}", v.atlas.statistics.texels_per_metre));
@@ -104,6 +112,14 @@ std::string plan_json(const PlanView& v) {
   w.pair("coordinator_bytes", p.coordinator_bytes).pair("worker_bytes", p.worker_bytes);
   w.pair("output_bytes", p.output_bytes);
   w.pair("least_seconds", p.least_seconds).pair("most_seconds", p.most_seconds);
+  if (p.probes.volumes > 0) {
+    const ProbePlan& probes = p.probes;
+    w.key("probes").begin_object().pair("volumes", probes.volumes).pair("probes", probes.probes);
+    w.pair("inactive", probes.inactive).pair("spacing", probes.spacing);
+    w.pair("max_spacing", probes.max_spacing).pair("visibility", probes.visibility);
+    w.pair("coordinator_bytes", probes.coordinator_bytes).pair("output_bytes", probes.output_bytes);
+    w.pair("least_seconds", probes.least_seconds).pair("most_seconds", probes.most_seconds).end_object();
+  }
   write_objects(w, p.objects);
   w.key("lods").begin_array();
   for (const DisplayFit& f : v.projection.fits)

@@ -70,6 +70,17 @@ struct TwoPassFigures {
   std::string collapsed[kCollapseReasons];
 };
 
+// The probes of a bake; relative errors are of E, root mean square over all normals.
+struct ProbeFigures {
+  uint64_t volumes = 0, probes = 0, inactive = 0, moved = 0;
+  uint64_t skipped = 0;  // their units failed on every worker
+  bool complete = true;  // false: stopped by the time limit
+  double samples = 0;    // mean of the active ones
+  double median_relative = 0, p95_relative = 0;
+  uint64_t rays = 0;
+  double seconds = 0, worker_seconds = 0;
+};
+
 // What became of the file's lamps in scene.glb.
 struct LampReport {
   std::string mode;                 // "drop", "keep", "mark": what was done
@@ -110,6 +121,7 @@ struct BakeReport {
       unmet;  // why the bake failed although its masters are complete, in a sentence; empty: it succeeded
   std::vector<OutputFile> outputs;
   LampReport lamps;
+  ProbeFigures probes;          // no volumes: none were asked for
   std::set<std::string> files;  // all that the bake wrote but report.json: the next bake replaces them
 };
 

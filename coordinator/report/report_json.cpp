@@ -145,6 +145,15 @@ void write_lods(JsonWriter& w, const BakeReport& r) {
   w.end_array();
 }
 
+void write_probes(JsonWriter& w, const ProbeFigures& p) {
+  w.key("probes").begin_object();
+  w.pair("volumes", p.volumes).pair("probes", p.probes).pair("inactive", p.inactive).pair("moved", p.moved);
+  w.pair("skipped", p.skipped).pair("complete", p.complete).pair("samples", p.samples);
+  w.pair("median_relative_error", p.median_relative).pair("p95_relative_error", p.p95_relative);
+  w.pair("rays", p.rays).pair("seconds", p.seconds).pair("worker_seconds", p.worker_seconds);
+  w.end_object();
+}
+
 std::string light_text(const BakeReport& r) {
   const MapStatement& m = r.statement;
   const auto percent = [](double share) {
@@ -183,6 +192,9 @@ std::string statement_text(const BakeReport& r) {
     out += text("{}{}: median error {:.3f}, 95th percentile {:.3f}, {:.1f} % of texels within {:g}",
                 out.empty() ? "" : "; ", s.name, s.median_error, s.p95_error, 100 * s.within_target,
                 r.settings.visibility_error);
+  if (r.probes.volumes > 0)
+    out += text("{}{} probes: median error {:.1f} %, 95th percentile {:.1f} %", out.empty() ? "" : "; ",
+                r.probes.probes, 100 * r.probes.median_relative, 100 * r.probes.p95_relative);
   return out;
 }
 
@@ -245,6 +257,7 @@ std::string report_json(const BakeReport& r) {
   write_nonfinite(w, r);
   write_lamps(w, r.lamps);
   write_lods(w, r);
+  if (r.probes.volumes > 0) write_probes(w, r.probes);
   write_textures(w, r.textures);
   w.key("notes").begin_array();
   for (const ImportNote& n : r.notes)

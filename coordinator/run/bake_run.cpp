@@ -6,6 +6,7 @@
 #include "common/base/format.h"
 #include "coordinator/bake/collapse/same_charts.h"
 #include "coordinator/run/bake_stages.h"
+#include "coordinator/run/probe_run.h"
 
 namespace kiln {
 namespace {
@@ -83,6 +84,24 @@ bool plan_denoiser(const BakeSettings& settings, TimeBudget& budget, BakeReport&
   return denoises;
 }
 
+// A bake without a lightmap has no layout, no passes over texels and no textures.
+Expected<BakeReport> bake_probes_alone(const BakeRequest& request, const Preflight& pre,
+                                       const Stopwatch& watch, const Progress& progress, BakeReport& report) {
+  if (!pre.probes)
+    return fail(ErrorKind::kUsage,
+                text("{}: --quantities {} asks for neither a lightmap nor probes", request.scene.string(),
+                     print_quantities(request.settings.quantities)));
+  KILN_TRY_STATUS(prepare_output_folder(request.output, pre.probes->size() * probe_bytes(true)));
+  report.notes = pre.imported.notes;
+  Workplace workplace(request);
+  const ProbeTask task{request, pre, workplace, watch, report, progress};
+  KILN_TRY(const BakedProbes probes, bake_probes(task));
+  KILN_TRY_STATUS(check_cancelled(request));
+  report.complete = report.probes.complete;
+  KILN_TRY_STATUS(publish_probes(task, probes));
+  return report;
+}
+
 }  // namespace
 
 Expected<BakeReport> run_bake(const BakeRequest& request, const Progress& progress) {
@@ -92,6 +111,7 @@ Expected<BakeReport> run_bake(const BakeRequest& request, const Progress& progre
   report.settings = request.settings;
   const auto may_go_on = [&] { return check_going_on(request, watch); };
   KILN_TRY(Preflight pre, run_preflight(request.scene, request.settings, report.stages, progress, may_go_on));
+  if (!wants_lightmap(request.settings)) return bake_probes_alone(request, pre, watch, progress, report);
   {
     TimeBudget first(request, pre, watch);
     first.take_time_for_denoiser();
@@ -106,11 +126,16 @@ Expected<BakeReport> run_bake(const BakeRequest& request, const Progress& progre
   begin_report(pre, report);
   KILN_TRY_STATUS(check_cancelled(request));
 
+  std::optional<BakedProbes> probes;
+  if (pre.probes) {
+    KILN_TRY(probes, bake_probes({request, pre, workplace, watch, report, progress}));
+  }
+  KILN_TRY_STATUS(check_cancelled(request));
   ChunkStore chunks;
   KILN_TRY(const JobSpec job, make_job(pre, request.settings, chunks));
   report.scene_id = job.scene.hex();
   SeamFinder seams(pre.imported.scene, pre.atlas);
-  const BakeRun run{request, watch, progress, report, pre, budget, seams};
+  const BakeRun run{request, watch, progress, report, pre, budget, seams, probes ? &*probes : nullptr};
   const std::optional<SurfaceGraph> surface = denoises ? std::optional(find_surface(run)) : std::nullopt;
   Accumulator sums(pre.atlas.sites.size(), MomentLayout(job.transport.basis, job.transport.quantities));
   KILN_TRY(Baked baked, run_passes(run, workplace, job, chunks, surface ? &*surface : nullptr, sums));

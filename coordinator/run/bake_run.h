@@ -4,12 +4,14 @@
 #include <atomic>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "common/job/settings.h"
 #include "coordinator/farm/dispatch/farm.h"
 #include "coordinator/report/plan_page.h"
 #include "coordinator/report/report.h"
+#include "coordinator/scene/probes/probes.h"
 
 namespace kiln {
 
@@ -53,9 +55,10 @@ struct Preflight {
   Atlas atlas;
   Projection projection;  // projection of imported.display
   Plan plan;
-  std::string kept_layout;     // SHA-256 of the --keep-layout file; empty: none
-  size_t import_notes = 0;     // number of imported.notes made before the layout; they come first
-  bool unseen_decides = true;  // false: --unseen auto has no camera or light to decide by
+  std::optional<ProbeLayout> probes;  // if any are asked for
+  std::string kept_layout;            // SHA-256 of the --keep-layout file; empty: none
+  size_t import_notes = 0;            // number of imported.notes made before the layout; they come first
+  bool unseen_decides = true;         // false: --unseen auto has no camera or light to decide by
   PlanView view() const { return {imported, atlas, plan, projection}; }
 };
 // Parts of the layout that are fixed by the caller. Layout pack.

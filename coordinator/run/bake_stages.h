@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "coordinator/run/baking.h"
+#include "coordinator/run/probe_run.h"
 #include "coordinator/run/two_pass.h"
 
 namespace kiln {
@@ -17,6 +18,7 @@ struct BakeRun {
   const Preflight& preflight;
   TimeBudget& budget;
   SeamFinder& seams;
+  const BakedProbes* probes = nullptr;  // null: none
 };
 
 // The surface that the denoiser filters over, with links between texels that see the same things.

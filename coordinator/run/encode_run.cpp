@@ -269,8 +269,11 @@ Expected<EncodeReport> run_encode(const EncodeRequest& request,
   KILN_TRY(const JsonValue baked, report_of(request.from));
   KILN_TRY(report.settings, settings_of(request, baked));
   std::vector<StageTime> times;
+  BakeSettings map_only = report.settings;
+  map_only.probes = "off";
+  map_only.probes_asked = false;
   KILN_TRY(const Preflight pre,
-           run_preflight(request.scene, report.settings, times, progress, {}, layout_of(baked)));
+           run_preflight(request.scene, map_only, times, progress, {}, layout_of(baked)));
   progress({.stage = "masters"});
   KILN_TRY(const Lightmap map, read_lightmap(request.from, pre.atlas, report.settings));
   KILN_TRY_STATUS(check_layout(request, pre, map));

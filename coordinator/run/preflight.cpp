@@ -10,7 +10,7 @@
 #include "coordinator/output/textures/textures.h"
 #include "coordinator/report/camera.h"
 #include "coordinator/report/density_view.h"
-#include "coordinator/run/bake_run.h"
+#include "coordinator/run/probe_run.h"
 #include "coordinator/scene/density/density.h"
 #include "coordinator/scene/imageio/imageio.h"
 #include "coordinator/scene/lods/lods.h"
@@ -126,6 +126,23 @@ Status project_levels(const std::filesystem::path& scene, const BakeSettings& se
   return {};
 }
 
+// Finds where the probes are.
+Status plan_its_probes(const std::filesystem::path& scene, const BakeSettings& settings, Preflight& pre,
+                       std::vector<StageTime>& times,
+                       const std::function<void(const BakeProgress&)>& progress) {
+  const StageTimer timer(times, "probe places");
+  progress({.stage = "probe places"});
+  auto planned = plan_probes(pre.imported, settings);
+  if (!planned) return fail(planned.error().kind, text("{}: {}", scene.string(), planned.error().message));
+  pre.probes = std::move(*planned);
+  if (!pre.probes) return {};
+  for (std::string& note : pre.probes->notes)
+    pre.imported.notes.push_back({ImportNote::Kind::kNote, std::move(note)});
+  pre.import_notes = pre.imported.notes.size();
+  pre.plan.probes = describe_probes(*pre.probes, settings);
+  return {};
+}
+
 }  // namespace
 
 Expected<Preflight> run_preflight(const std::filesystem::path& scene, const BakeSettings& settings,
@@ -143,6 +160,8 @@ Expected<Preflight> run_preflight(const std::filesystem::path& scene, const Bake
     pre.import_notes = pre.imported.notes.size();
     if (may_go_on) KILN_TRY_STATUS(may_go_on());
   }
+  KILN_TRY_STATUS(plan_its_probes(scene, settings, pre, times, progress));
+  if (!wants_lightmap(settings)) return pre;
   KILN_TRY_STATUS(lay_out_again(scene, settings, wish, pre, times, progress, may_go_on));
   return pre;
 }
@@ -177,6 +196,11 @@ Status lay_out_again(const std::filesystem::path& scene, const BakeSettings& set
   const unsigned workers = settings.workers ? settings.workers : 1;
   pre.plan = make_plan(pre.imported.scene, pre.atlas, settings,
                        settings.threads ? settings.threads * workers : hardware_threads());
+  if (pre.probes) {
+    pre.plan.probes = describe_probes(*pre.probes, settings);
+    pre.plan.output_bytes += pre.plan.probes.output_bytes;
+    pre.plan.coordinator_bytes += pre.plan.probes.coordinator_bytes;
+  }
   const TextureNeeds textures = texture_needs(settings, pre.plan.texels);
   pre.plan.output_bytes += textures.disk;
   pre.plan.coordinator_bytes += textures.memory;

@@ -3,6 +3,7 @@
 #include "common/base/files.h"
 #include "common/base/format.h"
 #include "coordinator/bake/post/stage.h"
+#include "coordinator/output/probes/probe_files.h"
 #include "coordinator/output/textures/textures.h"
 #include "coordinator/report/report_pictures.h"
 #include "coordinator/run/bake_stages.h"
@@ -124,6 +125,12 @@ Status publish_map(const BakeRun& run, const Lightmap& map, bool seams) {
                                 &textures.files,
                                 !budget.is_quick()};
     KILN_TRY(report.outputs, write_outputs(context));
+    if (run.probes) {
+      KILN_TRY(const std::vector<OutputFile> files,
+               write_probe_files(run.probes->layout.volumes, run.probes->field, {request.settings.probe_bevy},
+                                 folder.path()));
+      report.outputs.insert(report.outputs.end(), files.begin(), files.end());
+    }
     report_lamps(choose_lamps(context), pre.imported.display, report);
   }
   if (request.pictures) {

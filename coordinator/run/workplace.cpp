@@ -23,13 +23,8 @@ FarmSettings farm_settings(const BakeRequest& request) {
 
 }  // namespace
 
-Expected<JobSpec> make_job(const Preflight& pre, const BakeSettings& settings, ChunkStore& chunks) {
+Expected<JobSpec> make_transport(const BakeSettings& settings) {
   JobSpec job;
-  job.scene = write_scene(pre.imported.scene, chunks);
-  job.atlas = chunks.add(write_atlas(pre.atlas));
-  job.transport.basis = basis_index(settings);
-  job.transport.quantities = job_quantities(pre.imported.scene, settings);
-  job.transport.response = {static_cast<float>(settings.ao_distance), settings.ao_falloff};
   job.transport.direct = settings.direct;
   job.transport.indirect = settings.indirect;
   job.transport.max_bounces = settings.max_bounces;
@@ -37,6 +32,16 @@ Expected<JobSpec> make_job(const Preflight& pre, const BakeSettings& settings, C
   KILN_TRY(job.transport.sampler, find_sampler(settings.sampler));
   job.transport.watertight = settings.watertight;
   job.transport.isa = settings.isa;
+  return job;
+}
+
+Expected<JobSpec> make_job(const Preflight& pre, const BakeSettings& settings, ChunkStore& chunks) {
+  KILN_TRY(JobSpec job, make_transport(settings));
+  job.scene = write_scene(pre.imported.scene, chunks);
+  job.atlas = chunks.add(write_atlas(pre.atlas));
+  job.transport.basis = basis_index(settings);
+  job.transport.quantities = job_quantities(pre.imported.scene, settings);
+  job.transport.response = {static_cast<float>(settings.ao_distance), settings.ao_falloff};
   return job;
 }
 

@@ -8,6 +8,9 @@ namespace kiln {
 // Everything workers need for a bake: scene, layout and transport settings; `chunks` receives the first two.
 Expected<JobSpec> make_job(const Preflight& preflight, const BakeSettings& settings, ChunkStore& chunks);
 
+// Its transport settings alone, for light on receivers of any kind.
+Expected<JobSpec> make_transport(const BakeSettings& settings);
+
 class Workplace {
  public:
   explicit Workplace(const BakeRequest& request) : request_(request) {}  // must outlive this

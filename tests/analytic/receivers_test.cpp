@@ -13,6 +13,7 @@ class PointReceivers {
   explicit PointReceivers(std::vector<Vec3> points) : points_(std::move(points)) {}
   size_t size() const { return points_.size(); }
   uint32_t key(uint32_t index) const { return index; }
+  using Sums = Film;
 
   class Open {
    public:

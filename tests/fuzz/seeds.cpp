@@ -8,6 +8,7 @@
 #include "common/base/json.h"
 #include "common/job/irradiance_cache.h"
 #include "common/job/settings.h"
+#include "common/probes/probe_points.h"
 #include "common/scene/prepared.h"
 #include "common/tls/certificate.h"
 #include "common/zstd/compress.h"
@@ -87,6 +88,13 @@ void wire_seeds() {
     seed(target, name, Bytes(bytes.begin(), bytes.end()));
   };
   text_seed("json", "document", R"({"id":7,"after":[1,2],"name":"a\u00e9","deep":{"x":[true,null,-1.5e3]}})");
+  seed("probes", "two", write_probe_points({{{Vec3(0, 1, 2), 3}, {Vec3(-1, 0.5f, 0), 1}}}));
+  seed("probes", "no_reach", write_probe_points({{{Vec3(0, 1, 2), 0}}}));
+  text_seed("probe_file", "hall.json",
+            R"({"version":1,"volumes":[{"name":"hall","min":[0,0,0],"max":[12,4,20],"spacing":0.5,)"
+            R"("max_spacing":2,"visibility":true}]})");
+  text_seed("probe_file", "flat.json",
+            R"({"version":1,"volumes":[{"min":[0,0,0],"max":[1,0,1],"spacing":1}]})");
   text_seed("head", "get",
             "GET /api/jobs/7.json?x=1 HTTP/1.1\r\nHost: localhost:7801\r\nAuthorization: Bearer abc\r\n\r\n");
   text_seed("replay", "unit", write_replay({{7, {}, {}, {}}, {9, 64, 32, {1, 2, 3}}}, {}));

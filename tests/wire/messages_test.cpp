@@ -120,6 +120,13 @@ TEST(Messages, ValuesOutOfRangeAreRefusedByName) {
   job.transport.quantities = {};
   job.transport.quantities.responses = {1, 0};
   says(Job{job}, "a quantity that does not exist");
+  job.transport.quantities = {};
+  job.transport.quantities.probe_visibility = true;
+  says(Job{job}, "without probes");
+  job.transport.quantities.probes = true;
+  says(Job{job}, "what probes do not have");
+  job.transport.basis = *find_basis("sh_l2");
+  EXPECT_EQ(why(Job{job}), "");
 }
 
 // A count is believed only as far as its elements follow.

@@ -14,6 +14,8 @@ namespace kiln {
 
 using BakerFactory =
     std::function<Expected<std::unique_ptr<Baker>>(Scene, Atlas, const TransportSettings&, unsigned threads)>;
+using ProbeBakerFactory = std::function<Expected<std::unique_ptr<Baker>>(
+    Scene, ProbePoints, const TransportSettings&, unsigned threads)>;
 using NumericClassFunction = std::function<Expected<std::string>(const std::string& isa)>;
 
 struct AgentSettings {
@@ -39,6 +41,7 @@ struct AgentSettings {
   std::string engine;             // ray-tracing library, for the coordinator's records
   // The bake itself. Neither is called before Hello is queued.
   BakerFactory make_baker;
+  ProbeBakerFactory make_probe_baker;  // empty: jobs of probes are refused
   NumericClassFunction numeric_class;
 };
 

@@ -35,7 +35,8 @@ bool die_with_parent(int parent) {
 }
 
 int worker_main(const std::vector<std::string>& arguments, const std::string& engine,
-                const BakerFactory& make_baker, const NumericClassFunction& numeric_class) {
+                const BakerFactory& make_baker, const NumericClassFunction& numeric_class,
+                const ProbeBakerFactory& make_probe_baker) {
   log_setup("kiln-worker", LogLevel::kInfo);
   auto options = read_worker_options(arguments);
   if (!options) return say_error(options.error());
@@ -49,6 +50,7 @@ int worker_main(const std::vector<std::string>& arguments, const std::string& en
   AgentSettings& agent = options->agent;
   agent.engine = engine;
   agent.make_baker = make_baker;
+  agent.make_probe_baker = make_probe_baker;
   agent.numeric_class = numeric_class;
   if (!options->canary.empty()) {
     const auto its_class = numeric_class(options->canary);

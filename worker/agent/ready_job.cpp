@@ -21,9 +21,17 @@ Expected<std::shared_ptr<const Baker>> make_ready_baker(const JobSpec& job, cons
   };
   try {
     KILN_TRY(Scene scene, read_scene(*find(job.scene), find));
-    KILN_TRY(Atlas atlas, read_atlas(*find(job.atlas), scene));
-    KILN_TRY(auto baker,
-             settings.make_baker(std::move(scene), std::move(atlas), job.transport, settings.threads));
+    std::unique_ptr<Baker> baker;
+    if (job.transport.quantities.probes) {
+      KILN_TRY(ProbePoints probes, read_probe_points(*find(job.atlas)));
+      if (!settings.make_probe_baker) return fail(ErrorKind::kUnavailable, "this worker bakes no probes");
+      KILN_TRY(baker, settings.make_probe_baker(std::move(scene), std::move(probes), job.transport,
+                                                settings.threads));
+    } else {
+      KILN_TRY(Atlas atlas, read_atlas(*find(job.atlas), scene));
+      KILN_TRY(baker,
+               settings.make_baker(std::move(scene), std::move(atlas), job.transport, settings.threads));
+    }
     return std::shared_ptr<const Baker>(std::move(baker));
   } catch (const std::bad_alloc&) {
     return fail(ErrorKind::kNoSpace, "not enough memory for the scene on this machine");

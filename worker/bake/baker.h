@@ -6,6 +6,7 @@
 #include "common/atlas/atlas.h"
 #include "common/job/irradiance_cache.h"
 #include "common/job/unit.h"
+#include "common/probes/probe_points.h"
 #include "common/scene/scene.h"
 
 namespace kiln {
@@ -15,6 +16,10 @@ class Baker {
   // Builds the ray-tracing scene, lights and materials with `threads` threads (0: all).
   static Expected<std::unique_ptr<Baker>> create(Scene scene, Atlas atlas, const TransportSettings& settings,
                                                  unsigned threads);
+  // The same of a job whose receivers are probes.
+  static Expected<std::unique_ptr<Baker>> create_for_probes(Scene scene, ProbePoints probes,
+                                                            const TransportSettings& settings,
+                                                            unsigned threads);
   virtual ~Baker() = default;
   // `cache`: the one that unit.cache names; null if none. Fails (kInvalidInput) if the unit names a
   // site that does not exist. Reentrant: one call per thread.

@@ -7,7 +7,6 @@
 #include "common/base/clock.h"
 #include "common/base/format.h"
 #include "worker/bake/baker.h"
-#include "worker/bake/film.h"
 #include "worker/bake/receivers.h"
 #include "worker/bake/recentre.h"
 #include "worker/surface/coincident.h"
@@ -22,7 +21,8 @@ class PathBaker final : public Baker {
       : receivers_(std::move(receivers)), settings_(settings), layout_(settings.basis, settings.quantities) {}
 
   Status build(Scene scene, unsigned threads) {
-    recentre(scene);
+    const Vec3 offset = recentre(scene);
+    if constexpr (requires { receivers_.move(offset); }) receivers_.move(-offset);
     KILN_TRY(surfaces_, Surfaces::create(std::move(scene), warnings_));
     KILN_TRY(auto tracer,
              Tracer::create(surfaces_->scene(), *surfaces_, settings_.isa, threads, settings_.watertight));
@@ -58,7 +58,7 @@ class PathBaker final : public Baker {
                     text("unit {} names texel site {}, and there are {}", unit.id, site, receivers_.size()));
     // Receivers of few samples share a batch.
     const size_t together = std::max(1u, kBatch / std::max(1u, unit.sample_count));
-    run.films.assign(together, Film(layout_, settings_.response));
+    run.films.assign(together, Sums(layout_, settings_.response));
     for (size_t begin = 0; begin < unit.sites.size(); begin += together)
       bake_receivers(unit, begin, std::min(unit.sites.size(), begin + together), run);
     result.seconds = watch.seconds();
@@ -67,10 +67,11 @@ class PathBaker final : public Baker {
 
  private:
   static constexpr uint32_t kBatch = Integrator::kBatch;
+  using Sums = typename Receivers::Sums;
 
   // A unit being baked.
   struct Run {
-    std::vector<Film> films;  // one per receiver of a batch
+    std::vector<Sums> films;  // one per receiver of a batch
     std::unique_ptr<Integrator::Workspace> workspace;
     UnitResult result;
     const KnownIrradiance* known;
@@ -87,21 +88,23 @@ class PathBaker final : public Baker {
     for (size_t i = begin; i < end; ++i)
       receivers.push_back({receivers_.key(unit.sites[i]),
                            typename Receivers::Open(receivers_, *surfaces_, *tracer_, unit.sites[i])});
-    for (Film& film : run.films) film.clear();
+    for (Sums& film : run.films) film.clear();
+    if constexpr (requires { receivers[0].points.reach(); })
+      for (size_t t = 0; t < receivers.size(); ++t) run.films[t].set_reach(receivers[t].points.reach());
     const uint32_t step = kBatch / static_cast<uint32_t>(receivers.size());
     for (uint32_t done = 0; done < unit.sample_count; done += step)
       sample(receivers, unit.replicate, unit.first_sample + done, std::min(step, unit.sample_count - done),
              run);
     std::vector<double>& moments = run.result.moments;
     for (size_t t = 0; t < receivers.size(); ++t) {
-      const Film& film = run.films[t];
+      const Sums& film = run.films[t];
       moments.insert(moments.end(), film.sums().begin(), film.sums().end());
     }
   }
 
   // Samples that met a back face, from a site inside geometry, are taken again from outside. That is decided
   // for each sample by itself, so that no cut of a receiver's samples into ranges changes any of them.
-  void take_again(Receiver& receiver, std::span<Integrator::Task> tasks, Film& film, Run& run) const {
+  void take_again(Receiver& receiver, std::span<Integrator::Task> tasks, Sums& film, Run& run) const {
     Integrator::Task again[kBatch];
     size_t from[kBatch], count = 0;
     for (size_t i = 0; i < tasks.size(); ++i) {
@@ -134,7 +137,7 @@ class PathBaker final : public Baker {
     integrator_->sample(std::span(tasks, next), *run.workspace, run.known);
     for (size_t t = 0; t < receivers.size(); ++t) {
       const std::span<Integrator::Task> own(tasks + t * count, count);
-      Film& film = run.films[t];
+      Sums& film = run.films[t];
       if (std::any_of(own.begin(), own.end(), [](const auto& task) { return task.radiance.inside; }))
         take_again(receivers[t], own, film, run);
       for (uint32_t i = 0; i < count; ++i) {

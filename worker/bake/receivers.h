@@ -12,6 +12,7 @@
 #include "common/atlas/atlas.h"
 #include "common/atlas/site_picker.h"
 #include "common/math/sequence.h"
+#include "worker/bake/film.h"
 #include "worker/integrators/known_irradiance.h"
 #include "worker/sites/places.h"
 
@@ -25,6 +26,8 @@ concept ReceiverKind = requires(const R& r, typename R::Open& open, const Surfac
   // The key of a receiver's random numbers, also the name under which non-finite samples are
   // reported.
   { r.key(0u) } -> std::same_as<uint32_t>;
+  // Its sums: Film, or one of another kind with the same functions.
+  typename R::Sums;
   // A receiver while it is sampled: the point and normal of a sample, and a replacement point, if
   // there is one, for a sample whose primary ray hit a back face.
   typename R::Open;
@@ -43,6 +46,7 @@ class TexelReceivers {
   }
   size_t size() const { return atlas_.sites.size(); }
   uint32_t key(uint32_t index) const { return atlas_.sites.texel[index]; }
+  using Sums = Film;
 
   class Open {
    public:

@@ -264,7 +264,7 @@ void PathIntegrator<kFeatures>::trace_shadows(Wave& w) const {
 template <uint32_t kFeatures>
 void PathIntegrator<kFeatures>::leave_texel(Wave& w) const {
   draw(w, dimension(0, kDirection), w.u);
-  const bool responds = !settings_.quantities.responses.empty();
+  const bool responds = !settings_.quantities.responses.empty() || settings_.quantities.probes;
   size_t kept = 0;
   for (size_t k = 0; k < w.count; ++k) {
     Path& p = w.paths[w.live[k]];

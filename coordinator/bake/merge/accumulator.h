@@ -28,6 +28,9 @@ class Accumulator {
     return samples_[0][site] + samples_[1][site];
   }  // both replicates together
   uint32_t samples(uint32_t site, uint32_t replicate) const { return samples_[replicate][site]; }
+  double sum(uint32_t site, size_t plane, uint32_t replicate) const {
+    return sums_[replicate][site * planes_ + plane];
+  }
   // By site, per replicate; both have equal counts.
   std::vector<uint32_t> replicate_samples() const;
   struct Estimate {

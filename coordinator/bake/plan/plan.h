@@ -11,6 +11,14 @@
 
 namespace kiln {
 
+struct ProbePlan {
+  uint64_t volumes = 0, probes = 0, inactive = 0;
+  double spacing = 0, max_spacing = 0;  // metres; of the finest and the coarsest bricks
+  bool visibility = false;
+  uint64_t coordinator_bytes = 0, output_bytes = 0;  // estimates
+  double least_seconds = 0, most_seconds = 0;        // at min and max samples
+};
+
 struct Plan {
   uint64_t texels = 0, valid_texels = 0;
   uint64_t triangles = 0, stored_triangles = 0;  // of all instances; of distinct meshes
@@ -22,6 +30,7 @@ struct Plan {
   std::vector<std::string> warnings;           // one sentence each
   uint64_t texel_bytes = 0;  // the part of coordinator and worker memory that grows with the texels
   bool cache = false;        // paths may end at measured surfaces
+  ProbePlan probes;          // no volumes: none are asked for
 };
 
 // Rays per second per thread assumed by the time estimate: the middle of what the benchmark of

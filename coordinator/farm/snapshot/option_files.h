@@ -15,10 +15,12 @@ struct FileOption {
   std::string BakeSettings::*value;
 };
 // ROOM: add a line here for an option that names a file.
-inline constexpr std::array<FileOption, 2> kFileOptions{
-    {{"environment", &BakeSettings::environment}, {"keep-layout", &BakeSettings::keep_layout}}};
+inline constexpr std::array<FileOption, 3> kFileOptions{{{"environment", &BakeSettings::environment},
+                                                         {"keep-layout", &BakeSettings::keep_layout},
+                                                         {"probes", &BakeSettings::probes}}};
 
 inline bool names_file(const FileOption& option, const std::string& value) {
+  if (option.value == &BakeSettings::probes) return value != "auto" && value != "scene" && value != "off";
   return !value.empty() && !(option.value == &BakeSettings::environment && parse_radiance(value));
 }
 

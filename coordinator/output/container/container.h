@@ -1,4 +1,5 @@
-// DDS (DX10 header) and KTX2 files: array layers are pages, levels are mips.
+// DDS (DX10 header) and KTX2 files: array layers are pages, levels are mips. KTX2 holds volumes too, of one
+// level.
 #pragma once
 
 #include <string>
@@ -14,6 +15,7 @@ struct TextureImages {
   TextureFormat format = TextureFormat::kRgba8Unorm;
   uint32_t width = 0, height = 0;          // of level 0; level k has max(1, side >> k)
   std::vector<std::vector<Bytes>> levels;  // [level][layer]: image_bytes each, row 0 (v = 0) first
+  bool is_volume = false;                  // layers are the slices of a 3-D texture, z = 0 first
   uint32_t layers() const { return levels.empty() ? 0 : static_cast<uint32_t>(levels.front().size()); }
 };
 

@@ -129,6 +129,7 @@ PixelFormat pixel_format(const TextureImages& texture) {
 
 Expected<Bytes> write_dds(const TextureImages& texture) {
   KILN_TRY_STATUS(check_images(texture));
+  if (texture.is_volume) return bad_texture("DDS files of this program hold no volumes: use KTX2");
   const TextureFormatInfo& format = texture_format(texture.format);
   if (format.dxgi == 0) return bad_texture(text("DDS does not know {}: write it as KTX2", format.name));
   const auto levels = static_cast<uint32_t>(texture.levels.size());

@@ -21,7 +21,7 @@ void append(Bytes& bytes, const T& value) {
 }
 
 // Sorted by code points of the keys, which is the order of UTF-8's bytes; values end with a zero (3.11).
-Expected<Bytes> key_values(std::vector<KtxNote> notes) {
+Expected<Bytes> key_values(std::vector<KtxNote> notes, bool is_volume) {
   for (const KtxNote& note : notes) {
     const std::string head = note.key.substr(0, 3);
     if (note.key.empty() || note.key.find('\0') != std::string::npos || head == "KTX" || head == "ktx")
@@ -30,7 +30,7 @@ Expected<Bytes> key_values(std::vector<KtxNote> notes) {
                "begin with KTX",
                note.key));
   }
-  notes.push_back({"KTXorientation", "rd"});
+  notes.push_back({"KTXorientation", is_volume ? "rdi" : "rd"});
   notes.push_back({"KTXwriter", "Kiln"});
   std::sort(notes.begin(), notes.end(), [](const KtxNote& a, const KtxNote& b) { return a.key < b.key; });
   Bytes bytes;
@@ -56,7 +56,8 @@ Expected<Bytes> write_ktx2(const TextureImages& texture, int zstd, const std::ve
   const TextureFormatInfo& format = texture_format(texture.format);
   const auto level_count = static_cast<uint32_t>(texture.levels.size());
   const std::vector<uint32_t> descriptor = ktx2_descriptor(texture.format);
-  KILN_TRY(const Bytes pairs, key_values(notes));
+  if (texture.is_volume && level_count > 1) return bad_texture("volumes are written without mip levels");
+  KILN_TRY(const Bytes pairs, key_values(notes, texture.is_volume));
 
   Ktx2Header header{};
   header.identifier = kKtx2Identifier;
@@ -64,7 +65,8 @@ Expected<Bytes> write_ktx2(const TextureImages& texture, int zstd, const std::ve
   header.type_size = ktx2_type_size(texture.format);
   header.width = texture.width;
   header.height = texture.height;
-  header.layers = texture.layers() > 1 ? texture.layers() : 0;  // 0: not an array
+  header.depth = texture.is_volume ? texture.layers() : 0;
+  header.layers = !texture.is_volume && texture.layers() > 1 ? texture.layers() : 0;  // 0: not an array
   header.faces = 1;
   header.levels = level_count;
   header.supercompression = zstd > 0 ? kKtx2Zstd : kKtx2None;

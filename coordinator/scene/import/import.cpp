@@ -21,6 +21,7 @@
 #include "coordinator/scene/import/materials.h"
 #include "coordinator/scene/import/meshes.h"
 #include "coordinator/scene/import/part_extras.h"
+#include "coordinator/scene/import/probe_extras.h"
 #include "coordinator/scene/import/texture_density.h"
 
 namespace kiln {
@@ -211,6 +212,7 @@ Expected<ImportResult> import_scene(const std::filesystem::path& path, const Bak
   warn_of_lumens(context, scene, result.notes);
   KILN_TRY_STATUS(read_cameras(context, nodes, result));
   note_scale(scene, settings, result.notes);
+  KILN_TRY(result.probes, read_probe_boxes(context, nodes, result.notes));
   if (auto checked = check_scene(scene); !checked) return context.bad(checked.error().message);
   return result;
 }

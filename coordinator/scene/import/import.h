@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/job/settings.h"
+#include "common/probes/volume.h"
 #include "common/scene/scene.h"
 #include "coordinator/scene/density/wishes.h"
 #include "coordinator/scene/display/display.h"
@@ -28,8 +29,9 @@ struct Camera {
 struct ImportResult {
   Scene scene;
   std::vector<ImportNote> notes;
-  std::vector<Camera> cameras;  // the perspective ones of the scene, in its order
-  DensityWishes density;        // not part of the scene: not sent to workers
+  std::vector<Camera> cameras;   // the perspective ones of the scene, in its order
+  std::vector<ProbeBox> probes;  // volumes of extras.kiln.probes; not sent to workers
+  DensityWishes density;         // not part of the scene: not sent to workers
   GltfDocument document;
   Display display;  // drawn but not traced
 };

@@ -27,7 +27,7 @@ constexpr size_t kPartCount = std::size(kParts);
 // Keys of extras.kiln on nodes, meshes and materials read elsewhere, and those that scene.glb and
 // scene_instanced.glb write.
 constexpr std::string_view kOthers[] = {"bake",  "baked",       "density",        "light", "lod_distance",
-                                        "proxy", "first_chart", "texcoord_space", "value"};
+                                        "proxy", "first_chart", "texcoord_space", "value", "probes"};
 
 using Said = std::array<std::optional<bool>, kPartCount>;
 

@@ -4,7 +4,7 @@
 
 #include "common/math/sequence.h"
 #include "common/math/warp.h"
-#include "coordinator/scene/unseen/solid.h"
+#include "coordinator/scene/sight/solid.h"
 
 namespace kiln {
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "coordinator/scene/density/wishes.h"
-#include "coordinator/scene/unseen/solid.h"
+#include "coordinator/scene/sight/solid.h"
 
 namespace kiln {
 

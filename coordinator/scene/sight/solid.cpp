@@ -1,4 +1,4 @@
-#include "coordinator/scene/unseen/solid.h"
+#include "coordinator/scene/sight/solid.h"
 
 #include <algorithm>
 
