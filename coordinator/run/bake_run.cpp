@@ -6,6 +6,7 @@
 #include "common/base/format.h"
 #include "coordinator/bake/collapse/same_charts.h"
 #include "coordinator/run/bake_stages.h"
+#include "coordinator/run/output_folder.h"
 
 namespace kiln {
 namespace {
@@ -90,6 +91,7 @@ Expected<BakeReport> run_bake(const BakeRequest& request, const Progress& progre
   BakeReport report;
   report.scene_path = request.scene;
   report.settings = request.settings;
+  KILN_TRY_STATUS(check_output_folder(request.output));
   const auto may_go_on = [&] { return check_going_on(request, watch); };
   KILN_TRY(Preflight pre, run_preflight(request.scene, request.settings, report.stages, progress, may_go_on));
   {
