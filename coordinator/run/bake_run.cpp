@@ -6,6 +6,7 @@
 #include "common/base/format.h"
 #include "coordinator/bake/collapse/same_charts.h"
 #include "coordinator/run/bake_stages.h"
+#include "coordinator/run/output_folder.h"
 #include "coordinator/run/probe_run.h"
 
 namespace kiln {
@@ -109,6 +110,7 @@ Expected<BakeReport> run_bake(const BakeRequest& request, const Progress& progre
   BakeReport report;
   report.scene_path = request.scene;
   report.settings = request.settings;
+  KILN_TRY_STATUS(check_output_folder(request.output));
   const auto may_go_on = [&] { return check_going_on(request, watch); };
   KILN_TRY(Preflight pre, run_preflight(request.scene, request.settings, report.stages, progress, may_go_on));
   if (!wants_lightmap(request.settings)) return bake_probes_alone(request, pre, watch, progress, report);

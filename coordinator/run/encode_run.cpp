@@ -12,6 +12,7 @@
 #include "coordinator/output/chart_table/chart_table.h"
 #include "coordinator/output/context/context.h"
 #include "coordinator/report/texture_report.h"
+#include "coordinator/run/output_folder.h"
 #include "coordinator/run/publish_folder.h"
 #include "coordinator/scene/imageio/exr.h"
 
@@ -268,6 +269,7 @@ Expected<EncodeReport> run_encode(const EncodeRequest& request,
   EncodeReport report;
   KILN_TRY(const JsonValue baked, report_of(request.from));
   KILN_TRY(report.settings, settings_of(request, baked));
+  KILN_TRY_STATUS(check_output_folder(request.output));
   std::vector<StageTime> times;
   BakeSettings map_only = report.settings;
   map_only.probes = "off";

@@ -208,6 +208,12 @@ std::vector<Case> cases() {
     SmallScene().write(dir);
     return "x.gltf -o plainfile/out";
   });
+  add("unwritable output folder, before the scene is read", 2,
+      {"cannot make the output folder plainfile/out"}, [](const fs::path& dir) {
+        EXPECT_TRUE(write_file_atomic(dir / "plainfile", "x"));
+        EXPECT_TRUE(write_file_atomic(dir / "x.gltf", "{ broken"));
+        return "x.gltf -o plainfile/out";
+      });
   add("nothing but triangles without area", 2, {"x.gltf", "no triangles"}, [](const fs::path& dir) {
     return spoiled(dir, [](SmallScene& s) { s.indices = {0, 0, 1, 2, 2, 3}; });
   });

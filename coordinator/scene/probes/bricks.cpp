@@ -125,7 +125,7 @@ class Layout {
     DVec3 at;
     for (int k = 0; k < 3; ++k) {
       at[k] = b.corner[k] + b.size() * (0.5 + step[k]);
-      if (at[k] < 0 || at[k] > double{volume_.root_size()} * volume_.roots[k]) return kNobody;
+      if (at[k] < 0 || at[k] > static_cast<double>(volume_.root_size()) * volume_.roots[k]) return kNobody;
     }
     uint32_t found = find_brick(volume_, at);
     while (volume_.bricks[found].level < b.level) found = volume_.bricks[found].parent;
