@@ -8,6 +8,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,7 @@ struct ProbeBox {
   double spacing = 1;      // of the finest bricks
   double max_spacing = 1;  // of the coarsest, rounded down to spacing x 2^n
   bool visibility = false;
+  std::optional<uint32_t> node;  // of the scene's file, that asks for it
 };
 
 // What is wrong with a box, in a sentence; empty: nothing.
@@ -49,6 +51,7 @@ struct ProbeVolume {
   UVec3 roots{1};                  // bricks of the coarsest level a side
   uint32_t levels = 1;             // number of spacings
   bool visibility = false;         // octahedral E and distances are there
+  std::optional<uint32_t> node;    // that asked for it
   std::vector<ProbeBrick> bricks;  // the coarsest first, x fastest; then children, eight together
   uint32_t root_size() const { return kBrickCells << (levels - 1); }
   DVec3 high() const { return low + DVec3(roots * root_size()) * spacing; }

@@ -11,6 +11,7 @@
 #include "coordinator/bake/collapse/same_charts.h"
 #include "coordinator/output/chart_table/chart_table.h"
 #include "coordinator/output/context/context.h"
+#include "coordinator/output/probes/published.h"
 #include "coordinator/report/texture_report.h"
 #include "coordinator/run/output_folder.h"
 #include "coordinator/run/publish_folder.h"
@@ -290,13 +291,17 @@ Expected<EncodeReport> run_encode(const EncodeRequest& request,
   report.unmet = beyond_bound(textures, report.settings);
   report.warnings = coarse_textures(textures);
   progress({.stage = "publish"});
-  KILN_TRY(report.files, write_outputs({report.settings, pre.imported.scene, pre.atlas, pre.imported.document,
-                                        map, folder.path(), &pre.imported.display, &pre.projection,
-                                        &textures.list, &textures.files}));
-  KILN_TRY(report.written, folder.names());
-  // Into the bake's own folder textures are added; its report stays that of the bake.
+  // Into the bake's own folder textures are added; its report stays that of the bake, and so do its probes.
   std::error_code code;
   const bool adds = fs::equivalent(request.from, request.output, code) && !code;
+  std::optional<PublishedProbes> probes;
+  if (adds && fs::exists(request.from / "probes.json", code)) {
+    KILN_TRY(probes, read_published_probes(request.from));
+  }
+  KILN_TRY(report.files, write_outputs({report.settings, pre.imported.scene, pre.atlas, pre.imported.document,
+                                        map, folder.path(), &pre.imported.display, &pre.projection,
+                                        &textures.list, &textures.files, true, probes ? &*probes : nullptr}));
+  KILN_TRY(report.written, folder.names());
   if (adds) report.added_before = files_of_earlier_encodes(request.output, report.written);
   KILN_TRY_STATUS(write_file_atomic(folder.path() / "encode.json", encode_json(report)));
   KILN_TRY_STATUS(folder.publish("encode.json", adds ? Earlier::kKeep : Earlier::kRemove));

@@ -280,7 +280,8 @@ Expected<std::vector<ProbeBox>> probe_boxes(const ImportResult& imported, const 
   return imported.probes;
 }
 
-Expected<std::optional<ProbeLayout>> plan_probes(const ImportResult& imported, const BakeSettings& settings) {
+Expected<std::optional<ProbeLayout>> plan_probes(const ImportResult& imported, const BakeSettings& settings,
+                                                 uint64_t memory) {
   KILN_TRY(const std::vector<ProbeBox> boxes, probe_boxes(imported, settings));
   if (boxes.empty()) return std::optional<ProbeLayout>{};
   ProbeLimits limits;
@@ -290,10 +291,10 @@ Expected<std::optional<ProbeLayout>> plan_probes(const ImportResult& imported, c
   KILN_TRY(ProbeLayout layout, lay_out_probes(imported.scene, boxes, limits));
   const bool visibility = find_sites(layout).visibility;
   const uint64_t bytes = layout.size() * probe_bytes(visibility);
-  if (bytes > memory_bytes())
+  if (bytes > memory)
     return fail(ErrorKind::kInvalidInput,
                 text("{} probes need about {} MiB and this machine has {}: give them a larger spacing",
-                     layout.size(), bytes >> 20, memory_bytes() >> 20));
+                     layout.size(), bytes >> 20, memory >> 20));
   return std::optional<ProbeLayout>(std::move(layout));
 }
 

@@ -2,6 +2,7 @@
 // when to stop as the map's, before the map.
 #pragma once
 
+#include "common/base/parallel.h"
 #include "common/probes/field.h"
 #include "coordinator/run/workplace.h"
 #include "coordinator/scene/probes/probes.h"
@@ -24,8 +25,9 @@ struct ProbeTask {
 
 // The volumes that the settings and the scene ask for; empty: no probes are asked for.
 Expected<std::vector<ProbeBox>> probe_boxes(const ImportResult& imported, const BakeSettings& settings);
-// Lays them out. `settings` decide how many there may be; fails where this machine's memory holds fewer.
-Expected<std::optional<ProbeLayout>> plan_probes(const ImportResult& imported, const BakeSettings& settings);
+// Lays them out. `settings` decide how many there may be; fails where `memory`, in bytes, holds fewer.
+Expected<std::optional<ProbeLayout>> plan_probes(const ImportResult& imported, const BakeSettings& settings,
+                                                 uint64_t memory = memory_bytes());
 
 // Bytes of the coordinator for each probe, while it is baked and after.
 uint64_t probe_bytes(bool visibility);

@@ -4,6 +4,7 @@
 #include "common/base/format.h"
 #include "coordinator/bake/post/stage.h"
 #include "coordinator/output/probes/probe_files.h"
+#include "coordinator/output/probes/published.h"
 #include "coordinator/output/textures/textures.h"
 #include "coordinator/report/report_pictures.h"
 #include "coordinator/run/bake_stages.h"
@@ -113,6 +114,13 @@ Status publish_map(const BakeRun& run, const Lightmap& map, bool seams) {
   }
   {
     const StageTimer timer(report.stages, "encode");
+    std::vector<OutputFile> probe_files;
+    std::optional<PublishedProbes> probes;
+    if (run.probes) {
+      KILN_TRY(probe_files, write_probe_files(run.probes->layout.volumes, run.probes->field,
+                                              {request.settings.probe_bevy}, folder.path()));
+      KILN_TRY(probes, read_published_probes(folder.path()));
+    }
     const OutputContext context{output_settings(request, report),
                                 pre.imported.scene,
                                 pre.atlas,
@@ -123,14 +131,10 @@ Status publish_map(const BakeRun& run, const Lightmap& map, bool seams) {
                                 &pre.projection,
                                 &textures.list,
                                 &textures.files,
-                                !budget.is_quick()};
+                                !budget.is_quick(),
+                                probes ? &*probes : nullptr};
     KILN_TRY(report.outputs, write_outputs(context));
-    if (run.probes) {
-      KILN_TRY(const std::vector<OutputFile> files,
-               write_probe_files(run.probes->layout.volumes, run.probes->field, {request.settings.probe_bevy},
-                                 folder.path()));
-      report.outputs.insert(report.outputs.end(), files.begin(), files.end());
-    }
+    report.outputs.insert(report.outputs.end(), probe_files.begin(), probe_files.end());
     report_lamps(choose_lamps(context), pre.imported.display, report);
   }
   if (request.pictures) {

@@ -10,30 +10,11 @@
 
 #include "coordinator/run/bake_run.h"
 #include "tests/bake/scene_gltf.h"
+#include "tests/bake/worker_processes.h"
 
 namespace kiln {
 namespace {
 namespace fs = std::filesystem;
-
-// Processes whose parent is this one and that run kiln-worker.
-std::set<pid_t> worker_processes() {
-  std::set<pid_t> found;
-  for (const auto& entry : fs::directory_iterator("/proc")) {
-    const std::string name = entry.path().filename();
-    if (name.find_first_not_of("0123456789") != std::string::npos) continue;
-    std::ifstream stat(entry.path() / "stat");
-    std::string line;
-    std::getline(stat, line);
-    const size_t close = line.rfind(')');
-    if (close == std::string::npos || line.find("(kiln-worker)") == std::string::npos) continue;
-    std::istringstream rest(line.substr(close + 2));
-    char state;
-    pid_t parent;
-    rest >> state >> parent;
-    if (parent == ::getpid() && state != 'Z') found.insert(static_cast<pid_t>(std::stol(name)));
-  }
-  return found;
-}
 
 // With whole paths alone, and with what rests on passes before: caches that later units name, and the
 // denoiser.
@@ -94,7 +75,7 @@ class SameBytes : public testing::TestWithParam<bool> {
   std::function<void(const BakeProgress&)> once(int signal, std::atomic<pid_t>& victim) {
     return [signal, &victim](const BakeProgress& p) {
       if (victim != 0 || p.stage != "bake" || p.pass < 2) return;
-      const auto workers = worker_processes();
+      const auto workers = test::worker_processes();
       if (workers.empty()) return;
       victim = *workers.begin();
       ::kill(victim, signal);
@@ -179,7 +160,7 @@ TEST_P(SameBytes, EveryUnitAnsweredTwice) {
 
 TEST_P(SameBytes, NoWorkerProcessIsLeft) {
   reference();
-  EXPECT_TRUE(worker_processes().empty());
+  EXPECT_TRUE(test::worker_processes().empty());
 }
 
 INSTANTIATE_TEST_SUITE_P(, SameBytes, testing::Bool(), [](const auto& kind) {

@@ -1,6 +1,7 @@
 // scene.glb: the scene again, with TEXCOORD_1 that addresses the lightmap.
 #include <array>
 #include <map>
+#include <nlohmann/json.hpp>
 
 #include "common/atlas/atlas_lookup.h"
 #include "common/base/files.h"
@@ -150,6 +151,65 @@ TEST(GltfOutput, TrianglesAreCutWhereChartsAreAndStayClosed) {
     const bool border = on(0, 0) || on(0, 6) || on(2, 0) || on(2, 6);
     EXPECT_EQ(count, border ? 1 : 2) << side.first[0] << " " << side.first[2];
   }
+}
+
+PublishedProbeVolume published_volume(const std::string& name, std::optional<uint32_t> node) {
+  PublishedProbeVolume v;
+  v.name = name;
+  v.node = node;
+  v.high = DVec3(1, 2, 3);
+  v.spacing = 0.5;
+  v.levels = 3;
+  v.visibility = node.has_value();
+  return v;
+}
+
+// Writes a scene with probes over itself and returns its JSON.
+nlohmann::json with_probes(const std::filesystem::path& scene, const PublishedProbes* probes) {
+  const auto imported = import_scene(scene, {});
+  EXPECT_TRUE(imported) << (imported ? "" : imported.error().message);
+  AtlasSettings settings;
+  settings.layout = AtlasSettings::Layout::kPack;
+  const auto atlas = build_atlas(imported->scene, settings);
+  const Lightmap map;
+  const BakeSettings bake;
+  OutputContext context{bake, imported->scene, *atlas, imported->document, map, scene.parent_path()};
+  context.probes = probes;
+  EXPECT_TRUE(write_gltf(context));
+  return nlohmann::json::parse(read_gltf_document(scene.parent_path() / "scene.glb")->json);
+}
+
+// A volume is on the node that asked for it, another on a node of its own, which a later bake uses again.
+TEST(GltfOutput, NodesCarryVolumesOfProbes) {
+  test::TempDir dir;
+  test::write_scene_glb(test::small_room(), dir.path() / "scene.glb");
+  const PublishedProbes two{90, {published_volume("hall", 1), published_volume("outside", {})}};
+  const nlohmann::json first = with_probes(dir.path() / "scene.glb", &two);
+  const nlohmann::json& root = first["extensions"]["KILN_probes"];
+  EXPECT_EQ(root["light"]["uri"], "probes.exr");
+  EXPECT_EQ(root["distance"]["uri"], "probes_distance.exr");
+  EXPECT_EQ(root["probes"], 90);
+  const nlohmann::json& hall = first["nodes"][1]["extensions"]["KILN_probes"];
+  EXPECT_EQ(hall["volume"], 0);
+  EXPECT_EQ(hall["max"], nlohmann::json({1.0, 2.0, 3.0}));
+  EXPECT_EQ(hall["maxSpacing"], 2.0);
+  EXPECT_EQ(hall["visibility"], true);
+  const size_t last = first["nodes"].size() - 1;
+  EXPECT_EQ(first["nodes"][last]["extensions"]["KILN_probes"]["volume"], 1);
+  EXPECT_EQ(first["nodes"][last]["name"], "probes outside");
+  EXPECT_EQ(first["scenes"][0]["nodes"].back(), last);
+  const auto& used = first["extensionsUsed"];
+  EXPECT_EQ(std::count(used.begin(), used.end(), "KILN_probes"), 1);
+
+  const PublishedProbes one{8, {published_volume("again", {})}};
+  const nlohmann::json second = with_probes(dir.path() / "scene.glb", &one);
+  EXPECT_EQ(second["nodes"].size(), last + 1);
+  EXPECT_FALSE(second["nodes"][1].value("extensions", nlohmann::json::object()).contains("KILN_probes"));
+  EXPECT_EQ(second["nodes"][last]["name"], "probes again");
+  EXPECT_FALSE(second["extensions"]["KILN_probes"].contains("distance"));
+
+  const nlohmann::json third = with_probes(dir.path() / "scene.glb", nullptr);
+  EXPECT_EQ(third.dump().find("KILN_probes"), std::string::npos);
 }
 
 TEST(GltfOutput, ImagesOutsideTheScenesFolderAreNotEmbedded) {

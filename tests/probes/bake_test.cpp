@@ -1,14 +1,19 @@
 // Bakes with probes end to end: files, equal bytes, and what is refused.
 #include <signal.h>
 
+#include <atomic>
 #include <fstream>
 #include <map>
 
 #include "common/base/files.h"
 #include "common/base/json.h"
 #include "coordinator/run/bake_run.h"
+#include "coordinator/run/encode_run.h"
+#include "coordinator/run/probe_run.h"
 #include "coordinator/scene/imageio/exr.h"
+#include "tests/analytic/scene_maker.h"
 #include "tests/bake/scene_gltf.h"
+#include "tests/bake/worker_processes.h"
 
 namespace kiln {
 namespace {
@@ -42,14 +47,17 @@ class ProbeBake : public testing::Test {
     return r;
   }
 
-  std::map<std::string, std::string> bake(const BakeRequest& r) {
-    const auto report = run_bake(r, [](const auto&) {});
+  std::map<std::string, std::string> bake(
+      const BakeRequest& r, BakeReport* out = nullptr,
+      const std::function<void(const BakeProgress&)>& progress = [](const auto&) {}) {
+    const auto report = run_bake(r, progress);
     EXPECT_TRUE(report) << (report ? "" : report.error().message);
-    std::map<std::string, std::string> out;
-    if (report)
-      for (const OutputFile& f : report->outputs)
-        if (f.name.starts_with("probes")) out[f.name] = f.digest.hex();
-    return out;
+    std::map<std::string, std::string> digests;
+    if (!report) return digests;
+    if (out) *out = *report;
+    for (const OutputFile& f : report->outputs)
+      if (f.name.starts_with("probes")) digests[f.name] = f.digest.hex();
+    return digests;
   }
 
   test::CommandResult kiln(const std::string& arguments) { return test::run_kiln(dir_.path(), arguments); }
@@ -108,6 +116,77 @@ TEST_F(ProbeBake, TheSameBytesForAnyNumberOfWorkersAndTiles) {
   BakeRequest r = request("probes");
   r.settings.seed = 1;
   EXPECT_NE(bake(r), reference);
+}
+
+TEST_F(ProbeBake, TheSameBytesWhereAWorkerIsKilled) {
+  const auto reference = bake(request("probes"));
+  for (const char* workers : {"1", "2"}) {
+    BakeRequest r = request("probes");
+    ASSERT_TRUE(set_option(r.settings, "workers", workers, "test"));
+    std::atomic<pid_t> victim = 0;
+    BakeReport report;
+    const auto killed = bake(r, &report, [&](const BakeProgress& p) {
+      if (victim != 0 || p.stage != "probes" || !(p.done > 0)) return;
+      const auto processes = test::worker_processes();
+      if (processes.empty()) return;
+      victim = *processes.begin();
+      ::kill(victim, SIGKILL);
+    });
+    EXPECT_EQ(killed, reference) << workers;
+    EXPECT_NE(victim, 0);
+    EXPECT_GE(report.farm.workers_lost, 1u);
+  }
+}
+
+// scene.glb names the probes, and still does when textures are made again beside it.
+TEST_F(ProbeBake, TheSceneNamesItsProbes) {
+  const BakeRequest r = request("light,probes");
+  EXPECT_EQ(bake(r).size(), 4u);
+  const auto names_them = [](const fs::path& folder) {
+    const auto bytes = read_file(folder / "scene.glb");
+    const std::string_view text(reinterpret_cast<const char*>(bytes->data()), bytes->size());
+    return text.find("\"KILN_probes\":{\"distance\":{\"uri\":\"probes_distance.exr\"}") != text.npos &&
+           text.find("\"name\":\"probes auto\"") != text.npos;
+  };
+  EXPECT_TRUE(names_them(r.output));
+  for (const bool beside : {true, false}) {
+    EncodeRequest again{r.scene, r.output, beside ? r.output : dir_.path() / "elsewhere", {}};
+    ASSERT_TRUE(set_option(again.settings, "encode", "half", "test"));
+    const auto encoded = run_encode(again, [](const auto&) {});
+    ASSERT_TRUE(encoded) << encoded.error().message;
+    EXPECT_EQ(names_them(again.output), beside);
+  }
+}
+
+// A volume within a block of 4 m, out of which no probe can move.
+TEST_F(ProbeBake, AVolumeInsideGeometryIsNamed) {
+  test::SceneMaker m;
+  m.lambert(Vec3(0.5f));
+  m.box({0, 0, 0}, {4, 4, 4}, false);
+  test::write_scene_glb(m.take(), dir_.path() / "block.glb");
+  std::ofstream(dir_.path() / "v.json")
+      << R"({"version":1,"volumes":[{"name":"core","min":[1.4,1.4,1.4],"max":[2.6,2.6,2.6],"spacing":0.4}]})";
+  const auto result = kiln("bake block.glb -o bad --quiet --quantities probes --probes v.json");
+  EXPECT_EQ(result.exit_status, 2) << result.output;
+  EXPECT_NE(result.output.find("'core': all of its 64 probes are inside geometry"), std::string::npos)
+      << result.output;
+  EXPECT_FALSE(fs::exists(dir_.path() / "bad/probes.json"));
+}
+
+TEST_F(ProbeBake, MoreProbesThanMemoryAreRefused) {
+  const BakeRequest r = request("probes");
+  const auto imported = import_scene(r.scene, {});
+  ASSERT_TRUE(imported);
+  const auto planned = plan_probes(*imported, r.settings);
+  ASSERT_TRUE(planned && *planned);
+  const uint64_t needed = (*planned)->size() * probe_bytes(true);
+  EXPECT_TRUE(plan_probes(*imported, r.settings, needed));
+  const auto refused = plan_probes(*imported, r.settings, needed - 1);
+  ASSERT_FALSE(refused);
+  EXPECT_EQ(refused.error().kind, ErrorKind::kInvalidInput);
+  EXPECT_NE(refused.error().message.find(std::to_string((*planned)->size()) + " probes need about"),
+            std::string::npos)
+      << refused.error().message;
 }
 
 // A message, and status 2.

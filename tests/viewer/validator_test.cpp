@@ -8,8 +8,8 @@ namespace {
 namespace fs = std::filesystem;
 
 // Bakes with two samples a texel and validates every .glb that comes out. Its coordinates and images are what
-// is looked at, not its light.
-void expect_valid(const fs::path& scene, BakeSettings settings) {
+// is looked at, not its light. `probe_objects`: how many of KILN_probes there are in scene.glb.
+void expect_valid(const fs::path& scene, BakeSettings settings, int probe_objects = 0) {
   test::TempDir dir;
   BakeRequest r;
   r.scene = scene;
@@ -32,6 +32,8 @@ void expect_valid(const fs::path& scene, BakeSettings settings) {
                                         (test::source_dir() / "docs/schema").string() + "' '" +
                                         r.output.string() + "'/scene*.glb");
   EXPECT_EQ(schema.exit_status, 0) << schema.output;
+  EXPECT_NE(schema.output.find(std::to_string(probe_objects) + " of probes"), std::string::npos)
+      << schema.output;
 }
 
 BakeSettings packed(double density, uint32_t page = 8192) {
@@ -117,6 +119,27 @@ TEST(Validator, FindsNoErrorInOddShapes) {
   test::TempDir dir;
   expect_valid(test::write_glb_file(odd_shapes(), dir.path()), packed(4));
   expect_valid(test::write_glb_file(odd_shapes(), dir.path()), packed(4, 32));
+}
+
+// Volumes that nodes ask for, one a child and turned, and one that no node asks for.
+TEST(Validator, FindsNoErrorWithProbes) {
+  if (const auto why = test::no_node_tools(false)) GTEST_SKIP() << *why;
+  test::TempDir dir;
+  test::GltfBuilder b = odd_shapes();
+  const auto probes = [](double low, double high) {
+    return test::json{{"kiln", {{"probes", {{"min", {low, low, low}}, {"max", {high, high, high}}}}}}};
+  };
+  b.node({{"mesh", 0}, {"name", "lit hall"}, {"translation", {0, 0, 40}}, {"extras", probes(-1, 2)}});
+  b.root["nodes"].push_back({{"name", "turned"}, {"rotation", {0, 0.6, 0, 0.8}}, {"extras", probes(0, 3)}});
+  b.node({{"name", "parent"}, {"children", {b.root["nodes"].size() - 1}}});
+  const fs::path scene = test::write_glb_file(b, dir.path());
+  BakeSettings settings = packed(4);
+  ASSERT_TRUE(set_option(settings, "probe-files", "bevy", "test"));
+  expect_valid(scene, settings, 3);
+  settings.probes = "auto";
+  settings.probe_spacing = settings.probe_max_spacing = 4;
+  settings.probe_visibility = true;
+  expect_valid(scene, settings, 2);
 }
 
 TEST(Validator, FindsNoErrorInScenesThatWereCompressed) {

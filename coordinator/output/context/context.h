@@ -10,6 +10,7 @@
 #include "common/scene/scene.h"
 #include "coordinator/bake/lightmap/lightmap.h"
 #include "coordinator/bake/lightmap/texture_list.h"
+#include "coordinator/output/context/published_probes.h"
 #include "coordinator/scene/display/display.h"
 #include "coordinator/scene/document/gltf_document.h"
 
@@ -27,6 +28,7 @@ struct OutputContext {
   const TextureList* textures = nullptr;                    // published textures; null: none
   const std::vector<std::string>* texture_files = nullptr;  // theirs, and others of the same stage
   bool compress = true;                                     // masters: smaller files, slower to write
+  const PublishedProbes* probes = nullptr;                  // in the same folder; null: none
 };
 
 // "Kiln 0.1.0".

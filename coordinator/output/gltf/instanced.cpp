@@ -156,6 +156,7 @@ Expected<Bytes> write(const OutputContext& c) {
   note["charts"] = "charts.bin";
   note["texcoord_space"] = "chart";
   scene.attach_kiln_lightmap(true);
+  scene.attach_kiln_probes();
   return scene.finish("scene_instanced.glb");
 }
 

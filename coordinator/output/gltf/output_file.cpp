@@ -34,6 +34,7 @@ Expected<GltfOutput> GltfOutput::open(const OutputContext& c) {
     return fail(ErrorKind::kInvalidInput, text("{}: its JSON does not parse", c.document.path.string()));
   for (const char* earlier : {kKilnLightmap, "MOZ_lightmap", "EPIC_lightmap_textures"})
     drop_extension(s.doc, earlier);  // from an earlier bake
+  s.drop_earlier_probes();
   if (c.atlas.packed) s.free_texcoord_1();
   KILN_TRY(s.buffer, GltfBuffer::merge(s.doc, c.document));
   KILN_TRY_STATUS(s.buffer.embed_images(s.doc, c.document.path.parent_path()));

@@ -13,6 +13,7 @@
 namespace kiln {
 
 constexpr const char* kKilnLightmap = "KILN_lightmap";
+constexpr const char* kKilnProbes = "KILN_probes";
 
 // A mesh whose vertices are split so that each lies in a single chart.
 struct SplitMesh {
@@ -71,6 +72,9 @@ class GltfOutput {
   // KILN_lightmap at the root and on every node that shows a marked primitive. `by_table`: primitives with
   // _CHART get coordinates from the chart table.
   void attach_kiln_lightmap(bool by_table);
+  // KILN_probes at the root and on a node for each volume: the one that asked for it, else one that stood for
+  // a volume of an earlier bake, else a new one.
+  void attach_kiln_probes();
   // Adds to materials, copied for primitives on other pages and for those without the lightmap: MOZ_lightmap
   // if the settings request it, and occlusionTexture from baked ambient occlusion if the material has none.
   Status attach_material_maps();
@@ -89,11 +93,13 @@ class GltfOutput {
 
   // Renumbers the file's own TEXCOORD_1 where textures of materials use it.
   void free_texcoord_1();
+  void drop_earlier_probes();
   void fill_texcoord_gaps();
   void drop_unused();
 
   nlohmann::json lamps_;  // the value of `lamps` in KILN_lightmap
   const OutputContext* c_;
+  std::vector<size_t> probe_nodes_;      // stood for volumes of an earlier bake, and nothing else
   nlohmann::json file_meshes_;           // as they were
   std::set<uint32_t> in_use_;            // occupied indices of doc["meshes"]
   std::map<uint32_t, SplitMesh> split_;  // by set of charts

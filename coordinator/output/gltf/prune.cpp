@@ -130,13 +130,24 @@ void renumber_views(Json& doc, const std::vector<size_t>& number) {
 // Extensions that reference no accessor or buffer view, or only where we look. If any other is in use,
 // nothing is renumbered.
 bool is_known(const std::string& extension) {
-  static const char* const kKnown[] = {
-      "EXT_mesh_gpu_instancing", "EXT_lights_ies",     "EXT_lights_image_based",
-      "EXT_texture_webp",        "MSFT_lod",           "MOZ_lightmap",
-      "EPIC_lightmap_textures",  "KILN_lightmap",      "KHR_mesh_quantization",
-      "KHR_texture_transform",   "KHR_texture_basisu", "KHR_lights_punctual",
-      "KHR_animation_pointer",   "KHR_xmp_json_ld",    "MSFT_texture_dds",
-      "EXT_texture_avif",        "KHR_node_visibility"};
+  static const char* const kKnown[] = {"EXT_mesh_gpu_instancing",
+                                       "EXT_lights_ies",
+                                       "EXT_lights_image_based",
+                                       "EXT_texture_webp",
+                                       "MSFT_lod",
+                                       "MOZ_lightmap",
+                                       "EPIC_lightmap_textures",
+                                       "KILN_lightmap",
+                                       "KHR_mesh_quantization",
+                                       "KHR_texture_transform",
+                                       "KHR_texture_basisu",
+                                       "KHR_lights_punctual",
+                                       "KHR_animation_pointer",
+                                       "KHR_xmp_json_ld",
+                                       "MSFT_texture_dds",
+                                       "EXT_texture_avif",
+                                       "KHR_node_visibility",
+                                       "KILN_probes"};
   for (const char* known : kKnown)
     if (extension == known) return true;
   return extension.rfind("KHR_materials_", 0) == 0;

@@ -75,6 +75,7 @@ Expected<Bytes> write(const OutputContext& c) {
   scene.note_lightmap();
   scene.treat_lamps();
   scene.attach_kiln_lightmap(false);
+  scene.attach_kiln_probes();
   const GltfLightmaps& which = c.settings.gltf_lightmap;
   KILN_TRY_STATUS(scene.attach_material_maps());
   if (which.epic) KILN_TRY_STATUS(scene.attach_epic_lightmap());

@@ -36,6 +36,7 @@ void write_bevy(JsonWriter& w, const BevyFile& b) {
 
 void write_volume(JsonWriter& w, const ProbeVolume& v, const BevyFile* bevy) {
   w.begin_object().pair("name", v.name);
+  if (v.node) w.pair("node", *v.node);
   write_vector(w, "min", v.low);
   write_vector(w, "max", v.high());
   w.pair("spacing", v.spacing).pair("levels", v.levels).pair("visibility", v.visibility);

@@ -52,6 +52,7 @@ constexpr KnownExtension kKnown[] = {
     {"MOZ_lightmap", Kind::kIgnored, "the lightmap of an earlier bake; scene.glb will carry the new one"},
     {"EPIC_lightmap_textures", Kind::kIgnored,
      "the lightmap of an earlier bake; scene.glb will carry the new one"},
+    {"KILN_probes", Kind::kIgnored, "the probes of an earlier bake"},
     {"KHR_materials_variants", Kind::kIgnored, "the default variant is baked"},
     {"KHR_animation_pointer", Kind::kIgnored, "the scene at rest is baked"},
     {"KHR_xmp_json_ld", Kind::kIgnored, "it is about the file, not the scene"},

@@ -53,6 +53,7 @@ Expected<ProbeBox> read_box(const ImportContext& context, const PlacedNode& at, 
   box.max_spacing = v.number_or("max_spacing", box.spacing);
   const GltfValue* const flag = v.find("visibility");
   box.visibility = flag && flag->number != 0;
+  box.node = at.node;
   if (const std::string fault = fault_of(box); !fault.empty()) return context.bad(who + ": " + fault);
   return box;
 }

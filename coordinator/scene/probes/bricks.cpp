@@ -240,6 +240,7 @@ Expected<PlacedVolume> place_bricks(const ProbeBox& box, std::span<const SolidTr
   v.low = box.low;
   v.spacing = box.spacing;
   v.visibility = box.visibility;
+  v.node = box.node;
   while (v.levels < kMaxProbeLevels && box.spacing * static_cast<double>(1u << v.levels) <= box.max_spacing)
     ++v.levels;
   double bricks = 1;
