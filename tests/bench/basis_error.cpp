@@ -69,6 +69,7 @@ class TurnedReceivers {
     Frame frame_;
     Vec3 turn_;
   };
+  using Sums = Film;
   std::optional<KnownIrradiance> known(const Scene&, const IrradianceCache&) const { return std::nullopt; }
 
  private:
