@@ -199,7 +199,8 @@ std::string statement_text(const BakeReport& r) {
 }
 
 std::string_view stopped_by(const BakeReport& r) {
-  return !r.complete ? "time-limit" : r.held_back > 0 ? "max-samples" : "error";
+  if (!r.complete || !r.probes.complete) return "time-limit";
+  return r.held_back > 0 ? "max-samples" : "error";
 }
 
 std::string next_step(const BakeReport& r) {
@@ -207,9 +208,11 @@ std::string next_step(const BakeReport& r) {
     return "not every texel was sampled: a longer --time-limit, or a lower --texels-per-metre; `kiln plan` "
            "names the objects that take most of the texels";
   if (!r.complete)
-    return "stopped by --time-limit before the map was within --error: give it a longer --time-limit or a "
-           "lower "
-           "--texels-per-metre";
+    return "stopped by --time-limit before the map was within --error: give it a longer --time-limit, or a "
+           "lower --texels-per-metre";
+  if (!r.probes.complete)
+    return "stopped by --time-limit before the probes were within --error: give them a longer --time-limit, "
+           "or a larger --probe-spacing";
   if (r.held_back > 0)
     return text(
         "stopped by --max-samples {}: {:.1f} % of the texels would need more samples to be within what "

@@ -26,6 +26,10 @@ TEST(NextStep, SaysWhatStoppedTheBake) {
   BakeReport report;
   EXPECT_EQ(stopped_by(report), "error");
   EXPECT_EQ(next_step(report), "");
+  report.probes.complete = false;
+  EXPECT_EQ(stopped_by(report), "time-limit");
+  EXPECT_NE(next_step(report).find("--probe-spacing"), std::string::npos) << next_step(report);
+  report.probes.complete = true;
   report.held_back = 0.25;
   report.settings.max_samples = 128;
   EXPECT_EQ(stopped_by(report), "max-samples");
