@@ -156,6 +156,25 @@ std::string print_gltf_lightmaps(const BakeSettings& b) {
   return out.empty() ? "none" : out;
 }
 
+Status parse_probe_files(BakeSettings& b, const std::string& s) {
+  b.probe_bevy = b.probe_textures = false;
+  if (s == "none") return {};
+  for (size_t at = 0; at <= s.size();) {
+    const size_t end = std::min(s.find(',', at), s.size());
+    const std::string word = s.substr(at, end - at);
+    at = end + 1;
+    bool* const field = word == "bevy" ? &b.probe_bevy : word == "textures" ? &b.probe_textures : nullptr;
+    if (!field) return refuse(text("'{}' is not one of bevy, textures, or none alone", word));
+    *field = true;
+  }
+  return {};
+}
+
+std::string print_probe_files(const BakeSettings& b) {
+  if (!b.probe_bevy) return b.probe_textures ? "textures" : "none";
+  return b.probe_textures ? "bevy,textures" : "bevy";
+}
+
 Status parse_basis(BakeSettings& b, const std::string& s) {
   KILN_TRY_STATUS(find_basis(s));
   b.basis = s;
@@ -354,13 +373,10 @@ const Setting kTable[] = {
      "on: every volume gets octahedral irradiance and distances, by which engines keep light behind walls",
      [](B& b, S s) { return store_switch(b.probe_visibility, s); },
      [](const B& b) { return print_switch(b.probe_visibility); }},
-    {"probe-files", "LIST", "", "files of probes for engines: bevy (irradiance volumes, KTX2); none",
-     [](B& b, S s) {
-       if (s != "bevy" && s != "none") return refuse(text("'{}' is not bevy or none", s));
-       b.probe_bevy = s == "bevy";
-       return Status{};
-     },
-     [](const B& b) { return std::string(b.probe_bevy ? "bevy" : "none"); }},
+    {"probe-files", "LIST", "",
+     "files of probes for engines: bevy: irradiance volumes, KTX2; textures: those that "
+     "docs/shaders/kiln_probes.glsl reads, KTX2; none",
+     parse_probe_files, print_probe_files},
     {"probe-dering", "WORD", "", "on: windows the harmonics of probes until E is negative nowhere",
      [](B& b, S s) { return store_switch(b.probe_dering, s); },
      [](const B& b) { return print_switch(b.probe_dering); }},

@@ -66,7 +66,7 @@ struct BakeSettings {
   uint64_t max_probes = 100000;
   bool probe_visibility = false;
   bool probe_dering = false;
-  bool probe_bevy = false;  // --probe-files
+  bool probe_bevy = false, probe_textures = false;  // --probe-files
   double ao_distance = 1;   // metres
   Falloff ao_falloff = Falloff::kNone;
   double visibility_error = 0.05;  // of ao, sky and bent: absolute

@@ -55,6 +55,10 @@ Expected<BenchRequest> request_of(const Arguments& a, const BakeSettings& settin
     return fail(ErrorKind::kUsage, text("--reference-share {}: a number above 0 and up to 1 is wanted",
                                         a.get("reference-share")));
   r.reference_share = share.front();
+  if (a.has("reference-error")) {
+    KILN_TRY(const std::vector<double> error, parse_budgets("reference-error", a.get("reference-error")));
+    r.reference_error = error.front();
+  }
   KILN_TRY(r.reference_samples, count_option(a, "reference-samples", r.reference_samples, 1u << 30));
   KILN_TRY(const std::vector<double> seconds, parse_budgets("most-seconds", a.get("most-seconds", "120")));
   r.most_seconds = seconds.front();
@@ -110,6 +114,9 @@ Command bench_command() {
            {"--repeats", "N", "repeats of every run, each with its own seed; the median counts [3]"},
            {"--most-seconds", "S", "a run that takes longer is the last on its ladder [120]"},
            {"--reference-samples", "N", "samples per texel in each half of the reference [16384]"},
+           {"--reference-error", "E",
+            "give a texel of the reference only as many of these samples as this error of the map asks, a sixteenth "
+            "at least"},
            {"--reference-share", "X",
             "share of the texels to bake and compare, in blocks of 16 x 16, for maps of millions [1]"},
            {"--reference-cache", "",

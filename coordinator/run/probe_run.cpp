@@ -15,6 +15,7 @@
 #include "coordinator/bake/sampling/allocation.h"
 #include "coordinator/bake/sampling/schedule.h"
 #include "coordinator/output/probes/probe_files.h"
+#include "coordinator/output/probes/shader_textures.h"
 #include "coordinator/run/publish_folder.h"
 #include "coordinator/run/two_pass.h"
 
@@ -280,6 +281,10 @@ Expected<std::vector<ProbeBox>> probe_boxes(const ImportResult& imported, const 
   return imported.probes;
 }
 
+ProbeFileWish probe_files_of(const BakeSettings& settings) {
+  return {settings.probe_bevy, settings.probe_textures};
+}
+
 Expected<std::optional<ProbeLayout>> plan_probes(const ImportResult& imported, const BakeSettings& settings,
                                                  uint64_t memory) {
   KILN_TRY(const std::vector<ProbeBox> boxes, probe_boxes(imported, settings));
@@ -288,13 +293,22 @@ Expected<std::optional<ProbeLayout>> plan_probes(const ImportResult& imported, c
   limits.most = settings.max_probes;
   limits.visibility = settings.probe_visibility;
   limits.may_coarsen = boxes.size() == 1 && boxes.front().name == "auto";
+  const bool visibility = limits.visibility || std::any_of(boxes.begin(), boxes.end(),
+                                                           [](const ProbeBox& b) { return b.visibility; });
+  limits.accept = [&](uint64_t probes) -> Status {
+    const uint64_t bytes = probes * probe_bytes(visibility);
+    if (bytes > memory)
+      return fail(ErrorKind::kInvalidInput,
+                  text("{} probes need about {} MiB and this machine has {}: give them a larger spacing", probes,
+                       bytes >> 20, memory >> 20));
+    if (settings.probe_textures && probes > most_textured_probes(visibility))
+      return fail(ErrorKind::kInvalidInput,
+                  text("--probe-files textures: {} probes are more than the {} whose textures have sides of {} at "
+                       "most: give them a larger spacing or --max-probes {}",
+                       probes, most_textured_probes(visibility), kTextureSide, most_textured_probes(visibility)));
+    return {};
+  };
   KILN_TRY(ProbeLayout layout, lay_out_probes(imported.scene, boxes, limits));
-  const bool visibility = find_sites(layout).visibility;
-  const uint64_t bytes = layout.size() * probe_bytes(visibility);
-  if (bytes > memory)
-    return fail(ErrorKind::kInvalidInput,
-                text("{} probes need about {} MiB and this machine has {}: give them a larger spacing",
-                     layout.size(), bytes >> 20, memory >> 20));
   return std::optional<ProbeLayout>(std::move(layout));
 }
 
@@ -328,7 +342,7 @@ Status publish_probes(const ProbeTask& task, const BakedProbes& probes) {
   KILN_TRY(PublishFolder folder, PublishFolder::open(task.request.output));
   task.progress({.stage = "publish"});
   KILN_TRY(std::vector<OutputFile> files,
-           write_probe_files(probes.layout.volumes, probes.field, {task.request.settings.probe_bevy},
+           write_probe_files(probes.layout.volumes, probes.field, probe_files_of(task.request.settings),
                              folder.path()));
   report.outputs.insert(report.outputs.end(), files.begin(), files.end());
   report.total_seconds = task.watch.seconds();

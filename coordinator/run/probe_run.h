@@ -29,6 +29,10 @@ Expected<std::vector<ProbeBox>> probe_boxes(const ImportResult& imported, const 
 Expected<std::optional<ProbeLayout>> plan_probes(const ImportResult& imported, const BakeSettings& settings,
                                                  uint64_t memory = memory_bytes());
 
+struct ProbeFileWish;
+// --probe-files.
+ProbeFileWish probe_files_of(const BakeSettings& settings);
+
 // Bytes of the coordinator for each probe, while it is baked and after.
 uint64_t probe_bytes(bool visibility);
 

@@ -118,7 +118,7 @@ Status publish_map(const BakeRun& run, const Lightmap& map, bool seams) {
     std::optional<PublishedProbes> probes;
     if (run.probes) {
       KILN_TRY(probe_files, write_probe_files(run.probes->layout.volumes, run.probes->field,
-                                              {request.settings.probe_bevy}, folder.path()));
+                                              probe_files_of(request.settings), folder.path()));
       KILN_TRY(probes, read_published_probes(folder.path()));
     }
     const OutputContext context{output_settings(request, report),

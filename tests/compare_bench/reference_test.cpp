@@ -87,6 +87,29 @@ TEST_F(References, OfAShareHaveTheSameBlocksInBothHalves) {
   EXPECT_NE(obtain().error().message.find("--reference-share"), std::string::npos);
 }
 
+TEST_F(References, WithAnErrorSpendMoreWhereTheyErrMore) {
+  request_.samples = 512;
+  request_.settings.error = 0.7;  // of the measured runs
+  const auto fixed = obtain();
+  ASSERT_TRUE(fixed) << fixed.error().message;
+  request_.error = 0.05;
+  const BakeSettings s = reference_settings(request_, 0);
+  EXPECT_EQ(s.min_samples, 32u);
+  EXPECT_EQ(s.max_samples, 512u);
+  EXPECT_EQ(s.error, 0.05);
+  EXPECT_EQ(s.error_norm, "mean-square");
+  const auto fewer = obtain();
+  ASSERT_TRUE(fewer) << fewer.error().message;
+  EXPECT_NE(fewer->key, fixed->key);
+  // Of fewer samples than the fixed ones, and enough for the error: two halves differ by sqrt(2) times it.
+  const auto fixed_halves = compare_maps(fixed->half[0], fixed->half[1], nullptr, {}),
+             halves = compare_maps(fewer->half[0], fewer->half[1], nullptr, {});
+  ASSERT_TRUE(fixed_halves && halves);
+  EXPECT_GT(halves->rel_mse, fixed_halves->rel_mse);
+  const double asked = 0.05 / 1.96;
+  EXPECT_LT(halves->rel_mse, 2 * 2 * asked * asked);
+}
+
 TEST_F(References, ABlockOfASmallShareIsOneOfALargeShare) {
   size_t small = 0, large = 0;
   for (uint32_t y = 0; y < 100; ++y)

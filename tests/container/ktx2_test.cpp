@@ -112,6 +112,8 @@ std::map<TextureFormat, Descriptor> descriptors() {
          {27, 5, 0x21, 15, 31},
          {18, 9, 2, 0, 8448},
          {27, 5, 0x22, 15, 31}}}},
+      {TextureFormat::kRg16Float,
+       {83, 2, 1, 1, 1, 4, {{0, 16, 0xc0, kMinusOne, kOne}, {16, 16, 0xc1, kMinusOne, kOne}}}},
       {TextureFormat::kBc1Unorm, {131, 1, 128, 4, 4, 8, {{0, 64, 0, 0, kAll}}}},
       {TextureFormat::kBc4Unorm, {139, 1, 131, 4, 4, 8, {{0, 64, 0, 0, kAll}}}},
       {TextureFormat::kBc4Snorm, {140, 1, 131, 4, 4, 8, {{0, 64, 0x40, 0x80000000, 0x7fffffff}}}},

@@ -7,6 +7,7 @@
 #include "common/probes/query.h"
 #include "coordinator/output/probes/bevy.h"
 #include "coordinator/output/probes/probe_files.h"
+#include "coordinator/output/textures/pixel_codes.h"
 #include "coordinator/scene/imageio/exr.h"
 #include "coordinator/scene/probes/bricks.h"
 #include "tests/analytic/scene_maker.h"
@@ -123,6 +124,49 @@ TEST(ProbeFiles, BevysVolumeHasWhatItsShaderReads) {
     }
   }
   EXPECT_GT(compared, 20u);
+}
+
+// Texel (x, y) of a texture that was written.
+template <class T>
+std::vector<T> texel_of(const TextureImages& t, size_t x, size_t y) {
+  std::vector<T> out(texture_format(t.format).bytes / sizeof(T));
+  std::memcpy(out.data(), &t.levels[0][0][texture_format(t.format).bytes * (y * t.width + x)],
+              texture_format(t.format).bytes);
+  return out;
+}
+
+TEST(ProbeFiles, TexturesHoldWhatTheShaderReads) {
+  const Baked b = baked();
+  const TempDir dir;
+  ASSERT_TRUE(write_probe_files(std::span(&b.volume, 1), b.field, {.textures = true}, dir.path()));
+  const auto read = [&](const char* name) {
+    const auto bytes = read_file(dir.path() / name);
+    EXPECT_TRUE(bytes) << name;
+    return read_ktx2(*bytes);
+  };
+  const auto light = read("probes_light.ktx2"), irradiance = read("probes_irradiance.ktx2"),
+             distance = read("probes_distance.ktx2");
+  ASSERT_TRUE(light && irradiance && distance);
+  const auto rows = static_cast<uint32_t>((b.field.size() + 63) / 64);
+  EXPECT_EQ(light->width, 640u);
+  EXPECT_EQ(light->height, rows);
+  EXPECT_EQ(irradiance->height, 10 * rows);
+  EXPECT_EQ(distance->width, 64u * 18);
+  for (size_t i = 0; i < b.field.size(); i += 7) {
+    const Vec3& p = b.field.place[i];
+    EXPECT_EQ(texel_of<float>(*light, i % 64 * 10, i / 64), (std::vector{p.x, p.y, p.z, 0.0f}));
+    const Vec3& xy = b.field.light[i][4];
+    EXPECT_EQ(texel_of<float>(*light, i % 64 * 10 + 5, i / 64), (std::vector{xy.x, xy.y, xy.z, 0.0f}));
+    float e[3];
+    from_rgb9e5(texel_of<uint32_t>(*irradiance, i % 64 * 10 + 2, i / 64 * 10 + 3)[0], e);
+    const Vec3& expected = b.field.irradiance[i * kIrradianceTexels + 17];
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(e[c], expected[c], max_component(expected) / 512);
+    // The border above the first row is that row, mirrored; below 2048 halves hold whole numbers.
+    const auto border = texel_of<uint16_t>(*distance, i % 64 * 18 + 1, i / 64 * 18);
+    EXPECT_EQ(from_half(border[0]), static_cast<float>(kDistanceSide - 1));
+    EXPECT_EQ(from_half(texel_of<uint16_t>(*distance, i % 64 * 18 + 3, i / 64 * 18 + 2)[0]), 18.0f);
+    EXPECT_EQ(from_half(texel_of<uint16_t>(*distance, i % 64 * 18 + 3, i / 64 * 18 + 2)[1]), 324.0f);
+  }
 }
 
 TEST(ProbeFiles, MastersHoldTheFieldAndItsBorders) {

@@ -11,6 +11,7 @@ constexpr uint32_t kWidth = 29, kHeight = 10;  // no whole blocks; none crosses 
 // How many channels a lookup gives; others are 0, alpha 1.
 size_t channels_of(TextureFormat format) {
   if (const BlockFormat* block = block_format(format)) return block->channels;
+  if (format == TextureFormat::kRg16Float) return 2;
   // RGBA8 keeps its alpha for packings, of which kNone has no use.
   const bool colour_alone = format == TextureFormat::kRgba8Unorm || format == TextureFormat::kRgb9e5 ||
                             format >= TextureFormat::kAstc4x4Sfloat;

@@ -113,6 +113,7 @@ Expected<BenchResult> run_bench(const BenchRequest& request,
   r.samples = request.reference_samples;
   r.share = request.reference_share;
   r.cache = request.reference_cache;
+  r.error = request.reference_error;
   r.folder = request.references;
   r.worker_program = request.worker_program;
   KILN_TRY(const Reference reference, obtain_reference(r, progress));

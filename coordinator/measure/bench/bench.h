@@ -18,6 +18,7 @@ struct BenchRequest {
   uint32_t reference_samples = 16384;
   double reference_share = 1;  // share of the texels, in blocks
   bool reference_cache = false;
+  double reference_error = 0;  // ReferenceRequest::error
   double most_seconds = 120;  // a longer run is the last of its ladder
 };
 

@@ -22,7 +22,7 @@ std::string half_name(uint32_t half) {
 
 // Everything that decides a reference's bytes. The release counts: the next one may bake differently.
 Expected<std::string> identity_of(const ReferenceRequest& r) {
-  const BakeSettings s = reference_settings(r.settings, r.samples, r.cache, 0);
+  const BakeSettings s = reference_settings(r, 0);
   std::vector<StageTime> times;
   KILN_TRY(const Preflight pre, run_preflight(r.scene, s, times, [](const BakeProgress&) {}));
   ChunkStore chunks;
@@ -32,7 +32,8 @@ Expected<std::string> identity_of(const ReferenceRequest& r) {
       "{}\n"
       "isa {}\nsamples {}\n{}",
       release_number(), scene.hex(), atlas.hex(), s.direct, s.indirect, s.max_bounces, s.watertight, s.isa,
-      r.samples, text("{}{}", r.cache ? "cache on\n" : "", r.share < 1 ? text("share {}\n", r.share) : ""));
+      r.samples, text("{}{}{}", r.cache ? "cache on\n" : "", r.share < 1 ? text("share {}\n", r.share) : "",
+                      r.error > 0 ? text("error {}\n", r.error) : ""));
 }
 
 Expected<std::string> digest_of(const fs::path& file) {
@@ -64,7 +65,7 @@ Status make_reference(const ReferenceRequest& r, const std::string& identity, co
     BakeRequest bake;
     bake.scene = r.scene;
     bake.output = folder / half_name(half);
-    bake.settings = reference_settings(r.settings, r.samples, r.cache, half);
+    bake.settings = reference_settings(r, half);
     bake.worker_program = r.worker_program;
     bake.pictures = r.share >= 1;
     if (r.share < 1)
@@ -112,15 +113,22 @@ Status check_files(const fs::path& folder, const std::string& identity) {
 
 }  // namespace
 
-BakeSettings reference_settings(BakeSettings settings, uint32_t samples, bool cache, uint32_t half) {
+BakeSettings reference_settings(const ReferenceRequest& r, uint32_t half) {
+  BakeSettings settings = r.settings;
   settings.basis = "irradiance";
   settings.encodings.clear();
   settings.embed_basecolor = settings.instanced = settings.seams = false;
   settings.dilate = 0;
-  settings.cache = cache;
+  settings.cache = r.cache;
   settings.denoise = settings.two_pass = false;
   settings.sampler = "owen";
-  settings.min_samples = settings.max_samples = samples;
+  settings.min_samples = settings.max_samples = r.samples;
+  if (r.error > 0) {
+    settings.min_samples = std::max(1u, r.samples / kLeastShare);
+    settings.error = r.error;
+    settings.confidence = BakeSettings().confidence;
+    settings.error_norm = "mean-square";
+  }
   settings.time_limit = 0;
   settings.seed = kReferenceSeed + half;
   return settings;

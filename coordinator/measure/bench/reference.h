@@ -16,6 +16,9 @@ struct ReferenceRequest {
   // Share of the texels to bake, in blocks of 16 x 16 that a hash selects: maps of millions of
   // texels need no more. 1: all.
   double share = 1;
+  // Above 0: a texel gets from `samples` / kLeastShare to `samples`, as this error of the map asks
+  // (mean-square). Dark texels, whose light comes by few paths, need many times more than others.
+  double error = 0;
   bool cache = false;            // paths may end at measured surfaces: for light that whole paths hardly find
   std::filesystem::path folder;  // cache of references; created if needed
   std::filesystem::path worker_program;
@@ -30,10 +33,11 @@ struct Reference {
 };
 
 // Settings of the halves: the scene, layout and transport of `settings`, without anything that
-// trades exactness for time: no cache, no denoiser, no joined seams, a fixed sample count; with
-// seeds that no measured run has. `cache`: keep the irradiance cache, whose bias is measured
-// separately (docs/error_vs_time.md).
-BakeSettings reference_settings(BakeSettings settings, uint32_t samples, bool cache, uint32_t half);
+// trades exactness for time: no cache, no denoiser, no joined seams, a fixed sample count (unless
+// `error` asks for another); with seeds that no measured run has. `cache`: keep the irradiance cache,
+// whose bias is measured separately (docs/error_vs_time.md).
+BakeSettings reference_settings(const ReferenceRequest& request, uint32_t half);
+constexpr uint32_t kLeastShare = 16;
 
 // Whether a block of 16 x 16 texels is baked. The same in both halves and in every reference with
 // that share; a smaller share is a subset of a larger one.

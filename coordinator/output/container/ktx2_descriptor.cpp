@@ -36,6 +36,7 @@ uint32_t colour_model(TextureFormat format) {
     case TextureFormat::kRgba16Float:
     case TextureFormat::kRgba32Float:
     case TextureFormat::kRgb9e5:
+    case TextureFormat::kRg16Float:
       return kModelRgbsda;
     case TextureFormat::kBc1Unorm:
       return kModelBc1;
@@ -86,6 +87,9 @@ std::vector<Sample> samples(TextureFormat format) {
         list.push_back({27, 5, c | kExponent, 15, 31});
       }
       break;
+    case TextureFormat::kRg16Float:
+      for (uint32_t c = 0; c < 2; ++c) list.push_back({16 * c, 16, c | kFloat | kSigned, bits(-1), bits(1)});
+      break;
     case TextureFormat::kBc4Unorm:
     case TextureFormat::kBc4Snorm:
       channels(1, format == TextureFormat::kBc4Snorm);
@@ -132,6 +136,7 @@ std::vector<uint32_t> ktx2_descriptor(TextureFormat format) {
 uint32_t ktx2_type_size(TextureFormat format) {
   switch (format) {
     case TextureFormat::kRgba16Float:
+    case TextureFormat::kRg16Float:
       return 2;
     case TextureFormat::kRgba32Float:
     case TextureFormat::kRgb9e5:

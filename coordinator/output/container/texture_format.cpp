@@ -13,6 +13,7 @@ constexpr TextureFormatInfo kFormats[kTextureFormats] = {
     {TextureFormat::kRgba16Float, "R16G16B16A16_SFLOAT", "half", 97, 10, 1, 1, 8},
     {TextureFormat::kRgba32Float, "R32G32B32A32_SFLOAT", "float", 109, 2, 1, 1, 16},
     {TextureFormat::kRgb9e5, "E5B9G9R9_UFLOAT_PACK32", "rgb9e5", 123, 67, 1, 1, 4},
+    {TextureFormat::kRg16Float, "R16G16_SFLOAT", "half-2", 83, 34, 1, 1, 4},
     {TextureFormat::kBc1Unorm, "BC1_RGB_UNORM_BLOCK", "bc1", 131, 71, 4, 4, 8},
     {TextureFormat::kBc4Unorm, "BC4_UNORM_BLOCK", "bc4", 139, 80, 4, 4, 8},
     {TextureFormat::kBc4Snorm, "BC4_SNORM_BLOCK", "bc4-signed", 140, 81, 4, 4, 8},

@@ -12,6 +12,7 @@ enum class TextureFormat : uint8_t {
   kRgba16Float,
   kRgba32Float,
   kRgb9e5,  // E5B9G9R9_UFLOAT_PACK32
+  kRg16Float,
   kBc1Unorm,
   kBc4Unorm,
   kBc4Snorm,
@@ -27,7 +28,7 @@ enum class TextureFormat : uint8_t {
   kAstc6x6Sfloat,
   kAstc8x8Sfloat,
 };
-constexpr int kTextureFormats = 18;
+constexpr int kTextureFormats = 19;
 
 struct TextureFormatInfo {
   TextureFormat format;

@@ -7,6 +7,7 @@
 #include "common/base/json.h"
 #include "common/probes/octahedral.h"
 #include "coordinator/output/probes/bevy.h"
+#include "coordinator/output/probes/shader_textures.h"
 #include "coordinator/scene/imageio/exr.h"
 
 namespace kiln {
@@ -169,6 +170,22 @@ Status write_all_maps(const ProbeField& f, const std::filesystem::path& folder) 
       folder / "probes_distance.exr");
 }
 
+// Names of what was written.
+Expected<std::vector<std::string>> write_textures(const ProbeField& field, const std::filesystem::path& folder) {
+  constexpr int kZstd = 3;  // the EXR masters beside are compressed too
+  const ProbeTextures textures = probe_textures(field);
+  std::vector<std::string> names;
+  for (const auto& [name, texture] :
+       {std::pair("probes_light.ktx2", &textures.light), std::pair("probes_irradiance.ktx2", &textures.irradiance),
+        std::pair("probes_distance.ktx2", &textures.distance)}) {
+    if (texture->levels.empty()) continue;
+    KILN_TRY(const Bytes bytes, write_ktx2(*texture, kZstd));
+    KILN_TRY_STATUS(write_file_atomic(folder / name, bytes));
+    names.emplace_back(name);
+  }
+  return names;
+}
+
 }  // namespace
 
 Expected<std::vector<OutputFile>> write_probe_files(std::span<const ProbeVolume> volumes,
@@ -179,6 +196,10 @@ Expected<std::vector<OutputFile>> write_probe_files(std::span<const ProbeVolume>
   if (wish.bevy) {
     KILN_TRY(bevy, write_bevy_files(volumes, field, folder));
     for (const BevyFile& b : bevy) names.push_back(b.name);
+  }
+  if (wish.textures) {
+    KILN_TRY(const std::vector<std::string> textures, write_textures(field, folder));
+    names.insert(names.end(), textures.begin(), textures.end());
   }
   KILN_TRY_STATUS(write_file_atomic(folder / "probes.json", probes_json(volumes, field, bevy)));
   KILN_TRY_STATUS(write_master(field, folder / "probes.exr"));

@@ -15,6 +15,8 @@ namespace kiln {
 constexpr uint32_t kProbeColumns = 64;
 struct ProbeFileWish {
   bool bevy = false;  // probes_bevy.ktx2, or .N.ktx2 of volume N of several; named by probes.json
+  // probes_light.ktx2 and, with visibility, probes_irradiance.ktx2, probes_distance.ktx2: shader_textures.h.
+  bool textures = false;
 };
 Expected<std::vector<OutputFile>> write_probe_files(std::span<const ProbeVolume> volumes,
                                                     const ProbeField& field, const ProbeFileWish& wish,

@@ -36,10 +36,10 @@ Bytes encode_plain(TextureFormat format, Unpack unpack, const BlockImage& image)
     float v[4];
     for (int c = 0; c < 4; ++c) v[c] = clean(image.rgba[4 * t + c], range);
     std::byte* at = &out[size * t];
-    if (format == TextureFormat::kRgba16Float) {
+    if (format == TextureFormat::kRgba16Float || format == TextureFormat::kRg16Float) {
       uint16_t h[4];
       for (int c = 0; c < 4; ++c) h[c] = to_half(v[c]);
-      std::memcpy(at, h, sizeof h);
+      std::memcpy(at, h, size);
     } else if (format == TextureFormat::kRgba32Float) {
       std::memcpy(at, v, sizeof v);
     } else if (format == TextureFormat::kRgb9e5) {
@@ -86,6 +86,7 @@ ValueRange value_range(TextureFormat format, Unpack unpack) {
     case TextureFormat::kRgba32Float:
       return {-3e38f, 3e38f};
     case TextureFormat::kRgba16Float:
+    case TextureFormat::kRg16Float:
       return {-65504, 65504};
     case TextureFormat::kRgb9e5:
       return {0, 65408};
@@ -118,9 +119,10 @@ Expected<std::vector<float>> decode_texels(TextureFormat format, std::span<const
   for (size_t t = 0; t < count; ++t) {
     const std::byte* at = &bytes[size * t];
     float* v = &out[4 * t];
-    if (format == TextureFormat::kRgba16Float) {
-      uint16_t h[4];
-      std::memcpy(h, at, sizeof h);
+    if (format == TextureFormat::kRgba16Float || format == TextureFormat::kRg16Float) {
+      constexpr uint16_t kOne = 0x3c00;
+      uint16_t h[4] = {0, 0, 0, kOne};
+      std::memcpy(h, at, size);
       for (int c = 0; c < 4; ++c) v[c] = from_half(h[c]);
     } else if (format == TextureFormat::kRgba32Float) {
       std::memcpy(v, at, 16);

@@ -126,6 +126,9 @@ Expected<ProbeLayout> lay_out_probes(const Scene& scene, std::vector<ProbeBox> b
         text("probes are {:g} m apart, not {:g} m, so that there are at most {} of them "
              "(--max-probes)",
              boxes.front().spacing * factor, boxes.front().spacing, limits.most));
+  uint64_t count = 0;
+  for (const PlacedVolume& v : *placed) count += v.points.size();
+  if (limits.accept) KILN_TRY_STATUS(limits.accept(count));
   const SceneRays rays(scene);
   const Solid solid(scene);
   for (PlacedVolume& v : *placed) {

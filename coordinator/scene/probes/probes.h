@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 
 #include "common/base/status.h"
 #include "common/probes/volume.h"
@@ -34,6 +35,8 @@ struct ProbeLimits {
   uint64_t most = 100000;    // --max-probes
   bool may_coarsen = false;  // --probes auto: solve for the spacing instead of failing, and centre the bricks
   bool visibility = false;   // --probe-visibility on: of every volume
+  // Asked with the number of probes before their places are found, which takes longer than counting them.
+  std::function<Status(uint64_t)> accept;
 };
 
 // Lays out all volumes and finds the state of every probe. With `may_coarsen`, spacings grow by the least
