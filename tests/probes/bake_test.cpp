@@ -72,7 +72,7 @@ TEST_F(ProbeBake, AloneItWritesProbesAndNoMap) {
   std::set<std::string> names;
   for (const auto& entry : fs::directory_iterator(r.output)) names.insert(entry.path().filename().string());
   EXPECT_EQ(names, (std::set<std::string>{"probes.json", "probes.exr", "probes_irradiance.exr",
-                                          "probes_distance.exr", "report.json"}));
+                                          "probes_distance.exr", "report.json", "scene.glb"}));
   const auto master = read_exr(r.output / "probes.exr");
   ASSERT_TRUE(master);
   const auto document = parse_json([&] {
@@ -149,6 +149,9 @@ TEST_F(ProbeBake, TheSceneNamesItsProbes) {
            text.find("\"name\":\"probes auto\"") != text.npos;
   };
   EXPECT_TRUE(names_them(r.output));
+  const BakeRequest alone = request("probes");
+  EXPECT_EQ(bake(alone).size(), 4u);
+  EXPECT_TRUE(names_them(alone.output));
   for (const bool beside : {true, false}) {
     EncodeRequest again{r.scene, r.output, beside ? r.output : dir_.path() / "elsewhere", {}};
     ASSERT_TRUE(set_option(again.settings, "encode", "half", "test"));
