@@ -11,7 +11,7 @@ const number = (x) => (x === 0 ? '0' : x >= 100 ? x.toFixed(0) : x.toPrecision(3
 // `described`: KILN_probes at the root of scene.glb.
 export class ProbePanel {
   constructor(view, described, { camera, controls, canvas }, redraw) {
-    Object.assign(this, { view, camera, controls, canvas, redraw, loading: null });
+    Object.assign(this, { view, camera, controls, canvas, redraw, loading: null, ready: false });
     byId('probes').classList.remove('hidden');
     byId('probe-count').textContent = `${described.probes} in ${described.volumes} volume${described.volumes === 1 ? '' : 's'}`;
     const { state } = view;
@@ -61,11 +61,12 @@ export class ProbePanel {
   async set(change) {
     const { view } = this, before = view.state.slice;
     Object.assign(view.state, change);
-    if (view.shown && !view.data) {
+    if (view.shown && !this.ready) {
       byId('probe-legend').textContent = 'loading ...';
+      document.documentElement.dataset.probes = 'loading';
       await (this.loading ??= this.#load());
     }
-    if (view.data && view.state.slice && view.state.slice !== before) this.#rangeOfSlice();
+    if (this.ready && view.state.slice && view.state.slice !== before) this.#rangeOfSlice();
     this.show();
   }
 
@@ -74,8 +75,9 @@ export class ProbePanel {
   }
 
   async #load() {
-    await this.view.load();
     const { camera, controls, view } = this;
+    if (!view.data) await view.load();  // a scene that is lit by its probes has them
+    this.ready = true;
     view.placeBallNear(camera.position.clone().lerp(controls.target, 0.5).clamp(view.bounds.min, view.bounds.max));
     if (!view.visibility) for (const option of byId('probe-shows').options) option.disabled = option.value !== 'light';
   }
@@ -87,7 +89,7 @@ export class ProbePanel {
   }
 
   show() {
-    const { state, data, ball } = this.view;
+    const { state, ball } = this.view;
     byId('probe-balls').value = state.probes;
     byId('probe-slice').value = state.slice;
     byId('probe-shows').value = state.shows;
@@ -98,21 +100,21 @@ export class ProbePanel {
     for (const part of document.querySelectorAll('[data-with]'))
       part.classList.toggle('hidden', !part.dataset.with.split(' ').every((name) => this.#has(name)));
     const lines = [];
-    if (data && state.slice) lines.push(`slice ${state.slice} = ${state.at.toFixed(2)} m: ${SHOWN[state.shows]}`);
-    if (data && state.ball) {
+    if (this.ready && state.slice) lines.push(`slice ${state.slice} = ${state.at.toFixed(2)} m: ${SHOWN[state.shows]}`);
+    if (this.ready && state.ball) {
       const [seen, blind] = this.view.lightAtBall(), { x, y, z } = ball.position;
       lines.push(`ball at ${[x, y, z].map((c) => c.toFixed(2)).join(', ')}: E ${number(seen)}` +
                  (this.view.visibility ? `, without visibility ${number(blind)}` : ''), 'drag it; the wheel over it moves it away');
       document.documentElement.dataset.ball = [x, y, z].join(' ');
     }
     byId('probe-legend').textContent = lines.join('\n');
-    document.documentElement.dataset.probes = data ? `${state.probes} ${state.slice} ${state.shows}` : 'not loaded';
+    document.documentElement.dataset.probes = this.ready ? `${state.probes} ${state.slice} ${state.shows}` : 'not loaded';
     this.redraw();
   }
 
   #has(name) {
-    const { state, data } = this.view;
-    return { data: !!data, probes: state.probes !== 'off', slice: state.slice !== '', leaks: state.shows === 'leaks' }[name];
+    const { state } = this.view;
+    return { data: this.ready, probes: state.probes !== 'off', slice: state.slice !== '', leaks: state.shows === 'leaks' }[name];
   }
 
   #listenToMouse() {

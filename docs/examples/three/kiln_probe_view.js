@@ -45,7 +45,7 @@ function makeBalls(probes, shader, uniforms, { spacing }) {
   geometry.setAttribute('kilnSpacing', new THREE.InstancedBufferAttribute(spacing, 1));
   geometry.instanceCount = probes.count;
   const material = new THREE.ShaderMaterial({
-    uniforms: { ...shader.uniforms, ...uniforms, kilnSize: { value: 0.1 }, kilnInactive: { value: true }, kilnCut: { value: new THREE.Vector4() } },
+    uniforms: { ...shader.uniforms, ...uniforms, kilnSize: { value: 0 }, kilnInactive: { value: true }, kilnCut: { value: new THREE.Vector4() } },
     vertexShader: `${shader.glsl}
       attribute float kilnSpacing;
       uniform float kilnSize;
@@ -188,7 +188,7 @@ export class ProbeView {
   // Reads nothing yet. `uniforms`: of curves and exposure.
   constructor(folder, scene, renderer, uniforms) {
     Object.assign(this, { folder, scene, renderer, uniforms, data: null });
-    this.state = { probes: 'off', inactive: true, size: 0.1, ball: false, slice: '', at: 0, shows: 'light' };
+    this.state = { probes: 'off', inactive: true, size: 0.06, ball: false, slice: '', at: 0, shows: 'light' };
   }
 
   async load() {
