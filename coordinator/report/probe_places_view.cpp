@@ -128,7 +128,7 @@ void draw_legend(Picture& picture, const ProbeLayout& layout, uint32_t top, doub
   }
   for (uint32_t level = 0; level < std::min(levels, 4u); ++level)
     entry(brick_color(level), layout.volumes.size() == 1
-                                  ? text("bricks of {:.3g} m", finest * static_cast<double>(1u << level))
+                                  ? text("bricks, {:.3g} m apart", finest * static_cast<double>(1u << level))
                                   : text("bricks of level {}", level));
   double metres = 1;  // a bar of 40 to 200 pixels, of 1, 2 or 5 times a power of ten
   for (const double step : {1000., 500., 200., 100., 50., 20., 10., 5., 2., 1., 0.5, 0.2, 0.1, 0.05})
