@@ -108,7 +108,8 @@ function makeBall(uniforms, radius) {
 
 function makeSlice(shader, uniforms) {
   const material = new THREE.ShaderMaterial({
-    side: THREE.DoubleSide, uniforms: { ...shader.uniforms, ...uniforms, kilnShows: { value: 0 } },
+    side: THREE.DoubleSide, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1,  // lines are in the same plane
+    uniforms: { ...shader.uniforms, ...uniforms, kilnShows: { value: 0 } },
     vertexShader: 'varying vec3 vAt;\nvoid main() { vAt = (modelMatrix * vec4(position, 1.0)).xyz; gl_Position = projectionMatrix * viewMatrix * vec4(vAt, 1.0); }',
     fragmentShader: `#include <common>
       ${shader.glsl}\n${VIEW}
@@ -206,8 +207,9 @@ export class ProbeView {
     this.ball = makeBall(this.uniforms, Math.max(0.25 * probes.volumes[0].spacing, 0.008 * this.diagonal));
     this.slice = makeSlice(this.shader, this.uniforms);
     this.lines = new THREE.Mesh(new THREE.BufferGeometry(),
-      new THREE.MeshBasicMaterial({ vertexColors: true, side: THREE.DoubleSide, depthFunc: THREE.LessEqualDepth }));
+      new THREE.MeshBasicMaterial({ vertexColors: true, side: THREE.DoubleSide, depthWrite: false }));
     this.lines.frustumCulled = false;
+    this.lines.renderOrder = 1;
     this.front = new THREE.Scene();
     this.front.add(this.balls, this.moves, this.ball);
     this.plane = new THREE.Scene();
