@@ -58,7 +58,10 @@ void print_result(const BakeReport& r, const std::string& folder) {
   print_probes(r.probes);
   if (!wants_lightmap(r.settings)) {
     for (const std::string& s : r.warnings) std::printf("warning: %s\n", s.c_str());
-    std::printf("load:     %s/probes.json and probes.exr (docs/probes.md)\n", folder.c_str());
+    std::printf(
+        "look at:  kiln view %s     the probes in a browser\n"
+        "load:     %s/scene.glb, probes.json and probes.exr (docs/probes.md)\n",
+        folder.c_str(), folder.c_str());
     return;
   }
   std::printf("%llu texels in %s, %.1f million rays, %.2f million rays/s and thread\n",

@@ -106,16 +106,18 @@ int run(const Arguments& a, const BakeSettings& settings) {
   else
     print_text(*preflight);
   if (!a.has("output")) return 0;
-  if (preflight->atlas.texel_count() == 0)
+  const bool map = preflight->atlas.texel_count() > 0, probes = preflight->probes.has_value();
+  if (!map && !probes)
     return report_error({ErrorKind::kUsage,
-                         "-o is for the page of a lightmap, and none is asked for: leave it out, "
-                         "or add light to --quantities"});
+                         "-o is for the page of a lightmap or of probes, and none is asked for: leave it "
+                         "out, or add light to --quantities"});
   if (const Status s = write_plan(a.get("scene"), *preflight, settings, a.get("output")); !s)
     return report_error(s.error());
   const std::string folder = a.get("output");
   if (!a.has("json"))
-    std::printf("\nlook at     %s/plan.html%s\n", folder.c_str(),
-                settings.preview ? text(" and {}/density.png", folder).c_str() : "");
+    std::printf("\nlook at     %s/plan.html%s%s\n", folder.c_str(),
+                settings.preview && map ? text(", {}/density.png", folder).c_str() : "",
+                settings.preview && probes ? text(", {}/probes.png", folder).c_str() : "");
   return 0;
 }
 
@@ -126,7 +128,7 @@ Command plan_command() {
           "Show what a bake would do and need, and what is wrong with the input; does not trace rays",
           "kiln plan scene.glb --texels-per-metre 8 -o plan",
           {{"scene", "SCENE", "glTF 2.0 file (.gltf or .glb)", true},
-           {"-o,--output", "DIR", "folder for plan.html, plan.json and density.png, created if needed"},
+           {"-o,--output", "DIR", "folder for plan.html, plan.json and pictures, created if needed"},
            {"--json", "", "print JSON"}},
           true,
           run};

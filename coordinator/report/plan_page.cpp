@@ -19,6 +19,10 @@ std::string probes_text(const ProbePlan& p) {
               p.visibility ? ", with visibility" : "");
 }
 
+bool has_map(const PlanView& v) {
+  return v.atlas.texel_count() > 0;
+}
+
 std::string facts(const PlanView& v) {
   std::string out = "<table>\n";
   const auto row = [&](std::string_view name, const std::string& value) {
@@ -26,6 +30,7 @@ std::string facts(const PlanView& v) {
   };
   const Plan& p = v.plan;
   if (p.probes.volumes > 0) row("probes", probes_text(p.probes));
+  if (!has_map(v)) return out + "</table>\n";
   row("layout", text("{}, {} x {}, {} page{}", v.atlas.packed ? "pack" : "atlas", v.atlas.width,
                      v.atlas.height, v.atlas.pages, v.atlas.pages == 1 ? "" : "s"));
   if (v.atlas.packed) row("texels per metre", text("{:.4g}", v.atlas.statistics.texels_per_metre));
@@ -148,13 +153,18 @@ std::string plan_json(const PlanView& v) {
 }
 
 Expected<std::string> plan_html(const PlanView& v, const std::filesystem::path& scene,
-                                const Picture& heat_map) {
+                                const PlanPictures& pictures) {
   std::string out = page_head("plan of " + scene.filename().string());
-  if (heat_map.width) {
-    KILN_TRY(const Bytes png, encode_png(heat_map.width, heat_map.height, heat_map.rgb));
-    out += embedded(png, "texels per metre; squares are texels");
-  }
-  out += "<h2>Objects</h2>\n" + objects_table_html(v.plan.objects);
+  const auto show = [&](const Picture& p, const char* caption) -> Status {
+    if (!p.width) return {};
+    KILN_TRY(const Bytes png, encode_png(p.width, p.height, p.rgb));
+    out += embedded(png, caption);
+    return {};
+  };
+  KILN_TRY_STATUS(show(pictures.heat_map, "texels per metre; squares are texels"));
+  KILN_TRY_STATUS(
+      show(pictures.probes, "probes and their bricks; dots that lie behind each other are mixed"));
+  if (has_map(v)) out += "<h2>Objects</h2>\n" + objects_table_html(v.plan.objects);
   out += "<h2>Facts</h2>\n" + facts(v);
   return out + "<h2>Findings</h2>\n" + findings(v) + "</html>\n";
 }

@@ -20,9 +20,13 @@ struct PlanView {
 
 // Text of plan.json: layout, numbers, "objects" by instance, findings.
 std::string plan_json(const PlanView& view);
-// One self-contained page; the picture is embedded.
+// Those of width 0 are not there.
+struct PlanPictures {
+  Picture heat_map, probes;
+};
+// One self-contained page; the pictures are embedded.
 Expected<std::string> plan_html(const PlanView& view, const std::filesystem::path& scene,
-                                const Picture& heat_map);
+                                const PlanPictures& pictures);
 // The rows of "objects" in plan.json and report.json.
 void write_objects(class JsonWriter& writer, const std::vector<ObjectPlan>& objects);
 

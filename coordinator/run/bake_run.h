@@ -77,7 +77,8 @@ Status lay_out_again(const std::filesystem::path& scene, const BakeSettings& set
                      const std::function<void(const BakeProgress&)>& progress,
                      const std::function<Status()>& may_go_on);
 
-// Writes plan.html, plan.json and, unless --preview is off, density.png into a folder, created if needed.
+// Writes plan.html, plan.json and, unless --preview is off, density.png and, where there are probes,
+// probes.png into a folder, created if needed.
 Status write_plan(const std::filesystem::path& scene, const Preflight& preflight,
                   const BakeSettings& settings, const std::filesystem::path& folder);
 

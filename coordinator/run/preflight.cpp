@@ -10,6 +10,7 @@
 #include "coordinator/output/textures/textures.h"
 #include "coordinator/report/camera.h"
 #include "coordinator/report/density_view.h"
+#include "coordinator/report/probe_places_view.h"
 #include "coordinator/run/probe_run.h"
 #include "coordinator/scene/density/density.h"
 #include "coordinator/scene/imageio/imageio.h"
@@ -218,14 +219,19 @@ Status lay_out_again(const std::filesystem::path& scene, const BakeSettings& set
 Status write_plan(const std::filesystem::path& scene, const Preflight& pre, const BakeSettings& settings,
                   const std::filesystem::path& folder) {
   KILN_TRY_STATUS(prepare_output_folder(folder, 0));
-  Picture heat_map;
-  if (settings.preview) {
+  PlanPictures pictures;
+  if (settings.preview && pre.atlas.texel_count() > 0) {
     KILN_TRY(const Camera camera,
              preview_camera(pre.imported, pre.atlas, unbaked_lightmap(pre.atlas), settings.camera));
-    heat_map = density_view(pre.imported, pre.atlas, camera, settings.preview_width, settings.preview_height);
-    KILN_TRY_STATUS(write_png(folder / "density.png", heat_map.width, heat_map.height, heat_map.rgb));
+    Picture& p = pictures.heat_map =
+        density_view(pre.imported, pre.atlas, camera, settings.preview_width, settings.preview_height);
+    KILN_TRY_STATUS(write_png(folder / "density.png", p.width, p.height, p.rgb));
   }
-  KILN_TRY(const std::string page, plan_html(pre.view(), scene, heat_map));
+  if (settings.preview && pre.probes) {
+    Picture& p = pictures.probes = probe_places_picture(pre.imported.scene, *pre.probes);
+    KILN_TRY_STATUS(write_png(folder / "probes.png", p.width, p.height, p.rgb));
+  }
+  KILN_TRY(const std::string page, plan_html(pre.view(), scene, pictures));
   KILN_TRY_STATUS(write_file_atomic(folder / "plan.html", page));
   return write_file_atomic(folder / "plan.json", plan_json(pre.view()));
 }

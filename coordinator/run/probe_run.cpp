@@ -15,6 +15,7 @@
 #include "coordinator/bake/sampling/allocation.h"
 #include "coordinator/bake/sampling/schedule.h"
 #include "coordinator/output/probes/probe_files.h"
+#include "coordinator/output/probes/published.h"
 #include "coordinator/output/probes/shader_textures.h"
 #include "coordinator/run/publish_folder.h"
 #include "coordinator/run/two_pass.h"
@@ -200,6 +201,20 @@ void report_errors(const ProbeField& field, ProbeFigures& figures) {
   figures.p95_relative = relative[relative.size() * 95 / 100];
 }
 
+// scene.glb beside files of probes that are in the folder already.
+Expected<OutputFile> write_scene_of_probes(const ProbeTask& task, const std::filesystem::path& folder) {
+  const Preflight& pre = task.preflight;
+  KILN_TRY(const PublishedProbes published, read_published_probes(folder));
+  const Lightmap none;
+  OutputContext context{
+      task.request.settings, pre.imported.scene, pre.atlas, pre.imported.document, none, folder};
+  context.display = &pre.imported.display;
+  context.probes = &published;
+  KILN_TRY(const std::vector<std::string> names, write_gltf_of_probes(context));
+  KILN_TRY(const Bytes bytes, read_file(folder / names.front()));
+  return OutputFile{names.front(), bytes.size(), sha256(bytes), false};
+}
+
 }  // namespace
 
 uint64_t probe_bytes(bool visibility) {
@@ -345,6 +360,8 @@ Status publish_probes(const ProbeTask& task, const BakedProbes& probes) {
            write_probe_files(probes.layout.volumes, probes.field, probe_files_of(task.request.settings),
                              folder.path()));
   report.outputs.insert(report.outputs.end(), files.begin(), files.end());
+  KILN_TRY(const OutputFile scene, write_scene_of_probes(task, folder.path()));
+  report.outputs.push_back(scene);
   report.total_seconds = task.watch.seconds();
   KILN_TRY(report.files, folder.names());
   KILN_TRY_STATUS(write_file_atomic(folder.path() / "report.json", report_json(report)));

@@ -5,8 +5,10 @@
 //   indices of its 64 probes, four a texel.
 // probes: RGBA32F or RGBA16F, 10 texels a probe, 64 probes a row: (position.xyz, state), then the nine coefficients of
 //   radiance in RGB.
-// distances: RG, the tiles of probes_distance.exr: 18 x 18 texels a probe with the border, 64 probes a row. Read only
-//   where the volume has visibility.
+// distances: RG, the tiles of probes_distance.exr: 18 x 18 texels a probe with the border, as many probes a row as the
+//   texture is wide for (the file has 64). Read only where the volume has visibility.
+//
+// A normal of 0 asks for an object around the point: its mean E over all normals, of probes on all sides.
 
 struct KilnProbeVolume {
   vec3 low;       // world
@@ -24,14 +26,14 @@ vec4 kiln_probe(highp sampler2D probes, uint probe, uint texel) {
   return texelFetch(probes, ivec2(int((probe % 64u) * 10u + texel), int(probe / 64u)), 0);
 }
 
-// Irradiance of a surface with normal n, of a probe.
+// Irradiance of a surface with normal n, of a probe; n = 0: its mean over all normals.
 vec3 kiln_probe_irradiance(highp sampler2D probes, uint probe, vec3 n) {
   vec3 e = 0.8862269255 * kiln_probe(probes, probe, 1u).rgb;
   e += 1.0233267079 * (n.y * kiln_probe(probes, probe, 2u).rgb + n.z * kiln_probe(probes, probe, 3u).rgb +
                        n.x * kiln_probe(probes, probe, 4u).rgb);
   e += 0.8580855308 * (n.x * n.y * kiln_probe(probes, probe, 5u).rgb + n.y * n.z * kiln_probe(probes, probe, 6u).rgb +
                        n.x * n.z * kiln_probe(probes, probe, 8u).rgb);
-  e += 0.2477079561 * (3.0 * n.z * n.z - 1.0) * kiln_probe(probes, probe, 7u).rgb;
+  e += 0.2477079561 * (2.0 * n.z * n.z - n.x * n.x - n.y * n.y) * kiln_probe(probes, probe, 7u).rgb;
   e += 0.4290427654 * (n.x * n.x - n.y * n.y) * kiln_probe(probes, probe, 9u).rgb;
   return max(e, vec3(0.0));
 }
@@ -45,7 +47,8 @@ vec2 kiln_octahedral(vec3 d) {
 // Mean and mean square of the distance that a probe sees in a direction.
 vec2 kiln_probe_distance(highp sampler2D distances, uint probe, vec3 direction) {
   vec2 p = kiln_octahedral(direction) * 16.0 + 0.5, low = floor(p), f = p - low;
-  ivec2 at = ivec2(low) + ivec2(int(probe % 64u), int(probe / 64u)) * 18;
+  uint across = uint(textureSize(distances, 0).x) / 18u;
+  ivec2 at = ivec2(low) + ivec2(int(probe % across), int(probe / across)) * 18;
   vec2 below = mix(texelFetch(distances, at, 0).xy, texelFetch(distances, at + ivec2(1, 0), 0).xy, f.x);
   vec2 above = mix(texelFetch(distances, at + ivec2(0, 1), 0).xy, texelFetch(distances, at + ivec2(1, 1), 0).xy, f.x);
   return mix(below, above, f.y);
@@ -109,7 +112,7 @@ vec4 kiln_brick_light(KilnProbeVolume v, highp usampler2D bricks, highp sampler2
     if (place.w > 1.5 || !(trilinear > 0.0)) continue;  // inactive
     vec3 to_probe = place.xyz - position;
     float distance = length(to_probe), facing = distance > 0.0 ? dot(to_probe, n) / distance : 1.0;
-    float half_way = 0.5 * (facing + 1.0), weight = half_way * half_way + 0.2;
+    float half_way = 0.5 * (facing + 1.0), weight = dot(n, n) > 0.0 ? half_way * half_way + 0.2 : 1.0;
     if (v.visibility) weight *= kiln_probe_sees(distances, probe, place.xyz, from);
     weight = max(1.0e-6, weight);
     if (weight < 0.2) weight *= weight * weight / 0.04;

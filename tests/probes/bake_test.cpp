@@ -11,6 +11,7 @@
 #include "coordinator/run/encode_run.h"
 #include "coordinator/run/probe_run.h"
 #include "coordinator/scene/imageio/exr.h"
+#include "coordinator/scene/imageio/imageio.h"
 #include "tests/analytic/scene_maker.h"
 #include "tests/bake/scene_gltf.h"
 #include "tests/bake/worker_processes.h"
@@ -72,7 +73,7 @@ TEST_F(ProbeBake, AloneItWritesProbesAndNoMap) {
   std::set<std::string> names;
   for (const auto& entry : fs::directory_iterator(r.output)) names.insert(entry.path().filename().string());
   EXPECT_EQ(names, (std::set<std::string>{"probes.json", "probes.exr", "probes_irradiance.exr",
-                                          "probes_distance.exr", "report.json"}));
+                                          "probes_distance.exr", "report.json", "scene.glb"}));
   const auto master = read_exr(r.output / "probes.exr");
   ASSERT_TRUE(master);
   const auto document = parse_json([&] {
@@ -149,6 +150,9 @@ TEST_F(ProbeBake, TheSceneNamesItsProbes) {
            text.find("\"name\":\"probes auto\"") != text.npos;
   };
   EXPECT_TRUE(names_them(r.output));
+  const BakeRequest alone = request("probes");
+  EXPECT_EQ(bake(alone).size(), 4u);
+  EXPECT_TRUE(names_them(alone.output));
   for (const bool beside : {true, false}) {
     EncodeRequest again{r.scene, r.output, beside ? r.output : dir_.path() / "elsewhere", {}};
     ASSERT_TRUE(set_option(again.settings, "encode", "half", "test"));
@@ -156,6 +160,35 @@ TEST_F(ProbeBake, TheSceneNamesItsProbes) {
     ASSERT_TRUE(encoded) << encoded.error().message;
     EXPECT_EQ(names_them(again.output), beside);
   }
+}
+
+// plan -o without a map: a page and a picture of probes, in which the colours of the states that there are
+// stand for probes, and for their names below.
+TEST_F(ProbeBake, APlanDrawsWhereTheyAre) {
+  const auto result = kiln("plan room.glb -o plan --quantities probes --probes auto --probe-spacing 0.5");
+  ASSERT_EQ(result.exit_status, 0) << result.output;
+  EXPECT_NE(result.output.find("plan/probes.png"), std::string::npos) << result.output;
+  EXPECT_FALSE(fs::exists(dir_.path() / "plan/density.png"));
+  const auto page = read_file(dir_.path() / "plan/plan.html");
+  ASSERT_TRUE(page);
+  const std::string_view html(reinterpret_cast<const char*>(page->data()), page->size());
+  EXPECT_NE(html.find("data:image/png"), html.npos);
+  EXPECT_NE(html.find("in 1 volume"), html.npos);
+  EXPECT_EQ(html.find("charts"), html.npos);
+  const auto bytes = read_file(dir_.path() / "plan/probes.png");
+  ASSERT_TRUE(bytes);
+  const auto picture = decode_image(*bytes, "probes.png");
+  ASSERT_TRUE(picture);
+  size_t white = 0, magenta = 0;
+  constexpr size_t kLegend = 64;  // rows
+  for (size_t i = 0; i < size_t{picture->width} * (picture->height - kLegend); ++i) {
+    const auto* const p = reinterpret_cast<const uint8_t*>(&picture->texels[i * picture->channels]);
+    white += p[0] > 220 && p[1] > 220 && p[2] > 220;
+    magenta += p[0] > 220 && p[1] < 40 && p[2] > 220;
+  }
+  EXPECT_GT(white, 300u);
+  EXPECT_GT(magenta, 100u);
+  EXPECT_EQ(kiln("plan room.glb -o none --quantities probes --probes off").exit_status, 2);
 }
 
 // A volume within a block of 4 m, out of which no probe can move.

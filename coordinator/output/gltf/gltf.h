@@ -1,4 +1,4 @@
-// ROOM: glTF files that carry the lightmap. docs/gltf.md describes them.
+// ROOM: glTF files that carry the lightmap, or name the probes. docs/gltf.md describes them.
 #pragma once
 
 #include "common/base/status.h"
@@ -10,5 +10,9 @@ namespace kiln {
 Expected<std::vector<std::string>> write_gltf(const OutputContext& context);            // scene.glb
 Expected<std::vector<std::string>> write_gltf_instanced(const OutputContext& context);  // scene_instanced.glb
 Expected<std::vector<std::string>> write_gltf_unlit(const OutputContext& context);      // scene_unlit.glb
+
+// scene.glb of a bake of probes alone: the input file as one file, with KILN_probes and without what an
+// earlier bake said of lightmaps. Lamps stay. Reads neither atlas nor lightmap.
+Expected<std::vector<std::string>> write_gltf_of_probes(const OutputContext& context);
 
 }  // namespace kiln

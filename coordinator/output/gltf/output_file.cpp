@@ -184,6 +184,15 @@ void GltfOutput::note_lightmap() {
   doc["asset"]["generator"] = program_name();
 }
 
+void GltfOutput::note_no_lightmap() {
+  if (doc.contains("extras") && doc["extras"].is_object() && doc["extras"].contains("kiln")) {
+    Json& kiln = doc["extras"]["kiln"];
+    if (kiln.is_object() && kiln.contains("lightmap")) doc["extras"].erase("kiln");
+    if (doc["extras"].empty()) doc.erase("extras");
+  }
+  doc["asset"]["generator"] = program_name();
+}
+
 Expected<Bytes> GltfOutput::finish(const std::string& name) {
   fill_texcoord_gaps();
   bool repeats = false;

@@ -61,6 +61,8 @@ class GltfOutput {
   // extras.kiln of any glTF object; extras that are not an object are kept as extras.value.
   static nlohmann::json& note(nlohmann::json& object);
   void note_lightmap();
+  // Of a bake without one: removes what an earlier bake noted.
+  void note_no_lightmap();
   // Removes, marks or keeps the lamps whose light is in the map, and records the choice for KILN_lightmap.
   void treat_lamps();
   // Removes every lamp and image-based light.

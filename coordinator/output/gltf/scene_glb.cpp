@@ -83,6 +83,13 @@ Expected<Bytes> write(const OutputContext& c) {
   return scene.finish("scene.glb");
 }
 
+Expected<Bytes> write_probes_alone(const OutputContext& c) {
+  KILN_TRY(GltfOutput scene, GltfOutput::open(c));
+  scene.note_no_lightmap();
+  scene.attach_kiln_probes();
+  return scene.finish("scene.glb");
+}
+
 }  // namespace
 
 Expected<GltfOutput> open_lit_scene(const OutputContext& c) {
@@ -98,6 +105,10 @@ Expected<GltfOutput> open_lit_scene(const OutputContext& c) {
 
 Expected<std::vector<std::string>> write_gltf(const OutputContext& c) {
   return publish_glb(c, "scene.glb", write);
+}
+
+Expected<std::vector<std::string>> write_gltf_of_probes(const OutputContext& c) {
+  return publish_glb(c, "scene.glb", write_probes_alone);
 }
 
 }  // namespace kiln

@@ -11,7 +11,7 @@ const EXTENSION = 'KILN_lightmap';
 const shader = (name) => new URL(`../../shaders/${name}`, import.meta.url);
 const fetchText = async (url) => (await fetchOrThrow(url)).text();
 
-function uniformsOf(description) {
+export function uniformsOf(description) {
   const value = (v) => ({ value: v });
   return { kilnView: value(0), kilnLight: value(basisOf(description) ? 1 : 0),
            kilnFilmic: value(true), kilnSpecularOn: value(false), kilnPlain: value(false),
@@ -149,9 +149,13 @@ const nodeOf = (object, parser) => parser.json.nodes[nodeNumberOf(object, parser
 const isInMap = (light, { lamps }, parser) =>
   !lamps || (lamps.nodes ?? []).includes(nodeNumberOf(light, parser));
 
+// Returns {gltf, scene, lightmap, probes}: the scene, lit; `probes` is KILN_probes at its root, or null. Of a bake of
+// probes alone `lightmap` is null, and nothing is lit yet.
 export async function loadLitScene(folder, file, renderer, encoding) {
   const gltf = await new GLTFLoader().loadAsync(folder + file);
   const { parser } = gltf, description = parser.json.extensions?.[EXTENSION]?.lightmaps?.[0];
+  const probes = parser.json.extensions?.KILN_probes ?? null;
+  if (!description && probes) return { gltf, scene: gltf.scene, lightmap: null, probes };
   if (!description) throw new Error(`${file} has no ${EXTENSION}: bake it with --gltf-lightmap kiln`);
   const lightmap = await loadLightmap(description, folder, renderer, encoding);
   const charts = description.chartTable ? await loadCharts(folder + description.chartTable.uri) : null;
@@ -178,5 +182,5 @@ export async function loadLitScene(folder, file, renderer, encoding) {
       mesh.material = make(`${original.uuid} ${page} ${!!table}`, () => litMaterial(original, lightmap, page, table));
     }
   }
-  return { gltf, scene: gltf.scene, lightmap };
+  return { gltf, scene: gltf.scene, lightmap, probes };
 }

@@ -4,8 +4,8 @@ import * as THREE from 'three';
 import { basisGlsl } from './kiln_basis.js';
 import { planesGlsl } from './kiln_maps.js';
 
-// Replaces three's lighting of a pixel, and its final colour.
-const VIEW = /* glsl */`
+// Curves, and colours of legends; replaces three's lighting of a pixel, and its final colour.
+export const VIEW = /* glsl */`
 uniform int kilnView, kilnLight;
 uniform bool kilnFilmic, kilnSpecularOn, kilnPlain;
 uniform float kilnExposure, kilnMostSamples;

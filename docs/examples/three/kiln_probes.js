@@ -40,12 +40,13 @@ export class KilnProbes {
   }
 
   // Nine RGB coefficients of radiance around a point, [r, g, b, r, g, b, ...], and how much of them is known: 1 inside
-  // of volumes, 0 where no probe has light. `position`: {x, y, z} in the bake's world.
-  light(position) {
+  // of volumes, 0 where no probe has light. `position`: {x, y, z} in the bake's world. `visibility`: false asks as if
+  // every probe saw everything.
+  light(position, visibility = true) {
     const out = new Float64Array(27);
     let left = 1;
     for (const volume of this.volumes) {
-      const { list, inside } = this.#weights(volume, position);
+      const { list, inside } = this.#weights(volume, position, visibility);
       for (const [probe, weight] of list)
         for (let k = 0; k < 9; ++k)
           for (let c = 0; c < 3; ++c) out[3 * k + c] += left * inside * weight * this.coefficients[k][c][probe];
@@ -62,7 +63,7 @@ export class KilnProbes {
     lightProbe.intensity = known > 0 ? 1 : 0;
   }
 
-  #weights(volume, position) {
+  #weights(volume, position, visibility) {
     const p = [position.x, position.y, position.z];
     const root = 3 * 2 ** (volume.levels - 1), end = volume.roots.map((n) => n * root);
     const at = p.map((x, k) => (x - volume.min[k]) / volume.spacing);
@@ -74,7 +75,7 @@ export class KilnProbes {
     for (;;) {
       const brick = volume.bricks[index], isRoot = brick.parent === index;
       const own = isRoot ? 1 : this.#fade(brick, clamped);
-      if (own > 0 && this.#addCell(volume, brick, clamped, p, left * own, list)) {
+      if (own > 0 && this.#addCell(volume.visibility && visibility, brick, clamped, p, left * own, list)) {
         sum += left * own;
         left *= 1 - own;
       }
@@ -115,7 +116,7 @@ export class KilnProbes {
   }
 
   // Adds the probes of a cell with weights that add up to `share`; false if none of them has light.
-  #addCell(volume, brick, at, position, share, list) {
+  #addCell(visibility, brick, at, position, share, list) {
     const first = [], part = [], begin = list.length;
     for (let k = 0; k < 3; ++k) {
       const local = Math.min(Math.max((at[k] - brick.corner[k]) / 2 ** brick.level, 0), 3);
@@ -132,7 +133,7 @@ export class KilnProbes {
       }
       const probe = brick.probes[place];
       if (!(weight > 0) || this.planes.state[probe] === INACTIVE) continue;
-      if (volume.visibility && this.distances) weight *= this.#crush(this.#sees(probe, position));
+      if (visibility && this.distances) weight *= this.#crush(this.#sees(probe, position));
       list.push([probe, weight]);
       sum += weight;
     }

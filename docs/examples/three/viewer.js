@@ -2,7 +2,8 @@
 //   ?folder=/bake/&scene=scene.glb&view=lit&light=linear&encoding=masters&exposure=1&curve=srgb&ui=off
 import * as THREE from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
-import { encodingName, loadLitScene, readable } from './kiln_lightmap.js';
+import { encodingName, loadLitScene, readable, uniformsOf } from './kiln_lightmap.js';
+import { exposedMaterial } from './kiln_material.js';
 
 const VIEWS = [['lit', ''], ['irradiance', 'on a grey of 0.5'],
   ['directions', 'where light comes from, as a colour; grey: from all sides'],
@@ -75,7 +76,8 @@ function applySwitches(scene, textures, normals) {
 }
 
 // Views of the quantities that were baked.
-function viewsOf({ description }) {
+function viewsOf({ description, byProbes }) {
+  if (byProbes) return VIEWS.slice(0, 2);
   const responses = new Set((description.responses ?? []).map((r) => r.name));
   const light = ['irradiance', 'directions', 'error', 'encode-error'];
   return VIEWS.filter(([name]) => (['ao', 'sky', 'bent'].includes(name) ? responses.has(name)
@@ -88,6 +90,8 @@ function addControls(state, lightmap, redraw) {
   const lights = lightsOf(lightmap);
   fill('light', lights);
   fill('encoding', readable(lightmap.description).map((e) => [encodingName(e)]));
+  for (const id of ['light', 'encoding', 'specular'])
+    byId(id).parentElement.classList.toggle('hidden', !!lightmap.byProbes);
   byId('encoding').value = lightmap.encoding;
   byId('encoding').onchange = () => {  // other maps need other shaders: reload the page
     query.set('encoding', byId('encoding').value);
@@ -119,17 +123,43 @@ function addControls(state, lightmap, redraw) {
   show();
 }
 
+// A scene without a lightmap, lit by its probes: their light is that of its lamps too.
+function lightByProbes(scene, view) {
+  const description = { encodings: [], exposure: view.exposure }, uniforms = view.uniforms;
+  uniforms.kilnExposure.value = description.exposure;
+  const lamps = [];
+  scene.traverse((object) => { if (object.isLight) lamps.push(object); });
+  for (const lamp of lamps) lamp.removeFromParent();
+  view.lightScene((material) => exposedMaterial(material, { uniforms }));
+  return { description, uniforms, basis: null, encoding: '', byProbes: true };
+}
+
+// What shows the probes, if the bake has any; its code is fetched then.
+async function makeProbeView(folder, { scene, lightmap, probes }, renderer) {
+  if (!probes) return null;
+  const { ProbeView } = await import('./kiln_probe_view.js');
+  return new ProbeView(folder, scene, renderer, lightmap?.uniforms ?? uniformsOf({}));
+}
+
+async function addProbePanel(view, { probes }, stage, redraw) {
+  const { ProbePanel } = await import('./kiln_probe_panel.js');
+  await new ProbePanel(view, probes, stage, redraw).ask(query);
+}
+
 async function main() {
   const renderer = makeRenderer();
   const folder = query.get('folder') ?? '/bake/', file = query.get('scene') ?? 'scene.glb';
-  const { scene, lightmap } = await loadLitScene(folder, file, renderer, query.get('encoding'));
+  const lit = await loadLitScene(folder, file, renderer, query.get('encoding')), { scene } = lit;
   document.title = `Kiln: ${scene.name || file}`;
   const world = new THREE.Scene();
   world.add(scene);
+  const probeView = await makeProbeView(folder, lit, renderer);
+  if (!lit.lightmap) await probeView.load();
+  const lightmap = lit.lightmap ?? lightByProbes(scene, probeView);
   const { camera, controls } = makeCamera(scene, renderer);
   const base = query.has('exposure') ? Number(query.get('exposure')) : lightmap.uniforms.kilnExposure.value;
   const plain = query.get('shading') === 'plain';  // base colour x E / pi alone, as in preview.png
-  const first = lightmap.description.basis ? 'lit' : lightmap.description.responses[0].name;
+  const first = lightmap.description.basis || lightmap.byProbes ? 'lit' : lightmap.description.responses[0].name;
   const state = { view: query.get('view') ?? first, exposure: 0, filmic: query.get('curve') !== 'srgb',
     light: query.get('light') ?? (lightmap.basis ? 'linear' : 'normal'), textures: on('textures', true),
     normals: on('normals', true), specular: on('specular', !!lightmap.basis) && !plain };
@@ -149,7 +179,9 @@ async function main() {
     const now = `${state.textures} ${state.normals}`;
     if (now !== switches) applySwitches(scene, state.textures, state.normals);
     switches = now;
+    probeView?.begin(camera);
     renderer.render(world, camera);
+    probeView?.end(camera);
   };
   const redraw = () => { if (!pending) { pending = true; requestAnimationFrame(draw); } };
   const resize = () => {
@@ -162,6 +194,7 @@ async function main() {
   addEventListener('resize', resize);
   resize();
   addControls(state, lightmap, redraw);
+  if (probeView) await addProbePanel(probeView, lit, { camera, controls, canvas: renderer.domElement }, redraw);
   draw();
   document.documentElement.dataset.ready = 'true';
 }
