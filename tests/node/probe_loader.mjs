@@ -1,6 +1,6 @@
 // node probe_loader.mjs FOLDER: lights the points of FOLDER/points (x y z floats) with docs/examples/three/kiln_probes.js
-// and writes FOLDER/light: 27 floats and what is known of each. Where three.js is installed, tiles of distances are checked in
-// the viewer's textures too, of any height that a graphics card may allow.
+// and writes FOLDER/light: 27 floats and what is known of each. Where three.js is installed, tiles of distances that a graphics
+// card would find too high are checked in the viewer's texture too.
 import { existsSync, readFileSync, writeFileSync } from 'node:fs';
 import { KilnProbes } from '../../docs/examples/three/kiln_probes.js';
 
@@ -15,19 +15,24 @@ for (let i = 0; i < points.length; i += 3) {
 writeFileSync(folder + 'light', Buffer.from(new Float32Array(out).buffer));
 
 const three = new URL('../../docs/examples/three/node_modules/three', import.meta.url);
-if (probes.distances && existsSync(three)) {
+if (existsSync(three)) {
   const { probeShader } = await import('../../docs/examples/three/kiln_probe_material.js');
-  const tile = probes.side + 2, from = probes.distances;
-  for (const most of [16384, from.height, from.height - 1, Math.max(tile * Math.ceil(Math.sqrt(probes.count)), from.height / 2)]) {
-    const { data, width, height } = probeShader(probes, '', { capabilities: { maxTextureSize: most } }).uniforms.kilnDistances.value.image;
-    const across = Math.floor(width / tile);
-    if (Math.max(width, height) > Math.max(most, from.width)) throw new Error(`${width} x ${height} texels, of ${most}`);
-    for (let i = 0; i < probes.count; ++i)
-      for (const [x, y] of [[0, 0], [5, 11], [tile - 1, tile - 1]]) {
-        const at = (Math.floor(i / across) * tile + y) * width + (i % across) * tile + x;
-        const file = (Math.floor(i / probes.columns) * tile + y) * from.width + (i % probes.columns) * tile + x;
-        if (data[2 * at] !== from.planes.mean[file] || data[2 * at + 1] !== from.planes.square[file])
-          throw new Error(`probe ${i} is not at its place in a texture of ${width} x ${height}`);
-      }
+  const count = 199, columns = 2, side = 16, tile = side + 2, width = columns * tile, height = Math.ceil(count / columns) * tile;
+  const plane = (f) => Float32Array.from({ length: width * height }, (_, i) => f(i)), zero = new Float32Array(count);
+  const tall = { count, columns, side, volumes: [], coefficients: Array(9).fill([zero, zero, zero]),
+                 planes: { 'position.X': zero, 'position.Y': zero, 'position.Z': zero, state: zero },
+                 distances: { width, height, planes: { mean: plane((i) => i), square: plane((i) => -i) } } };
+  for (const most of [height, height - 1, 20 * tile + 5]) {
+    const image = probeShader(tall, '', { capabilities: { maxTextureSize: most } }).uniforms.kilnDistances.value.image;
+    const across = Math.floor(image.width / tile);
+    if (Math.max(image.width, image.height) > most) throw new Error(`${image.width} x ${image.height} texels, of ${most}`);
+    for (let i = 0; i < count; ++i)
+      for (let y = 0; y < tile; ++y)
+        for (let x = 0; x < tile; ++x) {
+          const at = 2 * ((Math.floor(i / across) * tile + y) * image.width + (i % across) * tile + x);
+          const file = (Math.floor(i / columns) * tile + y) * width + (i % columns) * tile + x;
+          if (image.data[at] !== file || image.data[at + 1] !== -file)
+            throw new Error(`probe ${i} is not at its place in a texture of ${image.width} x ${image.height}`);
+        }
   }
 }
