@@ -67,7 +67,7 @@ struct BakeSettings {
   bool probe_visibility = false;
   bool probe_dering = false;
   bool probe_bevy = false, probe_textures = false;  // --probe-files
-  double ao_distance = 1;   // metres
+  double ao_distance = 1;                           // metres
   Falloff ao_falloff = Falloff::kNone;
   double visibility_error = 0.05;  // of ao, sky and bent: absolute
   bool seams = true;

@@ -314,13 +314,14 @@ Expected<std::optional<ProbeLayout>> plan_probes(const ImportResult& imported, c
     const uint64_t bytes = probes * probe_bytes(visibility);
     if (bytes > memory)
       return fail(ErrorKind::kInvalidInput,
-                  text("{} probes need about {} MiB and this machine has {}: give them a larger spacing", probes,
-                       bytes >> 20, memory >> 20));
+                  text("{} probes need about {} MiB and this machine has {}: give them a larger spacing",
+                       probes, bytes >> 20, memory >> 20));
     if (settings.probe_textures && probes > most_textured_probes(visibility))
-      return fail(ErrorKind::kInvalidInput,
-                  text("--probe-files textures: {} probes are more than the {} whose textures have sides of {} at "
-                       "most: give them a larger spacing or --max-probes {}",
-                       probes, most_textured_probes(visibility), kTextureSide, most_textured_probes(visibility)));
+      return fail(
+          ErrorKind::kInvalidInput,
+          text("--probe-files textures: {} probes are more than the {} whose textures have sides of {} at "
+               "most: give them a larger spacing or --max-probes {}",
+               probes, most_textured_probes(visibility), kTextureSide, most_textured_probes(visibility)));
     return {};
   };
   KILN_TRY(ProbeLayout layout, lay_out_probes(imported.scene, boxes, limits));

@@ -19,7 +19,7 @@ struct BenchRequest {
   double reference_share = 1;  // share of the texels, in blocks
   bool reference_cache = false;
   double reference_error = 0;  // ReferenceRequest::error
-  double most_seconds = 120;  // a longer run is the last of its ladder
+  double most_seconds = 120;   // a longer run is the last of its ladder
 };
 
 // Errors at which curves are compared.

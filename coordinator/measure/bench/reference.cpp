@@ -32,8 +32,9 @@ Expected<std::string> identity_of(const ReferenceRequest& r) {
       "{}\n"
       "isa {}\nsamples {}\n{}",
       release_number(), scene.hex(), atlas.hex(), s.direct, s.indirect, s.max_bounces, s.watertight, s.isa,
-      r.samples, text("{}{}{}", r.cache ? "cache on\n" : "", r.share < 1 ? text("share {}\n", r.share) : "",
-                      r.error > 0 ? text("error {}\n", r.error) : ""));
+      r.samples,
+      text("{}{}{}", r.cache ? "cache on\n" : "", r.share < 1 ? text("share {}\n", r.share) : "",
+           r.error > 0 ? text("error {}\n", r.error) : ""));
 }
 
 Expected<std::string> digest_of(const fs::path& file) {

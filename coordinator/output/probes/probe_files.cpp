@@ -171,13 +171,14 @@ Status write_all_maps(const ProbeField& f, const std::filesystem::path& folder) 
 }
 
 // Names of what was written.
-Expected<std::vector<std::string>> write_textures(const ProbeField& field, const std::filesystem::path& folder) {
+Expected<std::vector<std::string>> write_textures(const ProbeField& field,
+                                                  const std::filesystem::path& folder) {
   constexpr int kZstd = 3;  // the EXR masters beside are compressed too
   const ProbeTextures textures = probe_textures(field);
   std::vector<std::string> names;
-  for (const auto& [name, texture] :
-       {std::pair("probes_light.ktx2", &textures.light), std::pair("probes_irradiance.ktx2", &textures.irradiance),
-        std::pair("probes_distance.ktx2", &textures.distance)}) {
+  for (const auto& [name, texture] : {std::pair("probes_light.ktx2", &textures.light),
+                                      std::pair("probes_irradiance.ktx2", &textures.irradiance),
+                                      std::pair("probes_distance.ktx2", &textures.distance)}) {
     if (texture->levels.empty()) continue;
     KILN_TRY(const Bytes bytes, write_ktx2(*texture, kZstd));
     KILN_TRY_STATUS(write_file_atomic(folder / name, bytes));

@@ -14,7 +14,8 @@ constexpr uint32_t kLightTexels = 1 + static_cast<uint32_t>(kHarmonics);
 
 // A texture of tiles of `width` x `height` texels; write(probe, x, y, texel).
 template <class Write>
-TextureImages tiles(TextureFormat format, size_t probes, uint32_t width, uint32_t height, const Write& write) {
+TextureImages tiles(TextureFormat format, size_t probes, uint32_t width, uint32_t height,
+                    const Write& write) {
   const size_t size = texture_format(format).bytes;
   const size_t rows = (probes + kProbeColumns - 1) / kProbeColumns;
   TextureImages t;

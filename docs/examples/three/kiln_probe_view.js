@@ -38,7 +38,7 @@ function gridOf(probes) {
 }
 
 function makeBalls(probes, shader, uniforms, { spacing }) {
-  const from = probes.count > MANY ? new THREE.IcosahedronGeometry(1, 2) : new THREE.SphereGeometry(1, 24, 16);
+  const from = probes.count > MANY ? new THREE.SphereGeometry(1, 10, 7) : new THREE.SphereGeometry(1, 24, 16);
   const geometry = new THREE.InstancedBufferGeometry();
   geometry.setIndex(from.index);
   geometry.setAttribute('position', from.attributes.position);
