@@ -13,6 +13,7 @@ import bpy
 HERE = os.path.dirname(os.path.abspath(__file__))
 case, folder, program = sys.argv[sys.argv.index("--") + 1:]
 sys.path.insert(0, HERE)
+import cycles_shot  # noqa: E402
 import room  # noqa: E402
 
 QUICK = "--max-samples 16 --min-samples 16"
@@ -44,15 +45,7 @@ def bake(expected):
 
 
 def shot(name):
-    scene = bpy.context.scene
-    scene.render.engine = "CYCLES"
-    scene.cycles.samples, scene.cycles.use_denoising = 1, False
-    scene.cycles.pixel_filter_type, scene.cycles.filter_width = "BOX", 0.01
-    scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = 960, 540, 100
-    scene.view_settings.view_transform = "Standard"
-    scene.render.image_settings.file_format = "PNG"
-    scene.render.filepath = os.path.join(folder, name)
-    bpy.ops.render.render(write_still=True)
+    cycles_shot.shot(os.path.join(folder, name))
 
 
 class Farm:

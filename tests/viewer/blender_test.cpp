@@ -2,7 +2,7 @@
 // (tests/blender/addon_tests.py), and what its preview shows in Cycles against the renderer of preview.png.
 #include "common/base/files.h"
 #include "coordinator/scene/imageio/imageio.h"
-#include "tests/viewer/compare_pictures.h"
+#include "tests/viewer/programs.h"
 
 namespace kiln {
 namespace {
@@ -13,8 +13,7 @@ constexpr double kMost = 2;  // of 255: mean and median difference over pixels i
 class BlenderAddOn : public testing::TestWithParam<const char*> {
  protected:
   void SetUp() override {
-    if (test::run_command("blender --version").exit_status != 0)
-      GTEST_SKIP() << "there is no Blender: apt install blender";
+    if (const auto why = test::no_blender()) GTEST_SKIP() << *why;
     fs::create_directories(dir_.path() / "scripts/addons");
   }
 
