@@ -53,11 +53,13 @@ Expected<Published> bake_for_programs(const fs::path& scene, double texels_per_m
 }
 
 std::optional<std::string> no_blender() {
+  if (auto why = left_out("blender")) return why;
   if (run_command("blender --version").exit_status == 0) return std::nullopt;
   return "there is no Blender: apt install blender";
 }
 
 std::optional<std::string> no_godot() {
+  if (auto why = left_out("godot")) return why;
   for (const char* program : {"godot3", "godot3-runner", "xvfb-run"})
     if (run_command(std::string("command -v ") + program).exit_status != 0)
       return std::string("there is no ") + program + ": apt install godot3 godot3-runner xvfb";
