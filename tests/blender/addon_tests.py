@@ -3,6 +3,7 @@ in a Blender without window, with $BLENDER_USER_SCRIPTS/addons a folder of its o
 
 import os
 import re
+import signal
 import subprocess
 import sys
 import threading
@@ -163,6 +164,22 @@ def case_cancel():
     assert not operators.running
     assert os.path.getmtime(os.path.join(folder, "cancel/out/irradiance.exr")) == kept
     scene.kiln.extra, scene.kiln.density = QUICK, 8
+    bake("done")
+
+
+def case_killed():
+    """Dies in the middle of a bake, and leaves the number of the program's process in a file."""
+    import kiln_bake.operators as operators
+    scene = quick(room.build(), "killed")
+    scene.kiln.extra, scene.kiln.density = "--max-samples 16384 --min-samples 16384", 64
+
+    def die():
+        while scene.name not in operators.running or not operators.running[scene.name].run.stage.startswith("pass"):
+            time.sleep(0.1)
+        with open(os.path.join(folder, "killed.pid"), "w") as file:
+            file.write(str(operators.running[scene.name].run.pid))
+        os.kill(os.getpid(), signal.SIGKILL)
+    threading.Thread(target=die, daemon=True).start()
     bake("done")
 
 
