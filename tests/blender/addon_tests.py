@@ -3,6 +3,7 @@ in a Blender without window, with $BLENDER_USER_SCRIPTS/addons a folder of its o
 
 import os
 import re
+import signal
 import subprocess
 import sys
 import threading
@@ -13,6 +14,7 @@ import bpy
 HERE = os.path.dirname(os.path.abspath(__file__))
 case, folder, program = sys.argv[sys.argv.index("--") + 1:]
 sys.path.insert(0, HERE)
+import cycles_shot  # noqa: E402
 import room  # noqa: E402
 
 QUICK = "--max-samples 16 --min-samples 16"
@@ -44,15 +46,7 @@ def bake(expected):
 
 
 def shot(name):
-    scene = bpy.context.scene
-    scene.render.engine = "CYCLES"
-    scene.cycles.samples, scene.cycles.use_denoising = 1, False
-    scene.cycles.pixel_filter_type, scene.cycles.filter_width = "BOX", 0.01
-    scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = 960, 540, 100
-    scene.view_settings.view_transform = "Standard"
-    scene.render.image_settings.file_format = "PNG"
-    scene.render.filepath = os.path.join(folder, name)
-    bpy.ops.render.render(write_still=True)
+    cycles_shot.shot(os.path.join(folder, name))
 
 
 class Farm:
@@ -170,6 +164,22 @@ def case_cancel():
     assert not operators.running
     assert os.path.getmtime(os.path.join(folder, "cancel/out/irradiance.exr")) == kept
     scene.kiln.extra, scene.kiln.density = QUICK, 8
+    bake("done")
+
+
+def case_killed():
+    """Dies in the middle of a bake, and leaves the number of the program's process in a file."""
+    import kiln_bake.operators as operators
+    scene = quick(room.build(), "killed")
+    scene.kiln.extra, scene.kiln.density = "--max-samples 16384 --min-samples 16384", 64
+
+    def die():
+        while scene.name not in operators.running or not operators.running[scene.name].run.stage.startswith("pass"):
+            time.sleep(0.1)
+        with open(os.path.join(folder, "killed.pid"), "w") as file:
+            file.write(str(operators.running[scene.name].run.pid))
+        os.kill(os.getpid(), signal.SIGKILL)
+    threading.Thread(target=die, daemon=True).start()
     bake("done")
 
 

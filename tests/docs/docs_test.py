@@ -38,6 +38,14 @@ def skip(why):
     sys.exit(77)
 
 
+def skip_without(program):
+    """Where the program is not installed, or `./kiln test --without docs` leaves it out."""
+    if "docs" in os.environ.get("KILN_TEST_WITHOUT", "").split():
+        skip("left out: --without docs")
+    if shutil.which(program) is None:
+        skip(f"{program} is not installed")
+
+
 def without_code(text, inline=True):
     """Fenced and indented blocks, and what stands between backticks, are blanked; lines stay."""
     out, fenced, before = [], False, ""
@@ -258,8 +266,7 @@ class References(html.parser.HTMLParser):
 
 
 def check_site():
-    if not shutil.which("mkdocs"):
-        skip("mkdocs is not installed")
+    skip_without("mkdocs")
     with tempfile.TemporaryDirectory() as folder:
         # Not this test's interpreter, if that is not Debian's own.
         made = subprocess.run(["mkdocs", "build", "--strict", "--quiet", "--config-file", ROOT / "mkdocs.yml", "--site-dir",
@@ -294,8 +301,7 @@ def check_site():
 
 
 def check_spelling():
-    if not shutil.which("aspell"):
-        skip("aspell is not installed")
+    skip_without("aspell")
     if "en_GB" not in subprocess.run(["aspell", "dicts"], capture_output=True, text=True).stdout:
         skip("aspell has no British dictionary (Debian: aspell-en)")
     listed = (ROOT / "tests/docs/words.txt").read_text().split("\n")[:-1]

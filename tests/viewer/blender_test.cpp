@@ -1,8 +1,12 @@
 // The add-on of configs/engines/blender in a Blender without window, case by case
 // (tests/blender/addon_tests.py), and what its preview shows in Cycles against the renderer of preview.png.
+#include <csignal>
+#include <fstream>
+#include <thread>
+
 #include "common/base/files.h"
 #include "coordinator/scene/imageio/imageio.h"
-#include "tests/viewer/compare_pictures.h"
+#include "tests/viewer/programs.h"
 
 namespace kiln {
 namespace {
@@ -13,8 +17,7 @@ constexpr double kMost = 2;  // of 255: mean and median difference over pixels i
 class BlenderAddOn : public testing::TestWithParam<const char*> {
  protected:
   void SetUp() override {
-    if (test::run_command("blender --version").exit_status != 0)
-      GTEST_SKIP() << "there is no Blender: apt install blender";
+    if (const auto why = test::no_blender()) GTEST_SKIP() << *why;
     fs::create_directories(dir_.path() / "scripts/addons");
   }
 
@@ -61,6 +64,32 @@ TEST_P(BlenderAddOn, Case) {
   if (GetParam() == std::string("atlas")) compare("atlas", settings);
 }
 
+// Whether the process goes on: not gone, nor a zombie that nobody has asked about.
+bool runs(long process) {
+  std::ifstream stat("/proc/" + std::to_string(process) + "/stat");
+  std::string text;
+  std::getline(stat, text);
+  const size_t name_end = text.rfind(')');
+  return name_end != std::string::npos && text.compare(name_end + 2, 1, "Z") != 0;
+}
+
+class KilledBlender : public BlenderAddOn {};
+
+TEST_P(KilledBlender, TakesItsBakeAlong) {
+  const auto done = run(GetParam());
+  EXPECT_NE(done.exit_status, 0) << done.output;
+  long process = 0;
+  std::ifstream(dir_.path() / "killed.pid") >> process;
+  ASSERT_GT(process, 1) << done.output;
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+  while (runs(process) && std::chrono::steady_clock::now() < end)
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  EXPECT_FALSE(runs(process));
+  if (runs(process)) ::kill(static_cast<pid_t>(process), SIGTERM);
+}
+
+INSTANTIATE_TEST_SUITE_P(, KilledBlender, testing::Values("killed"),
+                         [](const auto& info) { return std::string(info.param); });
 INSTANTIATE_TEST_SUITE_P(, BlenderAddOn,
                          testing::Values("room", "lamps", "atlas", "cancel", "failures", "farm", "large"),
                          [](const auto& info) { return std::string(info.param); });

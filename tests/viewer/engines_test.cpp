@@ -3,17 +3,16 @@
 // loaded by the engine alone, scene.glb with the modules of configs/engines/web.
 #include <nlohmann/json.hpp>
 
-#include "common/base/files.h"
 #include "coordinator/scene/document/gltf_document.h"
 #include "coordinator/scene/imageio/imageio.h"
-#include "tests/viewer/compare_pictures.h"
 #include "tests/viewer/node_tools.h"
+#include "tests/viewer/programs.h"
 
 namespace kiln {
 namespace {
 namespace fs = std::filesystem;
 
-using test::kHeight, test::kWidth, test::kSampledHeight, test::kSampledWidth, test::Reference;
+using test::kHeight, test::kWidth, test::Reference;
 
 // Of 255, over pixels inside surfaces: the mean of their differences, and how close half of them must be.
 constexpr double kMostMean = 2, kMostMedian = 2;
@@ -23,19 +22,8 @@ class Engines : public testing::Test {
   void SetUp() override {
     if (const auto why = test::no_engines()) GTEST_SKIP() << *why;
     fs::create_directories(pictures_);
-    BakeRequest request;
-    request.scene = test::source_dir() / "tests/scenes/arcade/arcade.gltf";
-    request.output = out_;
-    request.worker_program = test::binary_dir() / "bin/kiln-worker";
-    request.settings.layout = "pack";
-    request.settings.texels_per_metre = 8;
-    request.settings.min_samples = request.settings.max_samples = 16;
-    request.settings.encodings = {"rgbd", "rgbm"};  // as configs/engines/babylon.json and playcanvas.json
-    request.settings.encode_quantity = "irradiance";
-    request.settings.encode_units = "e-over-pi";
-    const auto report = run_bake(request, [](const BakeProgress&) {});
-    ASSERT_TRUE(report) << report.error().message;
-    auto published = test::read_published(request.scene, request.settings, out_);
+    const fs::path scene = test::source_dir() / "tests/scenes/arcade/arcade.gltf";
+    auto published = test::bake_for_programs(scene, 8, out_, 16);
     ASSERT_TRUE(published) << published.error().message;
     published_ = std::move(*published);
     ASSERT_FALSE(published_.imported.cameras.empty());
@@ -44,25 +32,16 @@ class Engines : public testing::Test {
     exposure_ = nlohmann::json::parse(unlit->json)["extras"]["kiln"]["exposure"];
   }
 
-  std::string command_of(const std::string& engine, const std::string& file, const fs::path& shot,
-                         const std::string& exposure, const std::string& material) const {
-    const std::string size = std::to_string(kSampledWidth) + " " + std::to_string(kSampledHeight);
-    if (engine == "blender")
-      return "blender -b --factory-startup --python '" +
-             (test::source_dir() / "tests/node/engines/blender_shot.py").string() + "' -- '" +
-             (out_ / file).string() + "' " + size + " '" + shot.string() + "'";
-    return test::node_script("engines/engine_shot.mjs") + " " + engine + " '" + out_.string() + "' " + file +
-           " " + size + " '" + shot.string() + "' '" + exposure + "' " + material;
-  }
-
   // `material`: as engine_shot.mjs has it; three's own takes reflections off the light, so its mean is not
   // held.
   void show(const std::string& engine, const std::string& file, const Reference& ours,
             const std::string& exposure, const std::string& material = "") {
     SCOPED_TRACE(engine + " " + file + " " + material);
     const fs::path shot = pictures_ / (engine + material + "_" + file + ".png");
-    const auto browser = test::run_command(command_of(engine, file, shot, exposure, material));
-    ASSERT_EQ(browser.exit_status, 0) << browser.output;
+    const auto done = engine == "blender"
+                          ? test::show_in_blender(out_ / file, shot)
+                          : test::show_in_engine(engine, out_, file, shot, exposure, material);
+    ASSERT_EQ(done.exit_status, 0) << done.output;
     const Picture shown = test::read_sampled(shot);
     ASSERT_FALSE(shown.rgb.empty());
     const test::Difference d = test::compare_pictures(ours, shown);
@@ -84,10 +63,10 @@ TEST_F(Engines, ShowTheLightOfTheFiles) {
   const Reference unlit = test::render_reference(published_, exposure_, true);
   ASSERT_TRUE(write_png(pictures_ / "reference_scene_unlit.glb.png", kWidth, kHeight, unlit.picture.rgb));
   for (const char* engine : {"three", "babylon", "playcanvas"}) show(engine, "scene_unlit.glb", unlit, "");
-  if (test::run_command("blender --version").exit_status == 0)
-    show("blender", "scene_unlit.glb", unlit, "");
+  if (const auto why = test::no_blender())
+    std::printf("%s\n", why->c_str());
   else
-    std::printf("there is no Blender: apt install blender\n");
+    show("blender", "scene_unlit.glb", unlit, "");
   const Reference lit = test::render_reference(published_, exposure_, false);
   ASSERT_TRUE(write_png(pictures_ / "reference_scene.glb.png", kWidth, kHeight, lit.picture.rgb));
   for (const char* engine : {"three", "babylon", "playcanvas"})

@@ -1,8 +1,7 @@
 // The import script of configs/engines/godot in Debian's Godot 3.2 under Xvfb: the demo, baked with the
 // preset's textures, imported by the editor and shown by both renderers, against the renderer of preview.png.
-#include "common/base/files.h"
 #include "coordinator/scene/imageio/imageio.h"
-#include "tests/viewer/compare_pictures.h"
+#include "tests/viewer/programs.h"
 
 namespace kiln {
 namespace {
@@ -13,49 +12,18 @@ constexpr double kMost = 2;  // of 255: mean and median difference over pixels i
 class Godot : public testing::Test {
  protected:
   void SetUp() override {
-    for (const char* program : {"godot3", "godot3-runner", "xvfb-run"})
-      if (test::run_command(std::string("command -v ") + program).exit_status != 0)
-        GTEST_SKIP() << "there is no " << program << ": apt install godot3 godot3-runner xvfb";
-    BakeRequest request;
-    request.scene = test::source_dir() / "tests/scenes/arcade/arcade.gltf";
-    request.output = dir_.path() / "bake";
-    request.worker_program = test::binary_dir() / "bin/kiln-worker";
-    request.settings.layout = "pack";
-    request.settings.texels_per_metre = 8;
-    request.settings.min_samples = request.settings.max_samples = 16;
-    request.settings.encodings = {"exr"};  // as configs/engines/godot.json
-    request.settings.encode_quantity = "irradiance";
-    request.settings.encode_units = "e-over-pi";
-    const auto report = run_bake(request, [](const BakeProgress&) {});
-    ASSERT_TRUE(report) << report.error().message;
-    auto published = test::read_published(request.scene, request.settings, request.output);
+    if (const auto why = test::no_godot()) GTEST_SKIP() << *why;
+    const fs::path scene = test::source_dir() / "tests/scenes/arcade/arcade.gltf";
+    auto published = test::bake_for_programs(scene, 8, dir_.path() / "bake", 16);
     ASSERT_TRUE(published) << published.error().message;
     published_ = std::move(*published);
   }
 
-  // A project with the baked scene, imported and shown; the picture.
   Picture show(const std::string& driver) {
-    const fs::path project = dir_.path() / driver, files = test::source_dir() / "tests/godot";
-    fs::create_directories(project / "out");
-    fs::copy(test::source_dir() / "configs/engines/godot/addons", project / "addons",
-             fs::copy_options::recursive);
-    for (const char* name : {"main.gd", "main.tscn"}) fs::copy(files / name, project / name);
-    fs::copy(files / "scene.glb.import", project / "out/scene.glb.import");
-    for (const char* name : {"scene.glb", "lightmap_E.exr"})
-      fs::copy(dir_.path() / "bake" / name, project / "out" / name);
-    const auto settings = read_file(files / "project.godot.in").value();
-    std::string text(reinterpret_cast<const char*>(settings.data()), settings.size());
-    text.replace(text.find("@DRIVER@"), 8, driver);
-    EXPECT_TRUE(write_file_atomic(project / "project.godot", text));
-    // The editor of 3.2 may crash when it quits, after it has imported: what it leaves decides.
-    const std::string xvfb = "timeout 240 xvfb-run -a -s '-screen 0 1280x1024x24' ",
-                      path = " --path '" + project.string() + "'";
-    const auto import = test::run_command(xvfb + "godot3" + path + " --editor --quit --video-driver GLES3");
-    const fs::path shot = project / "shot.png";
-    const auto run = test::run_command("KILN_SHOT='" + shot.string() + "' " + xvfb + "godot3-runner" + path +
-                                       " --video-driver " + driver);
-    EXPECT_TRUE(fs::exists(shot)) << import.output << run.output;
-    return fs::exists(shot) ? test::read_sampled(shot) : Picture{};
+    const fs::path shot = dir_.path() / (driver + ".png");
+    const auto done = test::show_in_godot(dir_.path() / "bake", driver, dir_.path(), shot);
+    EXPECT_EQ(done.exit_status, 0) << done.output;
+    return done.exit_status == 0 ? test::read_sampled(shot) : Picture{};
   }
 
   test::TempDir dir_;

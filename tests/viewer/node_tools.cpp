@@ -3,7 +3,15 @@
 namespace kiln::test {
 namespace fs = std::filesystem;
 
+std::optional<std::string> left_out(const std::string& group) {
+  const char* groups = ::getenv("KILN_TEST_WITHOUT");
+  if (groups == nullptr || (" " + std::string(groups) + " ").find(" " + group + " ") == std::string::npos)
+    return std::nullopt;
+  return "left out: --without " + group;
+}
+
 std::optional<std::string> no_node_tools(bool browser) {
+  if (auto why = left_out("web")) return why;
   if (run_command("node --version").exit_status != 0) return "there is no node: apt install nodejs npm";
   const fs::path tools = source_dir() / "tests/node", viewer = source_dir() / "docs/examples/three";
   if (!fs::exists(tools / "node_modules/gltf-validator")) return "run: npm ci --prefix " + tools.string();

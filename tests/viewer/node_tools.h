@@ -6,6 +6,9 @@
 
 namespace kiln::test {
 
+// Whether the tests that use a group of programs (web, blender, godot) are to be left out: `./kiln test
+// --without`, which hands it on in $KILN_TEST_WITHOUT. With the reason.
+std::optional<std::string> left_out(const std::string& group);
 // Why tests/node cannot run here (with what to do); nothing: it can. `browser`: Chromium is needed too, and
 // three.js.
 std::optional<std::string> no_node_tools(bool browser);

@@ -1,5 +1,6 @@
 """A run of the program kiln: started, read without waiting, cancelled. Knows nothing of Blender."""
 
+import functools
 import os
 import re
 import subprocess
@@ -17,11 +18,27 @@ STAGE = re.compile(r"^(\w[\w ]*?)(?:\s+(\d+) %| \.\.\.)$")
 FARM = re.compile(r"^job (\d+) .*?: (\w+)(.*)$")
 
 
+# util-linux: the kernel ends the program when the thread that started it is gone, however that came about.
+WITH_PARENT = ["setpriv", "--pdeathsig", "TERM"]
+
+
+@functools.lru_cache(maxsize=None)
+def can_end_with_parent():
+    """Linux alone; elsewhere a program whose Blender crashed bakes to its end."""
+    try:
+        return subprocess.run([*WITH_PARENT, "true"], check=False, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+                              stderr=subprocess.DEVNULL).returncode == 0
+    except OSError:
+        return False
+
+
 class Run:
     def __init__(self, command, environment=None):
         self.lines, self.stage, self.share, self.left, self.job = [], "starting", 0.0, "", None
         self._parts = {}
         terminal = pty.openpty() if pty else None
+        if can_end_with_parent():
+            command = [*WITH_PARENT, *command]
         try:
             self._process = subprocess.Popen(
                 command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
@@ -33,6 +50,10 @@ class Run:
         self._terminal = terminal[0] if terminal else None
         for stream in self._streams:
             os.set_blocking(stream, False)
+
+    @property
+    def pid(self):
+        return self._process.pid
 
     def poll(self):
         """Reads what there is. The exit status, or None while it runs."""
