@@ -53,7 +53,9 @@ Leak leak_of(float wall, double spacing, int offsets, int points, uint32_t sampl
     const DVec3 offset(t, std::fmod(7 * t, 1.0), std::fmod(11 * t, 1.0));
     box.low = (offset - DVec3(1)) * spacing;
     box.high = DVec3(2 * kWide + wall, kHigh, kLong) + DVec3(0.01);
-    auto layout = lay_out_probes(scene, {box}, {.most = 1000000});
+    ProbeLimits limits;
+    limits.most = 1'000'000;
+    auto layout = lay_out_probes(scene, {box}, limits);
     if (!layout) throw std::runtime_error(layout.error().message);
     if (keep_inside)
       for (size_t i = 0; i < layout->size(); ++i) {
