@@ -1,8 +1,12 @@
-// Prints tables of docs/probes.md: probe_accuracy SCENE.glb [points] [environment R,G,B] [finest spacing].
-// E from probes against path tracing at points that a character can reach, and the coverage of stated errors.
+// Prints tables of docs/probes.md: probe_accuracy SCENE.glb [points] [environment R,G,B] [finest spacing]
+// [sun X,Y,Z:R,G,B]. E from probes against path tracing at points that a character can reach, and the
+// coverage of stated errors.
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <map>
+#include <numeric>
 
 #include "common/base/parallel.h"
 #include "common/base/statistics.h"
@@ -97,6 +101,47 @@ std::vector<Vec3> reachable_points(const Scene& scene, size_t count) {
   return points;
 }
 
+// Those of `points` that can be walked to from most others, by steps of kStep along free sight: not the
+// hollows of walls, which double-sided surfaces do not give away. At most `count`.
+std::vector<Vec3> connected_points(const Scene& scene, const std::vector<Vec3>& points, size_t count) {
+  constexpr float kStep = 2.0f;
+  const SceneRays rays(scene);
+  std::vector<size_t> root(points.size());
+  std::iota(root.begin(), root.end(), size_t{0});
+  const auto find = [&](size_t i) {
+    while (root[i] != i) i = root[i] = root[root[i]];
+    return i;
+  };
+  std::map<std::array<int, 3>, std::vector<size_t>> cells;
+  const auto cell_of = [&](const Vec3& p) {
+    return std::array<int, 3>{static_cast<int>(std::floor(p.x / kStep)),
+                              static_cast<int>(std::floor(p.y / kStep)),
+                              static_cast<int>(std::floor(p.z / kStep))};
+  };
+  for (size_t i = 0; i < points.size(); ++i) cells[cell_of(points[i])].push_back(i);
+  for (size_t i = 0; i < points.size(); ++i) {
+    const auto c = cell_of(points[i]);
+    for (int n = 0; n < 27; ++n) {
+      const auto there = cells.find({c[0] + n % 3 - 1, c[1] + n / 3 % 3 - 1, c[2] + n / 9 - 1});
+      if (there == cells.end()) continue;
+      for (const size_t j : there->second) {
+        const Vec3 way = points[j] - points[i];
+        if (j <= i || length(way) > kStep || find(i) == find(j) || rays.is_blocked(points[i], way, 1))
+          continue;
+        root[find(i)] = find(j);
+      }
+    }
+  }
+  std::vector<size_t> sizes(points.size(), 0);
+  for (size_t i = 0; i < points.size(); ++i) ++sizes[find(i)];
+  const auto largest = static_cast<size_t>(std::max_element(sizes.begin(), sizes.end()) - sizes.begin());
+  std::vector<Vec3> out;
+  for (size_t i = 0; i < points.size() && out.size() < count; ++i)
+    if (find(i) == largest) out.push_back(points[i]);
+  std::printf("%zu of %zu points are connected\n", sizes[largest], points.size());
+  return out;
+}
+
 struct Truth {
   std::vector<double> of[2];  // luminance of E by receiver, of each replicate
   double mean = 0;
@@ -172,13 +217,15 @@ void print_coverage(const Scene& scene, const std::vector<Vec3>& points) {
   }
 }
 
-int run(const char* path, size_t count, const char* environment, double finest) {
+int run(const char* path, size_t count, const char* environment, double finest, const char* sun) {
   BakeSettings settings;
+  if (sun && !set_option(settings, "sun", sun, "the command line"))
+    return std::fprintf(stderr, "a sun is X,Y,Z:R,G,B\n"), 2;
   if (environment && *environment) settings.environment = environment;
   auto imported = import_scene(path, settings);
   if (!imported) return std::fprintf(stderr, "%s\n", imported.error().message.c_str()), 1;
   const Scene& scene = imported->scene;
-  const std::vector<Vec3> points = reachable_points(scene, count);
+  const std::vector<Vec3> points = connected_points(scene, reachable_points(scene, 4 * count), count);
   const Truth truth = trace_truth(scene, points);
   size_t sealed = 0;
   for (size_t i = 0; i < points.size(); ++i) sealed += is_sealed(truth, i);
@@ -216,7 +263,9 @@ int run(const char* path, size_t count, const char* environment, double finest) 
 }  // namespace kiln
 
 int main(int argc, char** argv) {
-  if (argc < 2) return std::fprintf(stderr, "probe_accuracy SCENE.glb [points] [R,G,B]\n"), 2;
+  if (argc < 2)
+    return std::fprintf(stderr, "probe_accuracy SCENE.glb [points] [R,G,B] [finest spacing] [sun]\n"), 2;
   return kiln::run(argv[1], argc > 2 ? static_cast<size_t>(std::atoi(argv[2])) : 10000,
-                   argc > 3 ? argv[3] : nullptr, argc > 4 ? std::atof(argv[4]) : 0);
+                   argc > 3 ? argv[3] : nullptr, argc > 4 ? std::atof(argv[4]) : 0,
+                   argc > 5 ? argv[5] : nullptr);
 }
