@@ -71,10 +71,10 @@ class SameBytes : public testing::TestWithParam<bool> {
     return reference_;
   }
 
-  // Signals one worker once, when a share of the first long pass is done.
-  std::function<void(const BakeProgress&)> once(int signal, std::atomic<pid_t>& victim) {
-    return [signal, &victim](const BakeProgress& p) {
-      if (victim != 0 || p.stage != "bake" || p.pass < 2) return;
+  // Signals one of so many workers once, when all have joined and a share of the first long pass is done.
+  std::function<void(const BakeProgress&)> once(int signal, std::atomic<pid_t>& victim, size_t joined) {
+    return [signal, joined, &victim](const BakeProgress& p) {
+      if (victim != 0 || p.stage != "bake" || p.pass < 2 || p.workers < joined) return;
       const auto workers = test::worker_processes();
       if (workers.empty()) return;
       victim = *workers.begin();
@@ -120,7 +120,7 @@ TEST_P(SameBytes, OneWorkerKilled) {
   r.settings.workers = 2;
   std::atomic<pid_t> victim = 0;
   BakeReport report;
-  EXPECT_EQ(bake(r, &report, once(SIGKILL, victim)), reference());
+  EXPECT_EQ(bake(r, &report, once(SIGKILL, victim, 2)), reference());
   EXPECT_NE(victim, 0);
   EXPECT_GE(report.farm.workers_lost, 1u);
 }
@@ -128,7 +128,7 @@ TEST_P(SameBytes, OneWorkerKilled) {
 TEST_P(SameBytes, TheOnlyWorkerKilled) {
   std::atomic<pid_t> victim = 0;
   BakeReport report;
-  EXPECT_EQ(bake(request(), &report, once(SIGKILL, victim)), reference());
+  EXPECT_EQ(bake(request(), &report, once(SIGKILL, victim, 1)), reference());
   EXPECT_NE(victim, 0);
   EXPECT_GE(report.farm.workers_lost, 1u);
   EXPECT_GE(report.farm.reassigned, 1u);
@@ -140,7 +140,7 @@ TEST_P(SameBytes, OneWorkerStopped) {
   r.settings.lease_ms = 500;
   std::atomic<pid_t> victim = 0;
   BakeReport report;
-  EXPECT_EQ(bake(r, &report, once(SIGSTOP, victim)), reference());
+  EXPECT_EQ(bake(r, &report, once(SIGSTOP, victim, 2)), reference());
   EXPECT_NE(victim, 0);
   // It was found silent when its lease had run out, or before that the other worker answered all its units,
   // copied because they were late.
