@@ -130,49 +130,21 @@ Status parse_components(BakeSettings& b, const std::string& s) {
 }
 
 Status parse_gltf_lightmaps(BakeSettings& b, const std::string& s) {
-  GltfLightmaps which{false, false, false};
-  if (s != "none")
-    for (size_t at = 0; at <= s.size();) {
-      const size_t end = std::min(s.find(',', at), s.size());
-      const std::string word = s.substr(at, end - at);
-      at = end + 1;
-      bool* const field = word == "kiln"   ? &which.kiln
-                          : word == "moz"  ? &which.moz
-                          : word == "epic" ? &which.epic
-                                           : nullptr;
-      if (!field) return refuse(text("'{}' is not one of kiln, moz, epic, or none alone", word));
-      *field = true;
-    }
-  b.gltf_lightmap = which;
-  return {};
+  GltfLightmaps& g = b.gltf_lightmap;
+  return store_flags(s, {{"kiln", &g.kiln}, {"moz", &g.moz}, {"epic", &g.epic}});
 }
 
 std::string print_gltf_lightmaps(const BakeSettings& b) {
-  std::string out;
-  for (const auto& [name, on] :
-       {std::pair("kiln", b.gltf_lightmap.kiln), std::pair("moz", b.gltf_lightmap.moz),
-        std::pair("epic", b.gltf_lightmap.epic)})
-    if (on) out += (out.empty() ? "" : ",") + std::string(name);
-  return out.empty() ? "none" : out;
+  const GltfLightmaps& g = b.gltf_lightmap;
+  return print_flags({{"kiln", g.kiln}, {"moz", g.moz}, {"epic", g.epic}});
 }
 
 Status parse_probe_files(BakeSettings& b, const std::string& s) {
-  b.probe_bevy = b.probe_textures = false;
-  if (s == "none") return {};
-  for (size_t at = 0; at <= s.size();) {
-    const size_t end = std::min(s.find(',', at), s.size());
-    const std::string word = s.substr(at, end - at);
-    at = end + 1;
-    bool* const field = word == "bevy" ? &b.probe_bevy : word == "textures" ? &b.probe_textures : nullptr;
-    if (!field) return refuse(text("'{}' is not one of bevy, textures, or none alone", word));
-    *field = true;
-  }
-  return {};
+  return store_flags(s, {{"bevy", &b.probe_bevy}, {"textures", &b.probe_textures}});
 }
 
 std::string print_probe_files(const BakeSettings& b) {
-  if (!b.probe_bevy) return b.probe_textures ? "textures" : "none";
-  return b.probe_textures ? "bevy,textures" : "bevy";
+  return print_flags({{"bevy", b.probe_bevy}, {"textures", b.probe_textures}});
 }
 
 Status parse_basis(BakeSettings& b, const std::string& s) {

@@ -79,6 +79,24 @@ std::string print_switch(bool on) {
   return on ? "on" : "off";
 }
 
+Status store_flags(const std::string& s, std::initializer_list<std::pair<const char*, bool*>> flags) {
+  const std::vector<std::string> given = s == "none" ? std::vector<std::string>{} : words(s);
+  std::string known;
+  for (const auto& [name, flag] : flags) known += std::string(name) + ", ";
+  for (const std::string& word : given)
+    if (std::none_of(flags.begin(), flags.end(), [&](const auto& f) { return word == f.first; }))
+      return refuse(text("'{}' is not one of {}or none alone", word, known));
+  for (const auto& [name, flag] : flags) *flag = std::find(given.begin(), given.end(), name) != given.end();
+  return {};
+}
+
+std::string print_flags(std::initializer_list<std::pair<const char*, bool>> flags) {
+  std::vector<std::string> on;
+  for (const auto& [name, flag] : flags)
+    if (flag) on.emplace_back(name);
+  return on.empty() ? "none" : joined(on);
+}
+
 std::vector<std::string> words(const std::string& s) {
   std::vector<std::string> out;
   for (size_t at = 0; at <= s.size();) {

@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "common/base/format.h"
@@ -40,6 +41,10 @@ Status store_duration(double& target, const std::string& s, double high);
 Status store_word(std::string& target, const std::string& s, std::initializer_list<const char*> words);
 // "on" or "off".
 Status store_switch(bool& field, const std::string& s);
+
+// A list of the names, which are then on and the others off; or "none".
+Status store_flags(const std::string& s, std::initializer_list<std::pair<const char*, bool*>> flags);
+std::string print_flags(std::initializer_list<std::pair<const char*, bool>> flags);
 
 std::vector<std::string> words(const std::string& s);  // separated by commas
 std::string joined(std::span<const std::string> list);

@@ -115,9 +115,7 @@ Command bench_command() {
            {"--most-seconds", "S", "a run that takes longer is the last on its ladder [120]"},
            {"--reference-samples", "N", "samples per texel in each half of the reference [16384]"},
            {"--reference-error", "E",
-            "give a texel of the reference only as many of these samples as this error of the map asks, a "
-            "sixteenth "
-            "at least"},
+            "fewer of these samples, down to a sixteenth, where the map is within this error without them"},
            {"--reference-share", "X",
             "share of the texels to bake and compare, in blocks of 16 x 16, for maps of millions [1]"},
            {"--reference-cache", "",

@@ -130,12 +130,8 @@ void draw_legend(Picture& picture, const ProbeLayout& layout, uint32_t top, doub
     entry(brick_color(level), layout.volumes.size() == 1
                                   ? text("bricks, {:.3g} m apart", finest * static_cast<double>(1u << level))
                                   : text("bricks of level {}", level));
-  double metres = 1;  // a bar of 40 to 200 pixels, of 1, 2 or 5 times a power of ten
-  for (const double step : {1000., 500., 200., 100., 50., 20., 10., 5., 2., 1., 0.5, 0.2, 0.1, 0.05})
-    if (step * scale <= 200) {
-      metres = step;
-      break;
-    }
+  const double most = 200 / scale, power = std::pow(10, std::floor(std::log10(most)));
+  const double metres = power * (most >= 5 * power ? 5 : most >= 2 * power ? 2 : 1);  // 80 to 200 pixels
   const auto length = static_cast<uint32_t>(metres * scale);
   for (uint32_t x = 0; x < length; ++x)
     for (uint32_t y = 0; y < 2; ++y) picture.set(kMargin + x, top + kLine + 4 + y, kWords);
@@ -154,7 +150,7 @@ Picture probe_places_picture(const Scene& scene, const ProbeLayout& layout) {
     low = glm::min(low, v.low), high = glm::max(high, v.high());
     spacing = std::min(spacing, v.spacing);
   }
-  const DVec3 size = high - low;
+  const DVec3 size = glm::max(high - low, DVec3(1e-6));
   const double scale =
       std::min((kWidth - 2.0 * kMargin) / size.x, (kMaxHeight - 2.0 * kGap) / (size.y + size.z));
   const auto top = static_cast<uint32_t>(std::ceil(size.z * scale)),

@@ -344,6 +344,7 @@ ProbePlan describe_probes(const ProbeLayout& layout, const BakeSettings& setting
   constexpr uint64_t kIrradianceTile = (kIrradianceSide + 2) * (kIrradianceSide + 2) * 3,
                      kDistanceTile = (kDistanceSide + 2) * (kDistanceSide + 2) * 2;
   p.output_bytes = p.probes * 4 * (kPlanes + (p.visibility ? kIrradianceTile + kDistanceTile : 0));
+  if (settings.probe_textures) p.output_bytes += p.probes * texture_bytes_of_probe(p.visibility);
   const unsigned workers = settings.workers ? settings.workers : 1,
                  threads = settings.threads ? settings.threads * workers : hardware_threads();
   const double rays = settings.indirect && settings.max_bounces > 0 ? 8 : 3;

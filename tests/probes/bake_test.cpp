@@ -220,14 +220,14 @@ TEST_F(ProbeBake, MoreProbesThanMemoryAreRefused) {
   EXPECT_NE(refused.error().message.find(std::to_string((*planned)->size()) + " probes need about"),
             std::string::npos)
       << refused.error().message;
-  // Textures of 18 rows for 64 probes: no side is above 16384.
+  // 910 x 910 tiles of distances are as many as a texture of 16384 x 16384 holds.
   BakeSettings many = r.settings;
   ASSERT_TRUE(set_option(many, "probe-files", "bevy,textures", "test"));
   many.max_probes = 10'000'000;
-  many.probe_spacing = many.probe_max_spacing = 0.05;
+  many.probe_spacing = many.probe_max_spacing = 0.02;
   const auto tall = plan_probes(*imported, many, uint64_t{1} << 40);
   ASSERT_FALSE(tall);
-  EXPECT_NE(tall.error().message.find("more than the 58240 whose textures"), std::string::npos)
+  EXPECT_NE(tall.error().message.find("more than the 828100 whose textures"), std::string::npos)
       << tall.error().message;
 }
 

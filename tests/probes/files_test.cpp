@@ -7,6 +7,7 @@
 #include "common/probes/query.h"
 #include "coordinator/output/probes/bevy.h"
 #include "coordinator/output/probes/probe_files.h"
+#include "coordinator/output/probes/shader_textures.h"
 #include "coordinator/output/textures/pixel_codes.h"
 #include "coordinator/scene/imageio/exr.h"
 #include "coordinator/scene/probes/bricks.h"
@@ -167,6 +168,31 @@ TEST(ProbeFiles, TexturesHoldWhatTheShaderReads) {
     EXPECT_EQ(from_half(texel_of<uint16_t>(*distance, i % 64 * 18 + 3, i / 64 * 18 + 2)[0]), 18.0f);
     EXPECT_EQ(from_half(texel_of<uint16_t>(*distance, i % 64 * 18 + 3, i / 64 * 18 + 2)[1]), 324.0f);
   }
+}
+
+// The master's 64 tiles a row would make a texture of 16,398 rows of these: it is as wide as it may be
+// instead.
+TEST(ProbeFiles, TexturesOfManyProbesAreNoHigherThanTheyMayBe) {
+  const size_t count = size_t{64} * 910 + 1;
+  ProbeField f;
+  f.place.resize(count);
+  f.state.resize(count);
+  f.light.resize(count);
+  f.irradiance.resize(count * kIrradianceTexels);
+  f.distance.resize(count * kDistanceTexels);
+  f.distance[(count - 1) * kDistanceTexels] = Vec2(3, 10);
+  const ProbeTextures t = probe_textures(f);
+  for (const TextureImages* image : {&t.light, &t.irradiance, &t.distance}) {
+    EXPECT_LE(image->width, kTextureSide);
+    EXPECT_LE(image->height, kTextureSide);
+  }
+  EXPECT_EQ(t.irradiance.width, 640u);  // 9,110 rows
+  EXPECT_EQ(t.distance.width, 910u * 18);
+  EXPECT_EQ(t.distance.height, 65u * 18);
+  // The last probe: the first of the row of tiles after 64 of them.
+  const auto first = texel_of<uint16_t>(t.distance, 1, 64 * 18 + 1);
+  EXPECT_EQ(from_half(first[0]), 3.0f);
+  EXPECT_EQ(from_half(first[1]), 10.0f);
 }
 
 TEST(ProbeFiles, MastersHoldTheFieldAndItsBorders) {
