@@ -128,7 +128,7 @@ void draw_legend(Picture& picture, const ProbeLayout& layout, uint32_t top, doub
   }
   for (uint32_t level = 0; level < std::min(levels, 4u); ++level)
     entry(brick_color(level), layout.volumes.size() == 1
-                                  ? text("bricks, {:.3g} m apart", finest * static_cast<double>(1u << level))
+                                  ? text("bricks, {:.4g} m apart", finest * static_cast<double>(1u << level))
                                   : text("bricks of level {}", level));
   const double most = 200 / scale, power = std::pow(10, std::floor(std::log10(most)));
   const double metres = power * (most >= 5 * power ? 5 : most >= 2 * power ? 2 : 1);  // 80 to 200 pixels
