@@ -138,6 +138,24 @@ TEST(Settings, EveryWordGoesToTheFieldOfItsRow) {
   }
 }
 
+TEST(Settings, ListsSwitchWhatTheyNameOnAndTheRestOff) {
+  for (const auto& [name, words] : std::vector<std::pair<const char*, std::vector<const char*>>>{
+           {"probe-files", {"bevy", "bevy,textures", "textures", "none"}},
+           {"gltf-lightmap", {"kiln,moz,epic", "moz", "kiln,epic", "none", "kiln"}}}) {
+    BakeSettings s;
+    for (const char* list : words) {
+      ASSERT_TRUE(set_option(s, name, list, "test")) << name << " " << list;
+      EXPECT_EQ(row_of(name).print(s), list);
+    }
+    for (const char* list : {"", "none,", "moz,bevy", "all"}) {
+      const Status status = set_option(s, name, list, "test");
+      ASSERT_FALSE(status) << name << " " << list;
+      EXPECT_NE(status.error().message.find("or none alone"), std::string::npos) << status.error().message;
+      EXPECT_EQ(row_of(name).print(s), words.back());
+    }
+  }
+}
+
 TEST(Settings, TheBoundOfTextureErrorsIsANumberOrAutomatic) {
   BakeSettings s;
   EXPECT_EQ(s.max_encode_error, kAutoBound);
