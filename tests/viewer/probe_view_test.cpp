@@ -27,9 +27,10 @@ const std::string kLook =
     "&eye=3,1.25,10&target=3,1.25,0";
 
 // A wall of 20 cm parts a room of 6 x 2.5 x 4 m up to a passage in front; it is lit on its left.
-Scene parted_room() {
+Scene parted_room(bool metal = false) {
   SceneMaker m;
-  const uint32_t wall = m.lambert(Vec3(0.7f, 0.6f, 0.5f));
+  const Vec3 colour(0.7f, 0.6f, 0.5f);
+  const uint32_t wall = metal ? m.metallic_roughness(colour, 1, 1) : m.lambert(colour);
   const uint32_t panel = m.lambert(Vec3(0.2f), Vec3(9.0f, 7.5f, 5.0f));
   m.box({0, 0, 0}, {6, 2.5f, 4}, true, wall);
   m.box({2.9f, 0, 0}, {3.1f, 2.5f, 3}, false, wall);
@@ -294,6 +295,24 @@ TEST_F(ProbeView, OfABakeOfProbesAlone) {
 
 // Beside a map, of a volume in the lit half of the room: no probe is inside geometry, and without
 // visibility there is nothing to compare slices with.
+// A material that says nothing is metal in glTF: its light is mirrored, and without a map it is that of
+// probes.
+TEST_F(ProbeView, MetalIsLitByTheProbesAlone) {
+  write_scene_glb(parted_room(true), dir_.path() / "room.glb");
+  const BakeRequest r = request("probes", R"({"min":[0.1,0.1,0.1],"max":[5.9,2.4,3.9],"spacing":0.5})");
+  ASSERT_TRUE(run_bake(r, [](const BakeProgress&) {}));
+  use(r, "", "shot:metal");
+  const Texture t = picture("metal");
+  size_t lit = 0, seen = 0;
+  for (int y = 0; y < kHeight; ++y)
+    for (int x = kWidth / 4; x < kWidth * 2 / 5; ++x) {  // the lit side's back wall
+      if (y < kHeight / 3 || y > kHeight * 2 / 3) continue;
+      ++seen;
+      lit += at(t, x, y, 0) > 40 && at(t, x, y, 0) > at(t, x, y, 2);
+    }
+  EXPECT_GT(lit, seen * 9 / 10);
+}
+
 TEST_F(ProbeView, BesideAMap) {
   const BakeRequest r =
       request("light,probes", R"({"name":"half","min":[0.3,0.2,0.4],"max":[2.39,2.29,2.49],"spacing":0.7})");

@@ -13,7 +13,7 @@ public sealed class KilnProbeField
     {
         public uint X, Y, Z, Level, Parent, Children, Coarser;
         public uint Corner(int k) { return k == 0 ? X : k == 1 ? Y : Z; }
-        public int FirstProbe;  // in `brickProbes`
+        public int FirstProbe;  // in Volume.Probes
     }
 
     sealed class Volume

@@ -105,7 +105,11 @@ export function probeLitMaterial(material, shader, view) {
       .replace('#include <lights_fragment_maps>', /* glsl */`
         vec3 kilnE = kilnProbesAt(vKilnWorld, inverseTransformDirection(normal, viewMatrix), true).rgb;
         #include <lights_fragment_maps>
-        irradiance += kilnE;`)
+        irradiance += kilnE;
+        // What is mirrored, of light that is known to degree 2: E / pi around the mirrored direction, which turns to the
+        // normal as the surface gets rough. Metal, glTF's default, has nothing else.
+        vec3 kilnMirrored = normalize(mix(reflect(-geometryViewDir, normal), normal, material.roughness * material.roughness));
+        radiance += RECIPROCAL_PI * kilnProbesAt(vKilnWorld, inverseTransformDirection(kilnMirrored, viewMatrix), true).rgb;`)
       .replace('#include <opaque_fragment>', /* glsl */`
         outgoingLight = kilnCurve(kilnView == 1 ? 0.5 * kilnE * RECIPROCAL_PI : outgoingLight);
         #include <opaque_fragment>`);
