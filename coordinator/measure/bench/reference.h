@@ -18,7 +18,8 @@ struct ReferenceRequest {
   double share = 1;
   // Above 0: a texel gets from `samples` / kLeastShare to `samples`, as this error of the map asks
   // (mean-square). Dark texels, whose light comes by few paths, need many times more than others. The rule
-  // sees the samples it counts, so a texel that has met no rare light yet may stop too early: hence the least.
+  // sees the samples it counts, so a texel that has met no rare light yet may stop too early: hence the
+  // least.
   double error = 0;
   bool cache = false;            // paths may end at measured surfaces: for light that whole paths hardly find
   std::filesystem::path folder;  // cache of references; created if needed
