@@ -131,12 +131,12 @@ Status parse_components(BakeSettings& b, const std::string& s) {
 
 Status parse_gltf_lightmaps(BakeSettings& b, const std::string& s) {
   GltfLightmaps& g = b.gltf_lightmap;
-  return store_flags(s, {{"kiln", &g.kiln}, {"moz", &g.moz}, {"epic", &g.epic}});
+  return store_flags(s, {{"kiln", &g.kiln}, {"moz", &g.moz}, {"epic", &g.epic}, {"mx", &g.mx}});
 }
 
 std::string print_gltf_lightmaps(const BakeSettings& b) {
   const GltfLightmaps& g = b.gltf_lightmap;
-  return print_flags({{"kiln", g.kiln}, {"moz", g.moz}, {"epic", g.epic}});
+  return print_flags({{"kiln", g.kiln}, {"moz", g.moz}, {"epic", g.epic}, {"mx", g.mx}});
 }
 
 Status parse_probe_files(BakeSettings& b, const std::string& s) {
@@ -476,6 +476,14 @@ const Setting kTable[] = {
      "layout pack, on: cut charts where a wall stands on them, so that no texel mixes light from both sides",
      [](B& b, S s) { return store_switch(b.contact_cuts, s); },
      [](const B& b) { return print_switch(b.contact_cuts); }},
+    {"variant", "NAME", "",
+     "variant of KHR_materials_variants whose materials are baked; empty: the materials that the file itself "
+     "names",
+     [](B& b, S s) {
+       b.variant = s;
+       return Status{};
+     },
+     [](const B& b) { return b.variant; }},
     {"lod", "N", "", "MSFT_lod level to bake, 0 is the finest; the other levels use its lightmap",
      [](B& b, S s) { return store_number(b.lod, s, 0, 64); }, [](const B& b) { return text("{}", b.lod); }},
     {"lod-distance", "D", "metres",
@@ -501,8 +509,7 @@ const Setting kTable[] = {
      [](const B& b) { return print_switch(b.instanced); }},
     {"gltf-lightmap", "LIST", "",
      "how scene.glb describes the lightmap: kiln (KILN_lightmap, all of it), moz (MOZ_lightmap on materials, "
-     "8 "
-     "bits), epic (EPIC_lightmap_textures on nodes, 8 bits), or none",
+     "8 bits), epic (EPIC_lightmap_textures on nodes, 8 bits), mx (MX_lightmap on nodes, RGBM), or none",
      parse_gltf_lightmaps, print_gltf_lightmaps},
     {"embed-basecolor", "WORD", "",
      "on: also write scene_unlit.glb, light baked into base-colour textures, for any viewer",

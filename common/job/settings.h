@@ -14,7 +14,7 @@ namespace kiln {
 
 // The lightmap descriptions that scene.glb carries (docs/gltf.md).
 struct GltfLightmaps {
-  bool kiln = true, moz = true, epic = false;
+  bool kiln = true, moz = true, epic = false, mx = false;
 };
 
 // --max-encode-error auto: half of the reported error, at least 1 %.
@@ -98,7 +98,8 @@ struct BakeSettings {
   double lod_split = 1;                                 // texels; 0: never
   bool preview = true;                                  // pictures of the report
   uint32_t preview_width = 1280, preview_height = 720;  // pixels of each
-  std::string camera;  // "NAME" or "X,Y,Z:X,Y,Z[:FOV]"; empty: the file's, or one that is chosen
+  std::string variant;  // of KHR_materials_variants; empty: the file's own materials
+  std::string camera;   // "NAME" or "X,Y,Z:X,Y,Z[:FOV]"; empty: the file's, or one that is chosen
   std::string isa = "avx2";
   uint32_t lease_ms = 15000;
 

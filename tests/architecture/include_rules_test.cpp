@@ -141,6 +141,7 @@ TEST(IncludeRules, ThirdPartyHeadersEnterThroughNamedFiles) {
         "coordinator/scene/document/expand.cpp", "coordinator/scene/document/expand.h",
         "coordinator/scene/document/gltf_document.cpp", "coordinator/scene/document/gltf_numbers.cpp",
         "coordinator/scene/document/gltf_numbers.h", "coordinator/scene/document/json_weight.cpp",
+        "coordinator/scene/document/variants.cpp", "coordinator/scene/document/variants.h",
         "coordinator/output/gltf/buffer.cpp", "coordinator/output/gltf/buffer.h",
         "coordinator/output/gltf/output_file.h", "coordinator/output/probes/published.cpp",
         "coordinator/farm/snapshot/inputs.cpp"}},

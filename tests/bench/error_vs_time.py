@@ -56,8 +56,10 @@ MADE_ROOMS = ("flat", "corridor")
 ROOMS = (*MADE_ROOMS, "living-room", "dining-room", "staircase", "classroom", "dungeon", "sponza", "arcade")
 ROOM_DENSITIES = (8, 16)  # texels per metre
 ROOM_MATERIALS = ("default", "lambert")
+ROOM_ERRORS = "0.4,0.2,0.1,0.05"  # the last is a relMSE of 6.5e-4, if what is stated is true
 ROOM_REFERENCE, ROOM_REFERENCE_ERROR = 16384, 0.05  # at most, and of each half
-# Of rooms with hundreds of thousands of texels and more at 8 a metre: the share that is compared, against whole paths.
+# Of rooms with hundreds of thousands of texels and more at 8 a metre: the share that is compared, against whole paths. Of
+# all rooms at 16 a metre it is a quarter of this.
 ROOM_SHARE = {"arcade": 0.2, "sponza": 0.08, "dungeon": 0.02, "classroom": 0.02}
 # Brute force errs as 1 / time, so that its run may end early; Kiln's goes on until it is there.
 ROOM_SETS = ("brute:ladder=samples,sampler=halton,cache=off,denoise=off,error-norm=mean-square",
@@ -305,8 +307,9 @@ def rooms(bench):
         # Without enough samples in the darkest texels a reference misses the few paths that light them, and calls right
         # maps wrong there.
         full = ["--repeats", bench.options.repeats, "--reference-samples", bench.options.room_reference, "--reference-error",
-                ROOM_REFERENCE_ERROR]
-        how = ["--reference-share", ROOM_SHARE[name] * min(1, (8 / density)**2)] if name in ROOM_SHARE else ["--reference-cache"]
+                ROOM_REFERENCE_ERROR, "--errors", ROOM_ERRORS]
+        share = ROOM_SHARE.get(name, 1) * min(1, (8 / density)**2)
+        how = ["--reference-share", share] if share < 1 else ["--reference-cache"]
         curves, limits = [], (bench.limit, bench.limit if bench.options.quick else bench.options.room_seconds)
         for one, limit in zip(ROOM_SETS, limits):  # the second finds the first one's reference
             result = json.loads(run([bench.options.kiln, "bench", path, "-o",

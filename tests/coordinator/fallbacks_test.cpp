@@ -50,7 +50,7 @@ class Fallbacks : public testing::Test {
     layout.max_page_size = 64;  // several pages
     atlas_ = *build_atlas(imported_->scene, layout);
     settings_.basis = "irradiance";
-    settings_.gltf_lightmap = {true, true, true};
+    settings_.gltf_lightmap = {true, true, true, true};
     Planes& p = map_.planes;
     map_.page_height = atlas_.height;
     p.width = atlas_.width;
@@ -147,12 +147,51 @@ TEST_F(Fallbacks, UnrealsLayoutReadsBack) {
     }
 }
 
+// By the shader of its specification: E = 34.49 a^2.2 rgb x intensity. Nothing is clipped.
+TEST_F(Fallbacks, RgbmOfThirdRoomReadsBack) {
+  std::set<std::pair<size_t, uint32_t>> seen;  // texture, page
+  double intensity = 0;
+  for (const json& node : glb_->doc["nodes"]) {
+    if (!node.contains("mesh")) continue;
+    const json& mx = node["extensions"]["MX_lightmap"];
+    EXPECT_EQ(mx["lightMapTexture"]["texCoord"], 1);
+    EXPECT_EQ(mx["scale"], json({1.0, 1.0}));
+    EXPECT_EQ(mx["offset"], json({0.0, 0.0}));
+    intensity = mx["intensity"];
+    for (const json& primitive : glb_->doc["meshes"][node["mesh"].get<size_t>()]["primitives"])
+      seen.insert({mx["lightMapTexture"]["index"].get<size_t>(),
+                   primitive["extensions"]["KILN_lightmap"]["page"].get<uint32_t>()});
+  }
+  EXPECT_EQ(seen.size(), atlas_.pages) << "one image a page, and nodes show their page's";
+  for (const auto& [texture, page] : seen) {
+    const Texture image = glb_->image(texture);
+    ASSERT_EQ(image.channels, 4u);
+    const auto byte = [&](size_t t, size_t c) { return std::to_integer<int>(image.texels[4 * t + c]); };
+    for (size_t i = 0; i < size_t{atlas_.width} * atlas_.height; ++i) {
+      if (map_.validity[texel(page, i)] != Validity::kMeasured) continue;
+      ASSERT_GT(byte(i, 3), 0);
+      const double scale = 34.49 * std::pow(byte(i, 3) / 255.0, 2.2) * intensity;
+      double most = 0;
+      for (size_t c = 0; c < 3; ++c) {
+        const double e = map_.planes.data[c][texel(page, i)];
+        most = std::max(most, e);
+        ASSERT_NEAR(scale * byte(i, c) / 255, e, scale * 0.5 / 255 * 1.0001) << i;
+      }
+      // The least alpha that is enough, so that rgb is as fine as it may be.
+      if (byte(i, 3) > 1) {
+        ASSERT_LT(34.49 * std::pow((byte(i, 3) - 1) / 255.0, 2.2) * intensity, most * 1.0001);
+      }
+    }
+  }
+}
+
 TEST_F(Fallbacks, AreLeftOutWhenNotAskedFor) {
-  settings_.gltf_lightmap = {false, false, false};
+  settings_.gltf_lightmap = {false, false, false, false};
   ASSERT_TRUE(write_gltf({settings_, imported_->scene, atlas_, imported_->document, map_, dir_.path()}));
   const Glb plain(*read_file(dir_.path() / "scene.glb"));
   EXPECT_EQ(plain.doc.dump().find("lightmap_textures"), std::string::npos);
   EXPECT_EQ(plain.doc.dump().find("MOZ_lightmap"), std::string::npos);
+  EXPECT_EQ(plain.doc.dump().find("MX_lightmap"), std::string::npos);
   EXPECT_EQ(plain.doc.dump().find("KILN_lightmap"), std::string::npos);
   EXPECT_FALSE(plain.doc.contains("images"));
 }
@@ -167,7 +206,7 @@ TEST_F(Fallbacks, AFileWithoutMaterialsGetsNoneThatAreNothing) {
   const auto bare = import_scene(dir_.path() / "bare.glb", {});
   ASSERT_TRUE(bare) << bare.error().message;
   for (const bool moz : {false, true}) {
-    settings_.gltf_lightmap = {true, moz, moz};
+    settings_.gltf_lightmap = {true, moz, moz, moz};
     ASSERT_TRUE(write_gltf({settings_, bare->scene, atlas_, bare->document, map_, dir_.path()}));
     const Glb written(*read_file(dir_.path() / "scene.glb"));
     EXPECT_EQ(written.doc.dump().find(":null"), std::string::npos);

@@ -141,7 +141,7 @@ TEST(Settings, EveryWordGoesToTheFieldOfItsRow) {
 TEST(Settings, ListsSwitchWhatTheyNameOnAndTheRestOff) {
   for (const auto& [name, words] : std::vector<std::pair<const char*, std::vector<const char*>>>{
            {"probe-files", {"bevy", "bevy,textures", "textures", "none"}},
-           {"gltf-lightmap", {"kiln,moz,epic", "moz", "kiln,epic", "none", "kiln"}}}) {
+           {"gltf-lightmap", {"kiln,moz,epic,mx", "kiln,moz,epic", "moz", "kiln,epic", "none", "kiln"}}}) {
     BakeSettings s;
     for (const char* list : words) {
       ASSERT_TRUE(set_option(s, name, list, "test")) << name << " " << list;

@@ -95,15 +95,15 @@ def check_links():
         problems.append("hardly any links were found")
 
 
-def code_lines(text):
+def code_lines(text, inline=True):
     """Lines of code blocks and short code in the text; lines that a backslash continues are joined."""
     out, fenced, before = [], False, ""
     for line in text.replace("\\\n", " ").split("\n"):
         if line.startswith("```"):
             fenced = not fenced
-        elif fenced or (line.startswith("    ") and (not before.strip() or before.startswith("    "))):
+        elif fenced or (line.startswith("    ") and (not before.strip() or before.startswith(("    ", "#")))):
             out.append(line.strip())
-        else:
+        elif inline:
             out += re.findall(r"(?<!`)`([^`]+)`(?!`)", line)
         before = line
     return out
@@ -194,15 +194,15 @@ def heard(process, output):
     return False
 
 
-def check_tutorial(page, binaries):
-    """Runs the indented lines of a tutorial one after another; servers go on until the end."""
-    lines = [line.strip() for line in page.read_text().split("\n") if line.startswith("    ")]
+def run_lines(lines, binaries, prepare=lambda folder: None):
+    """Runs lines one after another in a folder that has the programs, tests and configs; servers go on until the end."""
     ports = {port: free_port() for port in ("7800", "7801")}
     environment = dict(os.environ, PATH=f"{binaries}:{os.environ['PATH']}")
     running = []
     with tempfile.TemporaryDirectory() as folder:
         for name, to in (("kiln", binaries / "kiln"), ("tests", ROOT / "tests"), ("configs", ROOT / "configs")):
             os.symlink(to, pathlib.Path(folder) / name)
+        prepare(pathlib.Path(folder))
         environment["XDG_CACHE_HOME"] = folder + "/cache"
         try:
             for line in lines:
@@ -221,7 +221,8 @@ def check_tutorial(page, binaries):
                     command += " --listen 127.0.0.1:" + ports["7800"]
                 print("$", command, flush=True)
                 output = open(pathlib.Path(folder) / f"output.{len(running)}", "w+")
-                process = subprocess.Popen(["sh", "-c", "exec " + command], cwd=folder, env=environment,
+                command = re.sub(r"^((?:[A-Z_]+=\S+ )*)", r"\1exec ", command)
+                process = subprocess.Popen(["sh", "-c", command], cwd=folder, env=environment, stdin=subprocess.DEVNULL,
                                            stdout=output, stderr=subprocess.STDOUT)
                 if serves:
                     running.append((line, process, output))
@@ -244,6 +245,11 @@ def check_tutorial(page, binaries):
                 except subprocess.TimeoutExpired:
                     process.kill()
                     problems.append(f"{line}: did not end")
+
+
+def check_tutorial(page, binaries):
+    lines = [line.strip() for line in page.read_text().split("\n") if line.startswith("    ")]
+    run_lines(lines, binaries)
     if not lines:
         problems.append("there are no commands")
 

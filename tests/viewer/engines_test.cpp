@@ -22,8 +22,7 @@ class Engines : public testing::Test {
   void SetUp() override {
     if (const auto why = test::no_engines()) GTEST_SKIP() << *why;
     fs::create_directories(pictures_);
-    const fs::path scene = test::source_dir() / "tests/scenes/arcade/arcade.gltf";
-    auto published = test::bake_for_programs(scene, 8, out_, 16);
+    auto published = test::bake_for_programs(scene_, 8, out_, 16);
     ASSERT_TRUE(published) << published.error().message;
     published_ = std::move(*published);
     ASSERT_FALSE(published_.imported.cameras.empty());
@@ -52,6 +51,7 @@ class Engines : public testing::Test {
     if (material != "standard") EXPECT_LT(d.mean, kMostMean);
   }
 
+  const fs::path scene_ = test::source_dir() / "tests/scenes/arcade/arcade.gltf";
   const fs::path pictures_ = test::binary_dir() / "engines_test";
   test::TempDir dir_;
   const fs::path out_ = dir_.path() / "out";
@@ -72,6 +72,15 @@ TEST_F(Engines, ShowTheLightOfTheFiles) {
   for (const char* engine : {"three", "babylon", "playcanvas"})
     for (const char* light : {"", "moz"}) show(engine, "scene.glb", lit, std::to_string(exposure_), light);
   show("three", "scene.glb", lit, std::to_string(exposure_), "standard");
+  // As other programs write it, and nothing else in the file.
+  for (const char* light : {"epic", "mx"}) {
+    const std::string file = std::string(light) + ".glb";
+    const auto done = test::run_kiln(dir_.path(), "encode " + scene_.string() + " --from out -o " + light +
+                                                      " --encode none --gltf-lightmap " + light);
+    ASSERT_EQ(done.exit_status, 0) << done.output;
+    fs::copy_file(dir_.path() / light / "scene.glb", out_ / file);
+    show("three", file, lit, std::to_string(exposure_), light);
+  }
 }
 
 }  // namespace

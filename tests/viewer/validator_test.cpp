@@ -18,7 +18,7 @@ void expect_valid(const fs::path& scene, BakeSettings settings, int probe_object
   r.settings = std::move(settings);
   r.settings.min_samples = r.settings.max_samples = 2;
   r.settings.max_bounces = 1;
-  r.settings.gltf_lightmap = {true, true, true};
+  r.settings.gltf_lightmap = {true, true, true, true};
   r.settings.instanced = r.settings.embed_basecolor = true;
   r.settings.seams = false;
   r.settings.encodings.clear();

@@ -1,4 +1,4 @@
-// Lightmaps for viewers without KILN_lightmap: pages as embedded 8-bit images, in two vendor extensions.
+// Lightmaps for viewers without KILN_lightmap: pages as embedded 8-bit images, in three vendor extensions.
 //
 // MOZ_lightmap (Hubs; https://github.com/takahirox/MOZ_lightmap): {index, texCoord, intensity} on a material.
 // Renderers add texel x intensity to the irradiance, texels linear: E = texel x intensity.
@@ -8,6 +8,11 @@
 //   upper  RGB: root of the colour; A: high byte of the logarithm of L
 //   lower  RGB: direction, which readers replace by the constant 0.6; A: low byte
 // E/pi = 0.6 L max(0, rgb^2 scale + add), L = 2^(log scale.w + add.w) - 0.01858136.
+//
+// MX_lightmap (Third Room; https://github.com/matrix-org/thirdroom, docs/gltf/MX_lightmap): {lightMapTexture,
+// scale, offset, intensity} on a node. The texture is RGBM as Unity stores it; its reader draws with
+// three.js's physically correct lights: E = 34.49 a^2.2 rgb x intensity.
+#include <array>
 #include <cmath>
 
 #include "common/math/trig.h"
@@ -21,6 +26,9 @@ using Json = nlohmann::json;
 
 constexpr const char* kMoz = "MOZ_lightmap";
 constexpr const char* kEpic = "EPIC_lightmap_textures";
+constexpr const char* kMx = "MX_lightmap";
+constexpr double kMxRange = 34.49;
+constexpr float kMxPower = 2.2f;
 constexpr double kEpicBlack = 0.01858136, kEpicDirectionality = 0.6;
 
 Vec3 irradiance_of(const Lightmap& map, size_t texel) {
@@ -166,6 +174,40 @@ Expected<Bytes> epic_page(const OutputContext& c, uint32_t page, const LogRange&
   return encode_png(c.atlas.width, 2 * c.atlas.height, rgba, 4);
 }
 
+// The share of the range that each alpha stands for.
+const std::array<double, 256>& mx_shares() {
+  static const std::array<double, 256> shares = [] {
+    std::array<double, 256> out{};
+    for (size_t a = 1; a < 256; ++a) out[a] = double{power(static_cast<float>(a) / 255, kMxPower)};
+    out[255] = 1;
+    return out;
+  }();
+  return shares;
+}
+
+// The intensity with which the brightest texel of the map is the brightest code.
+double mx_intensity(const OutputContext& c) {
+  float most = 0;
+  for (size_t t = 0; t < c.lightmap.validity.size(); ++t)
+    most = std::max(most, max_component(irradiance_of(c.lightmap, t)));
+  return most > 0 ? most / kMxRange : 1;
+}
+
+Expected<Bytes> mx_page(const OutputContext& c, uint32_t page, double intensity) {
+  const std::array<double, 256>& shares = mx_shares();
+  const size_t count = size_t{c.atlas.width} * c.atlas.height;
+  std::vector<uint8_t> rgba(4 * count);
+  for (size_t t = 0; t < count; ++t) {
+    const Vec3 e =
+        irradiance_of(c.lightmap, page * count + t) * static_cast<float>(1 / (kMxRange * intensity));
+    // The least alpha that holds the largest component. Black has 1, so that no reader divides by 0.
+    const auto alpha = std::lower_bound(shares.begin() + 1, shares.end() - 1, double{max_component(e)});
+    for (size_t k = 0; k < 3; ++k) rgba[4 * t + k] = byte_of(double{e[static_cast<int>(k)]} / *alpha);
+    rgba[4 * t + 3] = static_cast<uint8_t>(alpha - shares.begin());
+  }
+  return encode_png(c.atlas.width, c.atlas.height, rgba, 4);
+}
+
 }  // namespace
 
 Status GltfOutput::attach_material_maps() {
@@ -209,19 +251,8 @@ Status GltfOutput::attach_material_maps() {
   return {};
 }
 
-Status GltfOutput::attach_epic_lightmap() {
-  if (!has_planes(*c_) || !doc.contains("nodes")) return {};
-  Json lightmaps = Json::array();
-  for (uint32_t page = 0; page < c_->atlas.pages; ++page) {
-    const LogRange range = log_range(*c_, page);
-    KILN_TRY(const Bytes png, epic_page(*c_, page, range));
-    const std::string name = "lightmap page " + std::to_string(page) + ", Unreal's layout";
-    lightmaps.push_back({{"name", name},
-                         {"texture", {{"index", buffer.add_page_texture(doc, png, name)}, {"texCoord", 1}}},
-                         {"lightmapScale", {1.0, 1.0, 1.0, range.span}},
-                         {"lightmapAdd", {0.0, 0.0, 0.0, range.low}},
-                         {"coordinateScaleBias", {1.0, 1.0, 0.0, 0.0}}});
-  }
+std::vector<int> GltfOutput::split_nodes_by_page() {
+  std::vector<int> pages(doc["nodes"].size(), kNoPage);
   const size_t nodes = doc["nodes"].size();
   for (size_t n = 0; n < nodes; ++n) {
     if (!doc["nodes"][n].contains("mesh")) continue;
@@ -231,18 +262,19 @@ Status GltfOutput::attach_epic_lightmap() {
       by_page[page_of(primitive)].push_back(primitive);
     bool first = true;
     for (auto& [page, primitives] : by_page) {
-      size_t target = n;
-      if (!first) {  // a child at the same position, with the primitives of this page
-        target = doc["nodes"].size();
+      if (first) {
+        pages[n] = page;
+      } else {  // a child at the same position, with the primitives of this page
+        const size_t child = doc["nodes"].size();
         Json part = doc["meshes"][mesh];
         part["primitives"] = primitives;
         doc["meshes"].push_back(std::move(part));
         doc["nodes"].push_back({{"mesh", doc["meshes"].size() - 1}});
-        doc["nodes"][n]["children"].push_back(target);
+        doc["nodes"][n]["children"].push_back(child);
         if (page != kNoPage)
-          doc["nodes"][target]["extensions"][kKilnLightmap] = {{"lightmap", 0}, {"pages", {page}}};
+          doc["nodes"][child]["extensions"][kKilnLightmap] = {{"lightmap", 0}, {"pages", {page}}};
+        pages.push_back(page);
       }
-      if (page != kNoPage) doc["nodes"][target]["extensions"][kEpic] = {{"lightmap", page}};
       first = false;
     }
     if (by_page.size() > 1) {
@@ -255,8 +287,54 @@ Status GltfOutput::attach_epic_lightmap() {
       if (doc["nodes"][n]["extensions"].empty()) doc["nodes"][n].erase("extensions");
     }
   }
+  return pages;
+}
+
+Status GltfOutput::attach_node_lightmaps() {
+  const GltfLightmaps& which = c_->settings.gltf_lightmap;
+  if ((!which.epic && !which.mx) || !has_planes(*c_) || !doc.contains("nodes")) return {};
+  const std::vector<int> pages = split_nodes_by_page();
+  if (which.epic) KILN_TRY_STATUS(attach_epic_lightmap(pages));
+  if (which.mx) KILN_TRY_STATUS(attach_mx_lightmap(pages));
+  return {};
+}
+
+Status GltfOutput::attach_epic_lightmap(const std::vector<int>& pages) {
+  Json lightmaps = Json::array();
+  for (uint32_t page = 0; page < c_->atlas.pages; ++page) {
+    const LogRange range = log_range(*c_, page);
+    KILN_TRY(const Bytes png, epic_page(*c_, page, range));
+    const std::string name = "lightmap page " + std::to_string(page) + ", Unreal's layout";
+    lightmaps.push_back({{"name", name},
+                         {"texture", {{"index", buffer.add_page_texture(doc, png, name)}, {"texCoord", 1}}},
+                         {"lightmapScale", {1.0, 1.0, 1.0, range.span}},
+                         {"lightmapAdd", {0.0, 0.0, 0.0, range.low}},
+                         {"coordinateScaleBias", {1.0, 1.0, 0.0, 0.0}}});
+  }
+  for (size_t n = 0; n < pages.size(); ++n)
+    if (pages[n] != kNoPage) doc["nodes"][n]["extensions"][kEpic] = {{"lightmap", pages[n]}};
   doc["extensions"][kEpic] = {{"lightmaps", lightmaps}};
   use_extension(doc, kEpic);
+  return {};
+}
+
+Status GltfOutput::attach_mx_lightmap(const std::vector<int>& pages) {
+  const double intensity = mx_intensity(*c_);
+  std::map<int, size_t> textures;  // by page
+  for (size_t n = 0; n < pages.size(); ++n) {
+    const int page = pages[n];
+    if (page == kNoPage) continue;
+    if (!textures.count(page)) {
+      KILN_TRY(const Bytes png, mx_page(*c_, static_cast<uint32_t>(page), intensity));
+      textures[page] =
+          buffer.add_page_texture(doc, png, "lightmap page " + std::to_string(page) + ", Unity's RGBM");
+    }
+    doc["nodes"][n]["extensions"][kMx] = {{"lightMapTexture", {{"index", textures[page]}, {"texCoord", 1}}},
+                                          {"scale", {1.0, 1.0}},
+                                          {"offset", {0.0, 0.0}},
+                                          {"intensity", intensity}};
+  }
+  if (!textures.empty()) use_extension(doc, kMx);
   return {};
 }
 

@@ -32,7 +32,7 @@ Expected<GltfOutput> GltfOutput::open(const OutputContext& c) {
   s.doc = Json::parse(c.document.json, nullptr, false);
   if (s.doc.is_discarded() || !s.doc.is_object())
     return fail(ErrorKind::kInvalidInput, text("{}: its JSON does not parse", c.document.path.string()));
-  for (const char* earlier : {kKilnLightmap, "MOZ_lightmap", "EPIC_lightmap_textures"})
+  for (const char* earlier : {kKilnLightmap, "MOZ_lightmap", "EPIC_lightmap_textures", "MX_lightmap"})
     drop_extension(s.doc, earlier);  // from an earlier bake
   s.drop_earlier_probes();
   if (c.atlas.packed) s.free_texcoord_1();

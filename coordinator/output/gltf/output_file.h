@@ -80,9 +80,9 @@ class GltfOutput {
   // Adds to materials, copied for primitives on other pages and for those without the lightmap: MOZ_lightmap
   // if the settings request it, and occlusionTexture from baked ambient occlusion if the material has none.
   Status attach_material_maps();
-  // EPIC_lightmap_textures: one lightmap per page; a node whose mesh is on several pages gets a child for
-  // each.
-  Status attach_epic_lightmap();
+  // EPIC_lightmap_textures and MX_lightmap, as the settings request them: one lightmap per page; a node whose
+  // mesh is on several pages gets a child for each.
+  Status attach_node_lightmaps();
 
   // Returns the document and its buffer as one .glb; `name` is for messages.
   Expected<Bytes> finish(const std::string& name);
@@ -92,6 +92,11 @@ class GltfOutput {
 
  private:
   explicit GltfOutput(const OutputContext& context) : c_(&context) {}
+
+  // The page of each node, so that it shows no other.
+  std::vector<int> split_nodes_by_page();
+  Status attach_epic_lightmap(const std::vector<int>& pages);
+  Status attach_mx_lightmap(const std::vector<int>& pages);
 
   // Renumbers the file's own TEXCOORD_1 where textures of materials use it.
   void free_texcoord_1();

@@ -137,6 +137,7 @@ bool is_known(const std::string& extension) {
                                        "MSFT_lod",
                                        "MOZ_lightmap",
                                        "EPIC_lightmap_textures",
+                                       "MX_lightmap",
                                        "KILN_lightmap",
                                        "KHR_mesh_quantization",
                                        "KHR_texture_transform",

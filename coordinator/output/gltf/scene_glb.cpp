@@ -78,7 +78,7 @@ Expected<Bytes> write(const OutputContext& c) {
   scene.attach_kiln_probes();
   const GltfLightmaps& which = c.settings.gltf_lightmap;
   KILN_TRY_STATUS(scene.attach_material_maps());
-  if (which.epic) KILN_TRY_STATUS(scene.attach_epic_lightmap());
+  KILN_TRY_STATUS(scene.attach_node_lightmaps());
   if (!which.kiln) drop_extension(scene.doc, kKilnLightmap);
   return scene.finish("scene.glb");
 }

@@ -15,6 +15,7 @@
 #include "coordinator/scene/document/json_weight.h"
 #include "coordinator/scene/document/other_formats.h"
 #include "coordinator/scene/document/uri.h"
+#include "coordinator/scene/document/variants.h"
 
 namespace kiln {
 namespace fs = std::filesystem;
@@ -165,7 +166,7 @@ GltfImage read_image(const json& image) {
 
 }  // namespace
 
-Expected<GltfDocument> read_gltf_document(const fs::path& path) {
+Expected<GltfDocument> read_gltf_document(const fs::path& path, const std::string& variant) {
   std::error_code unknown;
   if (fs::is_directory(path, unknown)) return bad(path, "it is a folder: name the .gltf or .glb file in it");
   KILN_TRY(const Bytes file, read_file(path, kMaxFileBytes));
@@ -194,7 +195,10 @@ Expected<GltfDocument> read_gltf_document(const fs::path& path) {
   }
   const size_t in_file = document.buffers.size();
   KILN_TRY(document.expanded, expand_compressed(root, document.buffers, *document.budget, path));
-  if (!document.expanded.empty() || document.buffers.size() > in_file) document.json = root.dump();
+  KILN_TRY(document.variants, variant_names(root, path.string()));
+  if (!variant.empty()) KILN_TRY_STATUS(choose_variant(root, variant, path.string()));
+  if (!document.expanded.empty() || document.buffers.size() > in_file || !variant.empty())
+    document.json = root.dump();
   KILN_TRY(const json images, array_member(root, "images", path));
   for (const json& image : images) {
     document.images.push_back(read_image(image));

@@ -26,6 +26,7 @@ struct GltfDocument {
   std::string structure;       // the same without "buffers" and "images", so that parsing it loads no files
   std::vector<std::string> extensions_used, extensions_required;
   std::vector<std::string> expanded;  // extensions of compressed data that were in use
+  std::vector<std::string> variants;  // names of KHR_materials_variants
   std::vector<GltfImage> images;
   // By index of "buffers", each at least byteLength long; those that name one file share its bytes. Empty: a
   // fallback buffer of EXT_meshopt_compression, which has no data by design. Data that was compressed
@@ -36,8 +37,9 @@ struct GltfDocument {
 
 // Reads .gltf (external and data: buffers) or .glb. Errors (kInvalidInput) name the file and the element:
 // truncated or corrupt GLB, missing .bin, wrong lengths, JSON that does not parse, more than its budget
-// allows.
-Expected<GltfDocument> read_gltf_document(const std::filesystem::path& path);
+// allows, no such variant. `variant`: materials have those of this variant of KHR_materials_variants; empty:
+// their own.
+Expected<GltfDocument> read_gltf_document(const std::filesystem::path& path, const std::string& variant = "");
 
 // One binary glTF file of a JSON text and a single buffer.
 Bytes write_glb(const std::string& json, const Bytes& buffer);

@@ -4,6 +4,7 @@
 #include <set>
 
 #include "common/base/format.h"
+#include "coordinator/scene/document/variants.h"
 
 namespace kiln {
 namespace {
@@ -52,8 +53,9 @@ constexpr KnownExtension kKnown[] = {
     {"MOZ_lightmap", Kind::kIgnored, "the lightmap of an earlier bake; scene.glb will carry the new one"},
     {"EPIC_lightmap_textures", Kind::kIgnored,
      "the lightmap of an earlier bake; scene.glb will carry the new one"},
+    {"MX_lightmap", Kind::kIgnored, "the lightmap of an earlier bake; scene.glb will carry the new one"},
     {"KILN_probes", Kind::kIgnored, "the probes of an earlier bake"},
-    {"KHR_materials_variants", Kind::kIgnored, "the default variant is baked"},
+    {"KHR_materials_variants", Kind::kBaked, "read"},
     {"KHR_animation_pointer", Kind::kIgnored, "the scene at rest is baked"},
     {"KHR_xmp_json_ld", Kind::kIgnored, "it is about the file, not the scene"},
 };
@@ -81,6 +83,10 @@ Status check_extensions(const ImportContext& context, ImportNotes& notes) {
       add_note(notes, Kind::kIgnored,
                text("{}: not supported; the file does not require it, so it is left out", name));
   }
+  if (!context.document.variants.empty() && context.settings.variant.empty())
+    add_note(notes, Kind::kNote,
+             text("the file's own materials are baked; --variant bakes those of a variant: {}",
+                  listed_variants(context.document.variants)));
   if (context.model.animated)
     add_note(notes, Kind::kIgnored, "animations are left out: the scene at rest is baked");
   return {};

@@ -183,7 +183,7 @@ void note_scale(const Scene& scene, const BakeSettings& settings, ImportNotes& n
 
 Expected<ImportResult> import_scene(const std::filesystem::path& path, const BakeSettings& settings) {
   ImportResult result;
-  KILN_TRY(result.document, read_gltf_document(path));
+  KILN_TRY(result.document, read_gltf_document(path, settings.variant));
   KILN_TRY_STATUS(check_compression(result.document));
   KILN_TRY(const GltfModel model, parse_gltf_model(result.document));
   const ImportContext context{result.document, model, settings};
