@@ -31,6 +31,7 @@ PAGES = {
         "scenes.md": "environment-strength",
         "scenes.md#a-sun-left-in-an-environment-image": "sun sun-angle",
         "materials.md": "materials",
+        "gltf.md#what-is-read": "variant",
     },
     "Accuracy and time": {
         "samples.md#allocation-coordinatorbakesamplingallocationh": "error confidence error-norm min-samples max-samples",

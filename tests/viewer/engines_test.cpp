@@ -75,8 +75,9 @@ TEST_F(Engines, ShowTheLightOfTheFiles) {
   // As other programs write it, and nothing else in the file.
   for (const char* light : {"epic", "mx"}) {
     const std::string file = std::string(light) + ".glb";
-    const auto done = test::run_kiln(dir_.path(), "encode " + scene_.string() + " --from out -o " + light +
-                                                      " --encode none --gltf-lightmap " + light);
+    const auto done = test::run_kiln(
+        dir_.path(), "encode " + scene_.string() + " --from out -o " + light +
+                         " --layout pack --texels-per-metre 8 --encode none --gltf-lightmap " + light);
     ASSERT_EQ(done.exit_status, 0) << done.output;
     fs::copy_file(dir_.path() / light / "scene.glb", out_ / file);
     show("three", file, lit, std::to_string(exposure_), light);
