@@ -2,7 +2,7 @@
 """Measures what docs/error_vs_time.md says and writes it there.
 
     python3 tests/bench/error_vs_time.py                                    # everything: hours, most of them for `rooms`
-    python3 tests/bench/error_vs_time.py --only calibration --scenes ajar   # parts: bias calibration foretold curves texel others rooms
+    python3 tests/bench/error_vs_time.py --only calibration --scenes ajar   # parts: bias calibration foretold curves texel others rooms limits
     python3 tests/bench/error_vs_time.py --only rooms --scenes flat corridor   # furnished rooms at the density of production
     python3 tests/bench/error_vs_time.py --quick --page /tmp/page.md        # minutes, to see that all of it works
     python3 tests/bench/error_vs_time.py --only none                        # the page again, from what was measured
@@ -32,7 +32,7 @@ import real_rooms  # noqa: E402
 
 SKIPPED = 77
 ARCADE = os.path.join(ROOT, "tests/scenes/arcade/arcade.gltf")
-PARTS = ("bias", "calibration", "foretold", "curves", "texel", "others", "rooms")
+PARTS = ("bias", "calibration", "foretold", "curves", "texel", "others", "rooms", "limits")
 TARGETS = (1e-3, 1e-4)
 FLUX_CORE_MS = 86  # 200 core hours for 8 Mtexel, as published
 
@@ -61,6 +61,7 @@ ROOM_REFERENCE, ROOM_REFERENCE_ERROR = 16384, 0.05  # at most, and of each half
 # Of rooms with hundreds of thousands of texels and more at 8 a metre: the share that is compared, against whole paths. Of
 # all rooms at 16 a metre it is a quarter of this.
 ROOM_SHARE = {"arcade": 0.2, "sponza": 0.08, "dungeon": 0.02, "classroom": 0.02}
+LIMITS, LIMITED_ROOM, LIMITED_DENSITY = (30, 100, 300), "flat", 16  # seconds; nothing else is said of the bake
 # Brute force errs as 1 / time, so that its run may end early; Kiln's goes on until it is there.
 ROOM_SETS = ("brute:ladder=samples,sampler=halton,cache=off,denoise=off,error-norm=mean-square",
              "default:error-norm=mean-square")
@@ -321,6 +322,48 @@ def rooms(bench):
              {"name": name, "materials": materials, "density": density, **result, "curves": curves})
 
 
+def limits(bench):
+    """A furnished room within a time limit: what the bake states, early and late, and the plain tracer's error for as long."""
+    options = argparse.Namespace(**{**vars(bench.options), "scenes": [LIMITED_ROOM], "materials": ["default"],
+                                    "densities": [LIMITED_DENSITY]})
+    (_, _, density, path, own), = rooms_of(options)
+    out = os.path.join(bench.options.work, "reference")
+    share = (8 / density)**2
+    folder = json.loads(run([bench.options.kiln, "bench", path, "-o", out, "--only-reference", "--json", "--reference-samples",
+                             64 if bench.options.quick else bench.options.room_reference, "--reference-error",
+                             ROOM_REFERENCE_ERROR, "--reference-share", share, *arguments_of(own)]))["reference"]["folder"]
+    halves = [os.path.join(folder, "half0"), os.path.join(folder, "half1")]
+    result = {"density": density, "kiln": [], "plain": []}
+    for limit in (5, 10) if bench.options.quick else LIMITS:
+        where, report = bench.bake(path, {**own, "time-limit": limit})
+        compared = bench.compare(where, halves)
+        result["kiln"].append({"limit": limit, "seconds": sum(s["seconds"] for s in report["stages"]),
+                               "texels": report["atlas"]["valid_texels"], "rel_mse": compared["rel_mse"],
+                               "calibration": compared["calibration"]})
+    tracer = os.path.join(os.path.dirname(bench.options.kiln), "plain_tracer")
+    for samples in (4, 8) if bench.options.quick else (64, 256, 1024):
+        where = os.path.join(bench.options.work, "plain")
+        seconds = json.loads(run([tracer, path, where, samples, *arguments_of(own)]))["seconds"]
+        result["plain"].append([seconds, bench.compare(where, halves)["rel_mse"]])
+    keep(bench.options, "limits", LIMITED_ROOM, result)
+
+
+def limits_table(options):
+    rows = ["| room | limit, s | texels | taken, s | relMSE | stated, rms | true / stated | coverage of 95 % | plain tracer's relMSE "
+            "x seconds, over Kiln's |",
+            "|---|---|---|---|---|---|---|---|---|"]
+    for name, r in kept(options, "limits").items():
+        plain = r["plain"][-1][0] * r["plain"][-1][1]
+        for k in r["kiln"]:
+            c = k["calibration"]
+            rows.append("| %s at %g | %g | %d | %.0f | %.2g | %s | %.2f | %s | %.0f |" % (
+                name, r["density"], k["limit"], k["texels"], k["seconds"], k["rel_mse"], percent(c["stated_rms"]),
+                c["error_ratio"], percent(c["coverage"]), plain / (k["rel_mse"] * k["seconds"])))
+        rows.append("| plain tracer, %d samples | | | %.0f | %.2g | | | | |" % (
+            4**(len(r["plain"]) + 2), *r["plain"][-1]))
+    return rows
+
+
 def rooms_table(options):
     """Brute force's time to 1e-3 and, which is not continued for Kiln, to the error at the end of Kiln's ladder."""
     rows = ["| room | materials | texels per metre | texels | brute, s to 1e-3 | Kiln, s to 1e-3 | ratio | Kiln's last point | "
@@ -479,7 +522,7 @@ def write_page(options):
     sections = {"machine": machine_line(options), "bias": bias_table(options),
                 "calibration": calibration_table(options), "foretold": foretold_table(options),
                 "curves": curves_section(options, folder), "times": times_table(options), "texel": texel_table(options),
-                "others": others_table(options), "rooms": rooms_table(options)}
+                "others": others_table(options), "rooms": rooms_table(options), "limits": limits_table(options)}
     measured = {"machine": "curves", "times": "curves"}
     for name, rows in sections.items():
         if not os.path.isdir(os.path.join(options.work, measured.get(name, name))):
@@ -520,10 +563,11 @@ def main():
         sys.exit("--quick is not for docs/error_vs_time.md: give another --page")
     os.makedirs(options.work, exist_ok=True)
     bench = Bench(options)
-    scenes = scenes_of(options) if set(options.only) - {"none", "rooms"} else {}
+    scenes = scenes_of(options) if set(options.only) - {"none", "rooms", "limits"} else {}
     for part in PARTS:
-        if part == "rooms" and part in options.only:
-            rooms(bench)
+        if part in ("rooms", "limits"):
+            if part in options.only:
+                globals()[part](bench)
         elif part in options.only:
             for name, (path, own) in scenes.items():
                 globals()[part](bench, name, path, own)
