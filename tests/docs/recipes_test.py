@@ -40,7 +40,7 @@ BEFORE = {
     "docs/output.md": ["kiln bake scene.glb -o out"],
 }
 # After a line, to have a job that is not done; what waits for its end comes last.
-AFTER = ("kiln submit hall.glb", "kiln submit hall.glb --texels-per-metre 20 --time-limit 20s --min-samples 64")
+AFTER = ("kiln submit hall.glb", "kiln submit hall.glb --texels-per-metre 4 --min-samples 2048 --max-samples 2048")
 LAST = ("kiln watch", "kiln fetch")
 
 
