@@ -185,6 +185,26 @@ TEST_F(Fallbacks, RgbmOfThirdRoomReadsBack) {
   }
 }
 
+// Every other texel has a quarter of the light: (1/4)^(1/2.2) of 255 is 135.8, and the next alpha holds it.
+TEST_F(Fallbacks, RgbmHoldsMapsNearTheEndsOfFloat) {
+  for (const float level : {1e-42f, 1e33f}) {
+    for (size_t c = 0; c < 3; ++c)
+      for (size_t t = 0; t < map_.validity.size(); ++t) map_.planes.data[c][t] = t % 2 ? level : level / 4;
+    ASSERT_TRUE(write_gltf({settings_, imported_->scene, atlas_, imported_->document, map_, dir_.path()}));
+    const Glb glb(*read_file(dir_.path() / "scene.glb"));
+    std::set<int> alphas;
+    for (const json& node : glb.doc["nodes"]) {
+      if (!node.contains("mesh")) continue;
+      const json& mx = node["extensions"]["MX_lightmap"];
+      EXPECT_NEAR(mx["intensity"].get<double>() * 34.49 / level, 1, 1e-6);
+      const Texture image = glb.image(mx["lightMapTexture"]["index"]);
+      for (size_t i = 3; i < image.texels.size(); i += 4)
+        alphas.insert(std::to_integer<int>(image.texels[i]));
+    }
+    EXPECT_EQ(alphas, (std::set<int>{1, 136, 255}));  // 1: without light
+  }
+}
+
 TEST_F(Fallbacks, AreLeftOutWhenNotAskedFor) {
   settings_.gltf_lightmap = {false, false, false, false};
   ASSERT_TRUE(write_gltf({settings_, imported_->scene, atlas_, imported_->document, map_, dir_.path()}));

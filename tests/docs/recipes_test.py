@@ -4,7 +4,8 @@ usage: recipes_test.py BIN [PAGE ...]
 
 The lines of a page run one after another in a folder of their own, in which scene.glb, level.glb and the others that pages
 speak of are the same closed room. What a page leaves open is filled in (FILLED); bakes that do not say how many samples get
-16, the demo one texel a metre. Commands that cannot run here are named with the test that runs them instead (ELSEWHERE). Any other must end with status 0.
+16, the demo one texel a metre. Commands that cannot run here are named with what
+runs them instead (ELSEWHERE). Any other must end with status 0.
 """
 import json
 import pathlib
@@ -22,7 +23,7 @@ import error_scenes  # noqa: E402
 SCENES = ("scene.glb", "level.glb", "hall.glb")
 # Beginning of a command -> what runs it.
 ELSEWHERE = {
-    "kiln test": ".ci/run", "kiln package": "Packages", "kiln docs": "Docs.Site",
+    "kiln test": ".ci/run", "kiln package": "tests/packages/bare.sh", "kiln docs": "Docs.Site",
     "kiln-worker --replay": "agent_test", "kiln-worker --play": "agent_test", "kiln workers --forgive": "service_test",
 }
 FILLED = (
@@ -37,7 +38,6 @@ INLINE = ("docs/queue.md",)
 # What the reader of a page has done before its first command.
 BEFORE = {
     "docs/operating.md": ["kiln serve --data farm", "export KILN_TOKEN_FILE=farm/worker.token"],
-    "docs/output.md": ["kiln bake scene.glb -o out"],
 }
 # After a line, to have a job that is not done; what waits for its end comes last.
 AFTER = ("kiln submit hall.glb", "kiln submit hall.glb --texels-per-metre 4 --min-samples 2048 --max-samples 2048")

@@ -195,14 +195,14 @@ double mx_intensity(const OutputContext& c) {
 
 Expected<Bytes> mx_page(const OutputContext& c, uint32_t page, double intensity) {
   const std::array<double, 256>& shares = mx_shares();
+  const double range = kMxRange * intensity;  // in double: a float's inverse may be infinite
   const size_t count = size_t{c.atlas.width} * c.atlas.height;
   std::vector<uint8_t> rgba(4 * count);
   for (size_t t = 0; t < count; ++t) {
-    const Vec3 e =
-        irradiance_of(c.lightmap, page * count + t) * static_cast<float>(1 / (kMxRange * intensity));
+    const Vec3 e = irradiance_of(c.lightmap, page * count + t);
     // The least alpha that holds the largest component. Black has 1, so that no reader divides by 0.
-    const auto alpha = std::lower_bound(shares.begin() + 1, shares.end() - 1, double{max_component(e)});
-    for (size_t k = 0; k < 3; ++k) rgba[4 * t + k] = byte_of(double{e[static_cast<int>(k)]} / *alpha);
+    const auto alpha = std::lower_bound(shares.begin() + 1, shares.end() - 1, max_component(e) / range);
+    for (size_t k = 0; k < 3; ++k) rgba[4 * t + k] = byte_of(e[static_cast<int>(k)] / (range * *alpha));
     rgba[4 * t + 3] = static_cast<uint8_t>(alpha - shares.begin());
   }
   return encode_png(c.atlas.width, c.atlas.height, rgba, 4);

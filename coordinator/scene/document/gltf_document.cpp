@@ -195,8 +195,8 @@ Expected<GltfDocument> read_gltf_document(const fs::path& path, const std::strin
   }
   const size_t in_file = document.buffers.size();
   KILN_TRY(document.expanded, expand_compressed(root, document.buffers, *document.budget, path));
-  KILN_TRY(document.variants, variant_names(root, path.string()));
-  if (!variant.empty()) KILN_TRY_STATUS(choose_variant(root, variant, path.string()));
+  document.variants = variant_names(root);
+  if (!variant.empty()) KILN_TRY_STATUS(choose_variant(root, document.variants, variant, path.string()));
   if (!document.expanded.empty() || document.buffers.size() > in_file || !variant.empty())
     document.json = root.dump();
   KILN_TRY(const json images, array_member(root, "images", path));

@@ -11,7 +11,7 @@ namespace {
 using nlohmann::json;
 
 constexpr const char* kExtension = "KHR_materials_variants";
-constexpr size_t kMostNamed = 20;  // in a message
+constexpr size_t kMostNamed = 20, kLongestName = 120;  // in a message
 
 const json* member(const json& object, const char* name) {
   if (!object.is_object()) return nullptr;
@@ -44,31 +44,31 @@ Expected<int64_t> material_for(const json& mapping, uint64_t variant, const std:
 
 }  // namespace
 
-std::string listed_variants(const std::vector<std::string>& names) {
-  std::string out;
-  for (size_t i = 0; i < std::min(names.size(), kMostNamed); ++i)
-    out += text("{}'{}'", i ? ", " : "", names[i]);
-  return out + (names.size() > kMostNamed ? text(" and {} more", names.size() - kMostNamed) : "");
-}
-
-Expected<std::vector<std::string>> variant_names(const json& root, const std::string& file) {
+std::vector<std::string> variant_names(const json& root) {
   std::vector<std::string> names;
   const json* variants = of_extension(root, "variants");
-  if (!variants) return names;
-  if (!variants->is_array())
-    return fail(ErrorKind::kInvalidInput, text("{}: {} has no list of variants", file, kExtension));
+  if (!variants || !variants->is_array()) return names;
   for (const json& variant : *variants) {
     const json* name = member(variant, "name");
-    if (!name || !name->is_string())
-      return fail(ErrorKind::kInvalidInput,
-                  text("{}: variant {} of {} has no name", file, names.size(), kExtension));
-    names.push_back(name->get<std::string>());
+    names.push_back(name && name->is_string() ? name->get<std::string>() : "");
   }
   return names;
 }
 
-Status choose_variant(json& root, const std::string& variant, const std::string& file) {
-  KILN_TRY(const std::vector<std::string> names, variant_names(root, file));
+std::string listed_variants(const std::vector<std::string>& names) {
+  std::string out;
+  size_t shown = 0;
+  for (const std::string& name : names) {
+    if (shown == kMostNamed) break;
+    if (name.empty() || name.size() > kLongestName) continue;
+    out += text("{}'{}'", shown++ ? ", " : "", name);
+  }
+  if (!shown) return text("{} without a name to show", names.size());
+  return out + (names.size() > shown ? text(" and {} more", names.size() - shown) : "");
+}
+
+Status choose_variant(json& root, const std::vector<std::string>& names, const std::string& variant,
+                      const std::string& file) {
   const auto chosen = std::find(names.begin(), names.end(), variant);
   if (chosen == names.end())
     return fail(ErrorKind::kInvalidInput,

@@ -9,15 +9,16 @@
 
 namespace kiln {
 
-// The names of a glTF root's variants, in its order; empty if it has none. Errors (kInvalidInput): names that
-// are no strings.
-Expected<std::vector<std::string>> variant_names(const nlohmann::json& root, const std::string& file);
+// The names of a glTF root's variants, in its order; "" for one without a name.
+std::vector<std::string> variant_names(const nlohmann::json& root);
 
-// For messages: the names in quotes, the first ones of many.
+// For messages: the names in quotes; of many the first ones, of long ones none.
 std::string listed_variants(const std::vector<std::string>& names);
 
-// Gives every primitive the material that the variant has for it; primitives without one keep theirs. Errors
-// (kInvalidInput): no such variant, mappings without a list of variants or a material.
-Status choose_variant(nlohmann::json& root, const std::string& variant, const std::string& file);
+// Gives every primitive the material that the variant has for it; primitives without one keep theirs.
+// `names`: the root's. Errors (kInvalidInput): no such variant, mappings without a list of variants or a
+// material.
+Status choose_variant(nlohmann::json& root, const std::vector<std::string>& names, const std::string& variant,
+                      const std::string& file);
 
 }  // namespace kiln

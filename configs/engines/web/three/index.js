@@ -1,9 +1,8 @@
 // The light of a scene.glb that Kiln baked, for three's GLTFLoader:
 //   const loader = new GLTFLoader().register((parser) => new KilnLightmap(parser, { exr: new EXRLoader() }));
 // A light map of three.js is irradiance E, divided by pi in the shader. With `exr`, E comes from the float masters beside the
-// file, which KILN_lightmap names; without, or where they cannot be read, from MOZ_lightmap's 8-bit images in it. A
-// Files of other programs are lit by their MX_lightmap (Third Room, Unity's exporter) or EPIC_lightmap_textures (Unreal's
-// exporter), which nodes have, where a material has no MOZ_lightmap.
+// file, which KILN_lightmap names; without, or where they cannot be read, from MOZ_lightmap's 8-bit images in it.
+// Nodes whose materials have no MOZ_lightmap are lit by MX_lightmap (Third Room) or EPIC_lightmap_textures (Unreal's exporter). A
 // MeshStandardMaterial takes what the surface reflects like a mirror off the diffuse light, to be given back by
 // reflections; where there are none, pass `material: THREE.MeshLambertMaterial`, which shows base colour / pi x E.
 const KILN = 'KILN_lightmap', MOZ = 'MOZ_lightmap', MX = 'MX_lightmap', EPIC = 'EPIC_lightmap_textures';
@@ -90,7 +89,7 @@ export class KilnLightmap {
     const visit = (object, node) => {
       node = associations.get(object)?.nodes ?? node;
       const { material } = object, of = associations.get(material)?.materials;
-      if (object.isMesh && node !== undefined && !(of !== undefined && this.moz(of))) meshes.push([object, json.nodes[node]]);
+      if (object.isMesh && !material.isMeshBasicMaterial && node !== undefined && !(of !== undefined && this.moz(of))) meshes.push([object, json.nodes[node]]);
       for (const child of object.children) visit(child, node);
     };
     for (const scene of scenes) visit(scene, undefined);
