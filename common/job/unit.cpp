@@ -10,10 +10,10 @@ const char* TransportSettings::fault() const {
   const bool ascending = std::adjacent_find(list.begin(), list.end(), std::greater_equal<>()) == list.end();
   if (!ascending || (!list.empty() && list.back() >= response_roster().size()))
     return "the job asks for a quantity that does not exist in this release";
-  if ((quantities.direct_apart || quantities.all_light) && !quantities.light)
+  if ((quantities.direct_apart || quantities.all_light || quantities.cache_draws) && !quantities.light)
     return "the job asks for parts of light without light";
   if (quantities.probes && (!quantities.light || quantities.direct_apart || quantities.all_light ||
-                            !list.empty() || basis != find_basis("sh_l2")))
+                            quantities.cache_draws || !list.empty() || basis != find_basis("sh_l2")))
     return "the job asks for probes with what probes do not have";
   if (quantities.probe_visibility && !quantities.probes)
     return "the job asks for the visibility of probes without probes";

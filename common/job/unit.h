@@ -46,7 +46,7 @@ struct TransportSettings {
     v(t.basis, t.direct, t.indirect, t.max_bounces, t.seed, t.sampler, t.watertight, t.isa);
     v(t.quantities.light, t.quantities.direct_apart, t.quantities.all_light, t.quantities.responses);
     v(t.response.ao_distance, t.response.ao_falloff);
-    v(t.quantities.probes, t.quantities.probe_visibility);
+    v(t.quantities.probes, t.quantities.probe_visibility, t.quantities.cache_draws);
   }
   const char* fault() const;
 };

@@ -81,6 +81,7 @@ MomentLayout::MomentLayout(uint32_t basis, const Quantities& quantities)
     planes_ = kMomentBasis + 3 * functions_;
     if (quantities.direct_apart) direct_ = planes_, planes_ += 3;
     if (quantities.all_light) all_light_ = planes_, planes_ += 3;
+    if (quantities.cache_draws) cache_draws_ = planes_, planes_ += kCacheDraws;
   }
   if (quantities.probes) {
     pair_squares_ = planes_;
@@ -107,6 +108,8 @@ std::vector<std::string> MomentLayout::names() const {
       for (const char* name : {"direct.R", "direct.G", "direct.B"}) names.push_back(name);
     if (quantities_.all_light)
       for (const char* name : {"all.R", "all.G", "all.B"}) names.push_back(name);
+    if (quantities_.cache_draws)
+      for (size_t k = 0; k < kCacheDraws; ++k) names.push_back(text("draw.{}", k));
   }
   if (quantities_.probes) {
     for (const std::string_view function : basis_roster()[basis_].functions)

@@ -8,8 +8,10 @@
 #include "common/base/clock.h"
 #include "common/base/format.h"
 #include "common/base/statistics.h"
+#include "common/math/sequence.h"
 #include "coordinator/bake/merge/response_errors.h"
 #include "coordinator/bake/sampling/allocation.h"
+#include "coordinator/bake/sampling/cache_draws.h"
 #include "coordinator/bake/sampling/first_look.h"
 #include "coordinator/bake/sampling/pace.h"
 #include "coordinator/bake/sampling/schedule.h"
@@ -83,7 +85,7 @@ class Baking {
           text("{} units failed on every worker that tried them and were left out; their {} "
                "texels have fewer samples or none: {}",
                skipped_units_, skipped_.size(), skip_reason_));
-    return Baked{std::move(errors_), std::move(response_errors_), std::move(first_cache_error_), whole_};
+    return Baked{std::move(errors_), std::move(response_errors_), whole_};
   }
 
  private:
@@ -95,7 +97,6 @@ class Baking {
     caches_.clear();
     errors_ = {};
     response_errors_.clear();
-    first_cache_error_.clear();
     most_ = std::max(1u, settings_.max_samples / kReplicates);
     least_ = std::max(1u, (settings_.min_samples + 1) / 2);
     convergence_ = {};
@@ -362,9 +363,11 @@ class Baking {
   void make_rough_caches(uint32_t stride) {
     caches_.clear();
     std::vector<uint8_t> sampled(sums_.sites());
+    const TexelStatistics statistics = sums_.statistics(false);
     for (uint32_t r = 0; r < kReplicates; ++r) {
       for (uint32_t i = 0; i < sums_.sites(); ++i) sampled[i] = sums_.samples(i, r) > 0;
       IrradianceCache cache = sums_.cache(r);
+      add_noise_draws(statistics, charts_, sums_.cache_samples(r), draw_seed(r), cache);
       fill_between(atlas_, charts_, sampled, stride, cache);
       publish(std::move(cache));
     }
@@ -377,11 +380,20 @@ class Baking {
     caches_.push_back(farm_.add_chunk(write_irradiance_cache(cache)));
   }
 
+  uint32_t draw_seed(uint32_t replicate) const {
+    return hash_combine(static_cast<uint32_t>(replicate_seed(settings_.seed, replicate)), pass_);
+  }
+
   void renew_caches() {
-    if (first_cache_error_.empty()) first_cache_error_ = chart_errors(sums_.statistics(false), charts_);
+    const TexelStatistics statistics = sums_.statistics(false);
     caches_.clear();
     sampled_at_renewal_ = sampled_;
-    for (uint32_t r = 0; r < kReplicates; ++r) publish(sums_.cache(r));
+    for (uint32_t r = 0; r < kReplicates; ++r) {
+      IrradianceCache cache = sums_.cache(r);
+      add_noise_draws(statistics, charts_, sums_.cache_samples(r), draw_seed(r), cache);
+      publish(std::move(cache));
+    }
+    sums_.renew();
   }
 
   Expected<PassEnd> run_pass(std::vector<SiteSamples> work) {
@@ -475,7 +487,8 @@ class Baking {
       samples_ = sums_.replicate_samples();
       return add_point();
     }
-    const TexelStatistics statistics = sums_.statistics(false);
+    TexelStatistics statistics = sums_.statistics(false);
+    find_shared(charts_, statistics);
     const uint32_t levels = surface_ ? std::max(denoise_levels(statistics), budget_.denoise_levels()) : 0;
     budget_.denoise_will_be(levels);
     const bool filters = should_filter(statistics, levels);
@@ -553,8 +566,7 @@ class Baking {
   std::vector<Digest> caches_;  // by replicate; empty: none
   TexelErrors errors_;
   std::vector<TexelErrors> response_errors_;  // after the last pass
-  std::vector<float> first_cache_error_;
-  std::vector<uint32_t> samples_;  // by site, per replicate
+  std::vector<uint32_t> samples_;             // by site, per replicate
   ConvergenceRate convergence_;
   UnmetLight unmet_;
   bool filtered_ = false;    // the present errors are those of filtered texels

@@ -38,10 +38,7 @@ struct BakingTask {
 struct Baked {
   TexelErrors errors;                  // of light; without light, of the first response
   std::vector<TexelErrors> responses;  // in the order of the job's responses
-  // By site, relative: the error of its chart's light in the first irradiance cache (chart_errors);
-  // empty without one.
-  std::vector<float> first_cache_error;
-  bool whole = true;  // false: time was up before every chart had a sample
+  bool whole = true;                   // false: time was up before every chart had a sample
 };
 Expected<Baked> bake_passes(const BakingTask& task);
 

@@ -5,6 +5,7 @@
 #include "common/base/parallel.h"
 #include "common/base/statistics.h"
 #include "coordinator/bake/merge/response_errors.h"
+#include "coordinator/bake/sampling/cache_draws.h"
 #include "coordinator/run/bake_stages.h"
 #include "coordinator/run/statement.h"
 
@@ -64,7 +65,9 @@ void resolve_light(const BakeRun& run, const Accumulator& sums, const SurfaceGra
   const Atlas& atlas = run.preflight.atlas;
   const BakeSettings& settings = run.request.settings;
   check_dark(map, atlas, run.report);
-  const TexelStatistics statistics = sums.statistics();
+  TexelStatistics statistics = sums.statistics();
+  const std::vector<uint32_t> charts = charts_of_sites(atlas);
+  find_shared(charts, statistics);
   std::vector<float> lowered;
   if (surface) {
     const uint32_t levels = std::max(denoise_levels(statistics), run.budget.denoise_levels());
@@ -73,13 +76,11 @@ void resolve_light(const BakeRun& run, const Accumulator& sums, const SurfaceGra
   const BasisInfo& basis = basis_roster()[sums.layout().basis()];
   state_deviations(atlas, light, baked.errors);
   state_errors(map, atlas, baked.errors);
-  const std::vector<uint32_t> charts = charts_of_sites(atlas);
   state_band_errors(map, atlas, statistics, charts, basis, lowered);
   state_deviations(atlas, light, basis, map);
   run.report.statement =
       state_map(baked.errors, statistics, settings.error, normal_interval(settings.confidence));
   warn_of_few_samples(statistics, charts, run.report);
-  if (surface) warn_of_rough_cache(baked.errors, baked.first_cache_error, run.report);
 }
 
 // The counts for a map without light that light would have provided.

@@ -10,10 +10,6 @@
 namespace kiln {
 namespace {
 
-// Passes after the first cache remove part of its error. Chosen on the bench scenes: most texels of
-// rooms lit through a slit exceed this, few others do.
-constexpr double kRefined = 0.5;
-
 double quantile(std::vector<double>& values, double share) {
   if (values.empty()) return 0;
   const auto at = values.begin() + static_cast<ptrdiff_t>(share * static_cast<double>(values.size() - 1));
@@ -81,21 +77,6 @@ void warn_of_few_samples(const TexelStatistics& s, std::span<const uint32_t> cha
         text("{} texels are lit by fewer than {:.0f} bright samples, those of their neighbours included, and "
              "may be further off than error.exr says: give the bake more time or raise --min-samples",
              few, kFewSamples));
-}
-
-void warn_of_rough_cache(const TexelErrors& errors, std::span<const float> first_cache_error,
-                         BakeReport& report) {
-  if (first_cache_error.empty()) return;
-  uint64_t doubtful = 0;
-  for (size_t i = 0; i < errors.mean.size(); ++i)
-    doubtful += std::isfinite(errors.standard_error[i]) &&
-                errors.standard_error[i] < kRefined * first_cache_error[i] * errors.mean[i];
-  report.post.push_back({"texels of a rough first cache", static_cast<double>(doubtful), "texels"});
-  if (doubtful > 0)
-    report.warnings.push_back(
-        text("{} texels are lit by way of surfaces that the first samples hardly found, and may all be off "
-             "together by more than error.exr says: check with --denoise off or --cache off",
-             doubtful));
 }
 
 void check_dark(const Lightmap& map, const Atlas& atlas, BakeReport& report) {

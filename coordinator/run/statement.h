@@ -20,11 +20,6 @@ ResponseStatement state_response(const ResponseInfo& response, const TexelErrors
 void warn_of_few_samples(const TexelStatistics& statistics, std::span<const uint32_t> charts,
                          BakeReport& report);
 
-// Warns of errors inherited from the first irradiance cache, which filtering does not lower.
-// `first_cache_error`: by site, relative; empty: no cache.
-void warn_of_rough_cache(const TexelErrors& errors, std::span<const float> first_cache_error,
-                         BakeReport& report);
-
 // Charts that --unseen auto collapsed, or that the first pass of --two-pass found black, must be
 // black in `map` (as measured). Counts those that met light, and warns if it exceeds a hundredth of
 // the map's mean.

@@ -224,5 +224,33 @@ TEST(Accumulator, CacheHoldsMeansOfOneReplicate) {
   }
 }
 
+// Samples taken by way of an earlier cache do not speak for the next one, but where there are no others.
+TEST(Accumulator, CacheHoldsTheLatestSamples) {
+  Quantities drawn;
+  drawn.cache_draws = true;
+  const MomentLayout layout(0, drawn);
+  Accumulator sums(2, layout);
+  const auto add = [&](uint32_t site, uint32_t first, uint32_t count, double light) {
+    WorkUnit unit{first, first, count, {site}};
+    UnitResult r;
+    r.unit = unit.id, r.site_count = 1, r.plane_count = static_cast<uint32_t>(layout.planes());
+    r.moments.assign(layout.planes(), 0.0);
+    for (size_t c = 0; c < 3; ++c) r.moments[kMomentER + c] = count * light;
+    r.moments[layout.cache_draws() + 1] = count * light / 8;
+    ASSERT_TRUE(sums.add(unit, r));
+  };
+  add(0, 0, 4, 10), add(1, 0, 4, 6);
+  EXPECT_EQ(sums.cache(0).irradiance[0].y, 10);
+  sums.renew();
+  add(0, 4, 2, 4), add(0, 6, 2, 8);  // two passes by way of one cache
+  const IrradianceCache cache = sums.cache(0);
+  EXPECT_EQ(cache.irradiance[0].y, 6);
+  EXPECT_EQ(cache.draws[0][1], 0.75f);
+  EXPECT_EQ(cache.irradiance[1].y, 6);
+  EXPECT_EQ(sums.cache_samples(0), (std::vector<uint32_t>{4, 4}));
+  sums.clear();
+  EXPECT_LT(sums.cache(0).irradiance[0].y, 0);
+}
+
 }  // namespace
 }  // namespace kiln

@@ -47,17 +47,21 @@ TEST(FirstLook, FillsBetweenWithinCharts) {
   std::vector<uint8_t> sampled(atlas.sites.size());
   IrradianceCache cache;
   cache.irradiance.assign(atlas.sites.size(), Vec3(-1.0f));
+  cache.draws.resize(atlas.sites.size());
   const auto light = [&](size_t site) { return static_cast<float>(charts[site]) + 1; };
   for (size_t done = 1; done <= 2; ++done) {
     for (const uint32_t site : looks[done - 1]) {
       sampled[site] = 1;
       cache.irradiance[site] = Vec3(light(site));
+      cache.draws[site].set(2, -light(site));
     }
     EXPECT_EQ(look_stride(done), done == 1 ? 8u : 4u);
     IrradianceCache filled = cache;
     fill_between(atlas, charts, sampled, look_stride(done), filled);
     for (size_t site = 0; site < atlas.sites.size(); ++site)
       ASSERT_NEAR(filled.irradiance[site].x, light(site), 1e-4f * light(site)) << site;
+    for (size_t site = 0; site < atlas.sites.size(); ++site)  // of 8 bits
+      ASSERT_NEAR(filled.draws[site][2], -light(site), 0x1p-8f * light(site)) << site;
   }
 }
 

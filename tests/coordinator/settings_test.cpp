@@ -206,6 +206,11 @@ TEST(Job, SaysWhichSumsOfLightItNeeds) {
     const MomentLayout layout(0, back->transport.quantities);
     EXPECT_EQ(layout.planes(), MomentLayout(0).planes() + 3 * (direct + all));
     EXPECT_EQ(layout.names().size(), layout.planes());
+    job.transport.quantities.cache_draws = true;
+    EXPECT_EQ(read_job(write_job(job))->transport.quantities, job.transport.quantities);
+    EXPECT_EQ(MomentLayout(0, job.transport.quantities).planes(), layout.planes() + kCacheDraws);
+    EXPECT_EQ(MomentLayout(0, job.transport.quantities).names().size(), layout.planes() + kCacheDraws);
+    job.transport.quantities.cache_draws = false;
     JobSpec dark = job;  // parts of no light
     dark.transport.quantities.light = false;
     EXPECT_FALSE(read_job(write_job(dark)));

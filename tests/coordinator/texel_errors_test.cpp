@@ -200,52 +200,5 @@ TEST(TexelErrors, TexelFarAwayChangesNothing) {
     EXPECT_EQ(before.standard_error[i], after.standard_error[i]);
 }
 
-TEST(ChartErrors, AreThoseOfItsWholeLight) {
-  // Two charts, the second dim and noisy; its texels are as sure as their sum.
-  constexpr int kRuns = 200;
-  Random random(7);
-  const Draw bright = independent([](Random& r) { return 2 + 0.5 * normal(r); });
-  const Draw dim = independent([](Random& r) { return uniform(r) < 0.05 ? 2.0 : 0.0; });  // mean 0.1
-  double error[2] = {}, stated[2] = {};
-  for (int run = 0; run < kRuns; ++run) {
-    TexelStatistics s = make(400, 16, bright, random);
-    const TexelStatistics other = make(600, 16, dim, random);
-    std::vector<uint32_t> chart(400, 3);
-    chart.insert(chart.end(), 600, 1);
-    for (uint32_t r = 0; r < kReplicates; ++r)
-      s.luminance[r].insert(s.luminance[r].end(), other.luminance[r].begin(), other.luminance[r].end());
-    s.variance.insert(s.variance.end(), other.variance.begin(), other.variance.end());
-    s.sites = 1000;
-    s.samples.assign(1000, 16);
-    s.known.assign(1000, 1);
-    const std::vector<float> e = chart_errors(s, chart);
-    for (const size_t part : {0, 1}) {
-      const size_t begin = part ? 400 : 0, end = part ? 1000 : 400;
-      const double truth = part ? 0.1 : 2.0;
-      double mean = 0;
-      for (size_t i = begin; i < end; ++i)
-        mean += 0.5 * (s.luminance[0][i] + s.luminance[1][i]) / static_cast<double>(end - begin);
-      error[part] += std::pow(mean / truth - 1, 2) / kRuns;
-      stated[part] += std::pow(double{e[begin]}, 2) / kRuns;
-      EXPECT_EQ(e[begin], e[end - 1]);
-    }
-  }
-  // The sum of squares of as many normal numbers scatters by sqrt(2 / runs).
-  for (const size_t part : {0, 1})
-    EXPECT_NEAR(error[part] / stated[part], 1, 3 * std::sqrt(2.0 / kRuns)) << part;
-}
-
-TEST(ChartErrors, SmallChartsShareWithOthers) {
-  Random random(8);
-  const Draw draw = independent([](Random& r) { return 2 + 0.5 * normal(r); });
-  const auto few = static_cast<size_t>(kSharingTexels / 16);
-  const TexelStatistics s = make(few, 16, draw, random);
-  const std::vector<float> e = chart_errors(s, std::vector<uint32_t>(few, 0));
-  // 0.5 / 2 of 32 samples of as many texels as are taken to share.
-  EXPECT_NEAR(e[0], 0.25 / std::sqrt(32 * kSharingTexels), 0.2 * 0.25 / std::sqrt(32 * kSharingTexels));
-  TexelStatistics black = make(few, 16, independent([](Random&) { return 0.0; }), random);
-  for (const float v : chart_errors(black, std::vector<uint32_t>(few, 0))) EXPECT_EQ(v, 0);
-}
-
 }  // namespace
 }  // namespace kiln

@@ -83,6 +83,9 @@ void wire_seeds() {
   };
   cache_seed("known", {{Vec3(1, 2, 3), Vec3(0), Vec3(-1), Vec3(0.25f, 1e-30f, 1e30f)}});
   cache_seed("no-sites", {});
+  IrradianceCache drawn{{Vec3(1, 2, 3), Vec3(0)}, std::vector<CacheDraws>(2)};
+  for (size_t k = 0; k < kCacheDraws; ++k) drawn.draws[0].set(k, k % 2 ? -0.5f : 1e-3f);
+  cache_seed("drawn", drawn);
   const auto text_seed = [](const char* target, const char* name, std::string_view words) {
     const auto bytes = bytes_of(words);
     seed(target, name, Bytes(bytes.begin(), bytes.end()));

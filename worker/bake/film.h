@@ -4,6 +4,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "common/job/unit.h"
@@ -65,6 +66,13 @@ class Film {
       const Vec3 all = e + hidden;
       finite &= is_finite(all);
       if (is_finite(all)) add_to(layout_->all_light(), all);
+    }
+    if (layout_->quantities().cache_draws) {
+      const float cos = std::max(0.0f, dot(radiance.drawn_direction, normal));
+      for (size_t k = 0; k < kCacheDraws; ++k) {
+        const float drawn = radiance.drawn[k] * cos;
+        if (std::isfinite(drawn)) sums_[layout_->cache_draws() + k] += double{drawn};
+      }
     }
     return finite;
   }

@@ -36,6 +36,9 @@ struct RadianceSamples {
   int count = 0;
   bool inside = false;  // the primary ray met a back face
   uint32_t rays = 0;
+  float drawn[kCacheDraws] =
+      {};  // errors of the cache, as radiance along `drawn_direction`; only if asked for
+  Vec3 drawn_direction{0.0f};
   PrimaryRay primary;  // complete if the job has responses; otherwise only the distance is set
 
   void add(const Vec3& direction, const Vec3& contribution, Arriving how) {

@@ -26,6 +26,11 @@ struct KnownIrradiance {
     const Vec3& e = cache.irradiance[place.site];
     return e.x < 0.0f ? nullptr : &e;
   }
+  // The errors drawn of what find() returned.
+  CacheDraws draws(const Vec3* found) const {
+    return cache.draws.empty() ? CacheDraws{}
+                               : cache.draws[static_cast<size_t>(found - cache.irradiance.data())];
+  }
 };
 
 }  // namespace kiln

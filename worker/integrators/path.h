@@ -55,6 +55,7 @@ class PathIntegrator final : public Integrator {
     Vec3 direct, hidden;  // radiance straight from emitters: in `sum`, and of those that texels do not see
     Vec3 first_direction;
     float first_pdf;
+    float drawn[kCacheDraws];  // errors drawn of the known irradiance that is in `sum`, their luminance
     // At a vertex whose irradiance is known:
     bool share_taken;        // the closure is built already, less the Lambert lobe lit by that irradiance
     bool reflected_known;    // the irradiance lacks direct light, which the path still has to gather
@@ -96,7 +97,8 @@ class PathIntegrator final : public Integrator {
   void leave_texel(Wave& w) const;
   void trace(Wave& w, uint32_t bounces) const;
   Arrival arrive(Path& p, Task& task, const KnownIrradiance* known, uint32_t bounces) const;
-  bool ends_at_known(Path& p, const Task& task, const Vec3& irradiance, uint32_t bounces) const;
+  bool ends_at_known(Path& p, const Task& task, const KnownIrradiance& known, const Vec3* irradiance,
+                     uint32_t bounces) const;
   bool passes_glass(Path& p, const SurfacePoint& at, const Bsdf& layers, bool leaves, Task& task,
                     uint32_t bounces) const;
   void make_bsdf(Path& p, uint32_t bounces) const;
@@ -165,6 +167,7 @@ void PathIntegrator<kFeatures>::start(Wave& w) const {
     p.throughput = Vec3(1.0f);
     p.sum = p.direct = p.hidden = Vec3(0.0f);
     p.reflected_known = false;
+    if (settings_.quantities.cache_draws) std::fill_n(p.drawn, kCacheDraws, 0.0f);
     if constexpr (has(kGlass)) p.glass = {0.0f, Vec3(0.0f), 0};
     w.samples.add(w.tasks[i].stream);
     w.live[i] = i;
@@ -424,7 +427,8 @@ auto PathIntegrator<kFeatures>::arrive(Path& p, Task& task, const KnownIrradianc
   if (!may_reflect(bounces)) return Arrival::kEnds;
   p.share_taken = false;
   if (known && agrees && !leaves && !kind.glass)
-    if (const Vec3* irradiance = known->find(hit); irradiance && ends_at_known(p, task, *irradiance, bounces))
+    if (const Vec3* irradiance = known->find(hit);
+        irradiance && ends_at_known(p, task, *known, irradiance, bounces))
       return Arrival::kEnds;
   return Arrival::kReflects;
 }
@@ -435,19 +439,26 @@ auto PathIntegrator<kFeatures>::arrive(Path& p, Task& task, const KnownIrradianc
 // expected value is that of complete paths for every closure. Without direct light in the settings the known
 // irradiance has reflected light alone: the path gathers direct light at the vertex and with one more ray.
 template <uint32_t kFeatures>
-bool PathIntegrator<kFeatures>::ends_at_known(Path& p, const Task& task, const Vec3& irradiance,
-                                              uint32_t bounces) const {
+bool PathIntegrator<kFeatures>::ends_at_known(Path& p, const Task& task, const KnownIrradiance& known,
+                                              const Vec3* irradiance, uint32_t bounces) const {
   SurfacePoint& at = p.vertices[slot(bounces + 1)];
   const SurfaceKind& kind = surfaces_.kind(p.hit.instance);
+  const auto take = [&](const Vec3& share) {
+    const Vec3 reflected = p.throughput * share * kInvPi;
+    p.sum += reflected * *irradiance;
+    if (!settings_.quantities.cache_draws) return;
+    const CacheDraws draws = known.draws(irradiance);
+    for (size_t k = 0; k < kCacheDraws; ++k) p.drawn[k] += luminance(reflected) * draws[k];
+  };
   if constexpr (!has(kLayers)) {
-    p.sum += p.throughput * albedo_at(*kind.material, at.attributes) * irradiance * kInvPi;
+    take(albedo_at(*kind.material, at.attributes));
     p.reflected_known = !settings_.direct;
     return settings_.direct;
   } else {
     make_bsdf(p, bounces + 1);
     const Vec3 share = p.bsdf.lambert_share();
     if (!(max_component(share) > 0.0f)) return false;
-    p.sum += p.throughput * share * irradiance * kInvPi;
+    take(share);
     if (!settings_.direct) {
       p.reflected_known = true;
       return false;
@@ -555,6 +566,11 @@ void PathIntegrator<kFeatures>::finish(Wave& w, uint32_t i) const {
   add(p.sum, Arriving::kAlongPath);
   if (settings_.quantities.direct_apart) add(p.direct, Arriving::kDirectShare);
   if (settings_.quantities.all_light) add(p.hidden, Arriving::kHidden);
+  if (settings_.quantities.cache_draws) {
+    RadianceSamples& radiance = w.tasks[i].radiance;
+    radiance.drawn_direction = p.first_direction;
+    for (size_t k = 0; k < kCacheDraws; ++k) radiance.drawn[k] = p.drawn[k] / p.first_pdf;
+  }
 }
 
 template <uint32_t kFeatures>

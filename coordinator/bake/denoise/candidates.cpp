@@ -83,6 +83,7 @@ Candidates find_candidates(const TexelStatistics& s, const SiteGeometry& sites, 
   c.known = usable(s, sites);
   c.scale = scale_of(s, c.known);
   c.samples = s.samples;
+  c.shared = s.shared;
   c.piece = surface_pieces(c.known, links);
   c.prior.assign(s.sites, 0);
   for (uint32_t r = 0; r < kReplicates; ++r)

@@ -17,6 +17,7 @@ struct Candidates {
   std::vector<uint32_t> piece;                             // by site (pieces.h)
   std::vector<float> keep[kReplicates], gain, gain_error;  // by site (spikes.h); values below are without
                                                            // spikes and before the gain
+  std::vector<float> shared;                               // by site: TexelStatistics::shared; may be empty
   std::vector<float> prior;  // by site: variance of the mean of both replicates as if samples were
                              // independent, from the site and its linked sites
   std::vector<float> value[kReplicates][kLevels];  // by site; level 0: as measured

@@ -73,8 +73,8 @@ class SharedError {
     s.noise += fixed(weight * weight * std::min(relative, 1.0));
   }
 
-  // Variance, minus half a standard error.
-  double of(const Candidates& c, size_t i) const {
+  // Variance by the difference, minus half a standard error.
+  double found(const Candidates& c, size_t i) const {
     const Sums& s = sums_[piece_[i]];
     if (s.weight <= 0) return 0;
     const double weight = plain(s.weight);
@@ -82,6 +82,10 @@ class SharedError {
     const double noise = s.squares > 0 ? plain(s.noise) / plain(s.squares) : 0;
     const double error = noise * std::sqrt(2.0 * kFootprint * plain(s.squares)) / weight;
     return std::max(0.0, plain(s.excess) / weight - 0.5 * error) * square_of_light(c, i);
+  }
+  // With the errors drawn of the caches, which are many draws where the difference is one.
+  double of(const Candidates& c, size_t i, double found) const {
+    return c.shared.empty() ? found : shared_variance(c.shared[i] * square_of_light(c, i), found);
   }
 
  private:
@@ -190,6 +194,7 @@ Choice choose(const Candidates& c, const SiteGeometry& sites, const SurfaceLinks
   out.level.assign(c.known.size(), 0);
   out.factor.assign(c.known.size(), 0);
   out.bias.assign(c.known.size(), {});
+  out.found.assign(c.known.size(), 0);
   out.shared.assign(c.known.size(), 0);
   std::vector<Terms> terms(c.known.size());
   for_each_index(c.known.size(), threads, [&](size_t i) {
@@ -240,7 +245,9 @@ Choice choose(const Candidates& c, const SiteGeometry& sites, const SurfaceLinks
   for (size_t i = 0; i < c.known.size(); ++i)
     if (c.known[i]) shared.add(c, i, out.factor[i]);
   for_each_index(c.known.size(), threads, [&](size_t i) {
-    if (c.known[i]) out.shared[i] = static_cast<float>(shared.of(c, i));
+    if (!c.known[i]) return;
+    out.found[i] = static_cast<float>(shared.found(c, i));
+    out.shared[i] = static_cast<float>(shared.of(c, i, double{out.found[i]}));
   });
   return out;
 }

@@ -12,6 +12,7 @@ struct Choice {
   std::vector<float> factor;                     // by site: measured variance around it, over `prior`
   std::vector<std::array<float, kLevels>> bias;  // by site: estimated magnitude of the bias, at least 0
   std::vector<float>
+      found,   // by site: its part that is in the replicates' difference, and in `factor` with it
       shared;  // by site: variance of error common to the whole neighbourhood, which no filter lowers
 };
 

@@ -159,6 +159,7 @@ TexelStatistics joined_statistics(const TexelStatistics& s, const Joined& joined
     out.luminance[r].assign(n, 0);
   }
   out.variance.assign(n, 0);
+  if (!s.shared.empty()) out.shared.assign(n, 0);
   out.samples.assign(n, 0);
   out.known.assign(n, 0);
   for_each_index(n, threads, [&](size_t g) {
@@ -169,6 +170,7 @@ TexelStatistics joined_statistics(const TexelStatistics& s, const Joined& joined
       ++count;
       samples = std::min(samples + s.samples[i], 1u << 30);
       variance += double{s.variance[i]} / s.samples[i];
+      if (!s.shared.empty()) out.shared[g] += s.shared[i];
       for (uint32_t r = 0; r < kReplicates; ++r) {
         out.luminance[r][g] += s.luminance[r][i];
         for (size_t p = 0; p < out.planes; ++p) out.mean[r][g * s.planes + p] += s.mean[r][i * s.planes + p];
@@ -180,6 +182,7 @@ TexelStatistics joined_statistics(const TexelStatistics& s, const Joined& joined
       out.luminance[r][g] *= share;
       for (size_t p = 0; p < out.planes; ++p) out.mean[r][g * s.planes + p] *= share;
     }
+    if (!s.shared.empty()) out.shared[g] *= share;
     out.variance[g] = static_cast<float>(variance * samples / (static_cast<double>(count) * count));
     out.samples[g] = samples;
     out.known[g] = 1;

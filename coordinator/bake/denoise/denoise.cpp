@@ -85,12 +85,13 @@ void put_errors(const Candidates& c, const Choice& choice, const Blend& blend, s
   for (size_t q = 0; q < blend.window().size(); ++q)
     variance += blend.weights()[q] * blend.weights()[q] * double{c.prior[blend.window()[q]]};
   const double factor = choice.factor[i], gain = c.gain[i], spikes = value * double{c.gain_error[i]};
-  const double shared =
-      (1 - blend.shares()[0]) * double{choice.shared[i]};  // measured values keep their own noise
+  // What is measured has the part in the replicates' difference already.
+  const double measured = std::max(0.0, double{choice.shared[i]} - double{choice.found[i]});
+  const double shared = (1 - blend.shares()[0]) * double{choice.shared[i]} + blend.shares()[0] * measured;
   out.luminance[i] = static_cast<float>(std::max(0.0, value) * gain * c.scale);
   out.standard_error[i] = static_cast<float>(
       std::sqrt(gain * gain * (factor * variance + shared + bias * bias) + spikes * spikes) * c.scale);
-  out.raw_error[i] = static_cast<float>(std::sqrt(factor * double{c.prior[i]}) * c.scale);
+  out.raw_error[i] = static_cast<float>(std::sqrt(factor * double{c.prior[i]} + measured) * c.scale);
   out.strength[i] = static_cast<float>(std::clamp(1 - blend.weights()[0], 0.0, 1.0));
 }
 

@@ -18,8 +18,20 @@ struct TexelStatistics {
   std::vector<float> luminance[kReplicates];  // [site] mean luminance of E of each replicate
   std::vector<float>
       variance;  // [site] variance of one sample's luminance of E, as if samples were independent
+  // [site][kCacheDraws] errors drawn of the luminance of each replicate, by way of caches; empty without
+  // draws
+  ZeroedVector<float> drawn[kReplicates];
+  std::vector<float>
+      shared{};  // [site] relative variance by way of caches (sampling/cache_draws.h); may be empty
   std::vector<uint32_t> samples;  // [site] samples of each replicate; equal in both
   std::vector<uint8_t> known;     // [site] 0: inside geometry or without samples, so the values mean nothing
 };
+
+// The variance of the mean of both replicates that their texels share: from the draws, `drawn`, and from the
+// replicates' difference, `found`, whose expectation is the same. Each counts by its degrees of freedom.
+inline double shared_variance(double drawn, double found) {
+  constexpr double kDraws = kReplicates * kCacheDraws;
+  return (kDraws * drawn + found) / (kDraws + 1);
+}
 
 }  // namespace kiln

@@ -19,6 +19,7 @@ Accumulator::Accumulator(size_t sites, const MomentLayout& layout)
   for (uint32_t r = 0; r < kReplicates; ++r) {
     samples_[r].assign(sites, 0);
     sums_[r] = ZeroedVector<double>(sites * planes_);
+    if (layout_.quantities().cache_draws) latest_[r] = ZeroedVector<Latest>(sites);
   }
 }
 
@@ -47,11 +48,19 @@ Status Accumulator::add(const WorkUnit& unit, const UnitResult& result) {
 void Accumulator::add_in_order(const WorkUnit& unit, const std::vector<double>& moments) {
   std::vector<uint32_t>& samples = samples_[unit.replicate];
   ZeroedVector<double>& sums = sums_[unit.replicate];
+  ZeroedVector<Latest>& latest = latest_[unit.replicate];
+  const size_t light = cached_planes();
   for (size_t i = 0; i < unit.sites.size(); ++i) {
     const uint32_t site = unit.sites[i];
     KILN_CHECK(samples[site] == unit.first_sample);
     samples[site] += unit.sample_count;
     for (size_t p = 0; p < planes_; ++p) sums[site * planes_ + p] += moments[i * planes_ + p];
+    if (latest.empty()) continue;
+    if (latest[site].generation != generation_) latest[site] = {{}, {}, 0, generation_};
+    latest[site].samples += unit.sample_count;
+    for (size_t c = 0; c < 3; ++c) latest[site].light[c] += moments[i * planes_ + light + c];
+    for (size_t k = 0; k < kCacheDraws; ++k)
+      latest[site].drawn[k] += static_cast<float>(moments[i * planes_ + layout_.cache_draws() + k]);
   }
 }
 
@@ -59,6 +68,7 @@ void Accumulator::clear() {
   for (uint32_t r = 0; r < kReplicates; ++r) {
     std::fill(samples_[r].begin(), samples_[r].end(), 0u);
     sums_[r] = ZeroedVector<double>(sums_[r].size());
+    latest_[r] = ZeroedVector<Latest>(latest_[r].size());
   }
   waiting_.clear();
 }
@@ -82,6 +92,16 @@ Accumulator::Estimate Accumulator::estimate(uint32_t site) const {
 TexelStatistics Accumulator::statistics(bool planes) const {
   KILN_CHECK(layout_.has_light());
   TexelStatistics out = statistics_of_planes(kMomentLum, kMomentLum2);
+  if (layout_.quantities().cache_draws) {
+    for (uint32_t r = 0; r < kReplicates; ++r) {
+      out.drawn[r] = ZeroedVector<float>(out.sites * kCacheDraws);
+      for_each_index(out.sites, 0, [&](size_t site) {
+        for (size_t k = 0; out.known[site] && k < kCacheDraws; ++k)
+          out.drawn[r][site * kCacheDraws + k] =
+              static_cast<float>(sums_[r][site * planes_ + layout_.cache_draws() + k] / samples_[r][site]);
+      });
+    }
+  }
   if (!planes) return out;
   const size_t functions = 3 * layout_.functions(), apart = layout_.quantities().direct_apart ? 3 : 0;
   out.planes = 3 + functions + apart;
@@ -148,20 +168,35 @@ TexelStatistics Accumulator::statistics_of_planes(size_t first, size_t second) c
   return out;
 }
 
+size_t Accumulator::cached_planes() const {
+  return layout_.quantities().all_light ? layout_.all_light() : size_t{kMomentER};
+}
+
 IrradianceCache Accumulator::cache(uint32_t replicate) const {
   IrradianceCache cache;
-  const size_t first = layout_.quantities().all_light ? layout_.all_light() : size_t{kMomentER};
   cache.irradiance.assign(sites(), Vec3(-1.0f));
+  const bool draws = layout_.quantities().cache_draws;
+  if (draws) cache.draws.resize(sites());
   for_each_index(sites(), 0, [&](size_t index) {
     const auto site = static_cast<uint32_t>(index);
-    const double* sums = &sums_[replicate][site * planes_ + first];
+    const double* sums =
+        draws ? latest_[replicate][site].light : &sums_[replicate][site * planes_ + cached_planes()];
+    const double n = draws ? latest_[replicate][site].samples : samples_[replicate][site];
     // Rays that hit back faces carry no light, in this texel as in paths reflected here.
-    const double n = samples_[replicate][site];
     if (!(n > 0) || estimate(site).inside) return;
     const Vec3 e(DVec3(sums[0], sums[1], sums[2]) / n);
-    if (is_finite(e)) cache.irradiance[site] = e;
+    if (!is_finite(e)) return;
+    cache.irradiance[site] = e;
+    for (size_t k = 0; draws && k < kCacheDraws; ++k)
+      cache.draws[site].set(k, static_cast<float>(double{latest_[replicate][site].drawn[k]} / n));
   });
   return cache;
+}
+
+std::vector<uint32_t> Accumulator::cache_samples(uint32_t replicate) const {
+  std::vector<uint32_t> out(sites());
+  for (size_t site = 0; site < out.size(); ++site) out[site] = latest_[replicate][site].samples;
+  return out;
 }
 
 Lightmap Accumulator::resolve(const Atlas& atlas) const {

@@ -48,8 +48,14 @@ class Accumulator {
   // The same for one component of entry `response` of the layout's responses instead of luminance; no planes.
   TexelStatistics statistics_of(size_t response, size_t component) const;
   const MomentLayout& layout() const { return layout_; }
-  // Means of one replicate, for the paths of the next pass to read.
+  // Irradiance for the paths of the next passes to read: means of one replicate. Where cache errors are drawn
+  // (Quantities::cache_draws) they are of each site's latest samples, those since the last renew() before
+  // them, with what they inherited as draws: earlier samples came by an earlier cache, whose error a room
+  // that reflects its own light would hand on for long (docs/samples.md, "The irradiance cache").
   IrradianceCache cache(uint32_t replicate) const;
+  // Samples behind its values, by site; only where cache errors are drawn.
+  std::vector<uint32_t> cache_samples(uint32_t replicate) const;
+  void renew() { ++generation_; }  // the caches were taken
 
   void clear();  // back to the initial state
 
@@ -61,12 +67,20 @@ class Accumulator {
   double sum(uint32_t site, size_t plane) const {
     return sums_[0][site * planes_ + plane] + sums_[1][site * planes_ + plane];
   }
+  size_t cached_planes() const;  // the first of the three that caches are made of
   void resolve_responses(const Atlas& atlas, Lightmap& map) const;
   TexelStatistics statistics_of_planes(size_t first, size_t second) const;
   MomentLayout layout_;
   size_t planes_;
   std::vector<uint32_t> samples_[kReplicates];  // by site
   ZeroedVector<double> sums_[kReplicates];      // [site][plane]
+  struct Latest {
+    double light[3];  // sums of R G B
+    float drawn[kCacheDraws];
+    uint32_t samples, generation;
+  };
+  ZeroedVector<Latest> latest_[kReplicates];  // by site; only where cache errors are drawn
+  uint32_t generation_ = 0;
   struct Waiting {
     WorkUnit unit;
     std::vector<double> moments;

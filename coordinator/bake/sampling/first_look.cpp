@@ -39,8 +39,10 @@ void fill_between(const Atlas& atlas, std::span<const uint32_t> chart, std::span
   std::vector<uint32_t> site_of(atlas.texel_count(), kNone);
   struct Sum {
     DVec3 light{0.0};
+    double drawn[kCacheDraws] = {};
     uint32_t count = 0;
   };
+  const size_t draws = cache.draws.empty() ? 0 : kCacheDraws;
   std::vector<Sum> sums(atlas.placements.size() + 1);
   const auto is_known = [&](uint32_t site) { return sampled[site] && cache.irradiance[site].x >= 0; };
   for (uint32_t site = 0; site < atlas.sites.size(); ++site) {
@@ -48,6 +50,7 @@ void fill_between(const Atlas& atlas, std::span<const uint32_t> chart, std::span
     site_of[atlas.sites.texel[site]] = site;
     sums[chart[site]].light += DVec3(cache.irradiance[site]);
     ++sums[chart[site]].count;
+    for (size_t k = 0; k < draws; ++k) sums[chart[site]].drawn[k] += double{cache.draws[site][k]};
   }
   const IrradianceCache before = cache;
   const auto step = static_cast<int64_t>(stride);
@@ -56,7 +59,7 @@ void fill_between(const Atlas& atlas, std::span<const uint32_t> chart, std::span
     const int64_t texel = atlas.sites.texel[site], width = atlas.width, height = atlas.height;
     const int64_t x = texel % width, y = texel / width % height, page = texel / width / height;
     Vec3 light(0.0f);
-    float weight = 0;
+    float weight = 0, drawn[kCacheDraws] = {};
     const int64_t near_x = (x + step / 2) / step, near_y = (y + step / 2) / step;
     for (int64_t k = 0; k < 9; ++k) {
       const int64_t u = (near_x + k % 3 - 1) * step, v = (near_y + k / 3 - 1) * step;
@@ -68,12 +71,19 @@ void fill_between(const Atlas& atlas, std::span<const uint32_t> chart, std::span
                       (1 - static_cast<float>(std::abs(v - y)) / reach);
       light += w * before.irradiance[other];
       weight += w;
+      for (size_t k = 0; k < draws; ++k) drawn[k] += w * before.draws[other][k];
     }
     const Sum& whole = sums[chart[site]];
     if (weight > 0)
       cache.irradiance[site] = light / weight;
     else if (whole.count > 0)
       cache.irradiance[site] = Vec3(whole.light / static_cast<double>(whole.count));
+    for (size_t k = 0; k < draws; ++k) {
+      const double of = weight > 0        ? double{drawn[k] / weight}
+                        : whole.count > 0 ? whole.drawn[k] / whole.count
+                                          : 0.0;
+      cache.draws[site].set(k, static_cast<float>(of));
+    }
   });
 }
 

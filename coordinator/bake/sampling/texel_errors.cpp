@@ -42,32 +42,76 @@ double pooled_variance(const TexelStatistics& s, std::span<const uint32_t> chart
   return neighbours ? 0.5 * (s.variance[i] + near / static_cast<double>(neighbours)) : s.variance[i];
 }
 
+// How the replicates differ around a site, over what independent samples would make them differ by.
+struct Difference {
+  double freedom = 0;  // texels
+  double q = 1;        // mean square
+  double own = 1;      // of single texels: without what their signs have in common
+  // Of the mean of both replicates, in the same unit; may be negative.
+  double common() const { return q - own; }
+};
+
+class Differences {
+ public:
+  Differences(const TexelStatistics& s, std::span<const uint32_t> chart_of_site)
+      : independent_(s.sites, 0.0) {
+    for_each_index(s.sites, 0, [&](size_t i) {
+      if (s.known[i]) independent_[i] = pooled_variance(s, chart_of_site, i) / (2.0 * s.samples[i]);
+    });
+    for (size_t i = 0; i < s.sites; ++i) {
+      const double half = 0.5 * (double{s.luminance[0][i]} - double{s.luminance[1][i]});
+      const bool counts = independent_[i] > 0;
+      square_.add(counts ? half * half / independent_[i] : 0.0);
+      signed_.add(counts ? half / std::sqrt(independent_[i]) : 0.0);
+      count_.add(counts ? 1.0 : 0.0);
+    }
+  }
+  // Variance of the mean of both replicates if samples were independent.
+  double independent(size_t i) const { return independent_[i]; }
+  Difference around(size_t i) const {
+    Difference d;
+    d.freedom = count_.around(i, kReplicateNeighbours);
+    if (!(d.freedom > 0)) return d;
+    const double mean = signed_.around(i, kReplicateNeighbours) / d.freedom;
+    d.q = d.own = square_.around(i, kReplicateNeighbours) / d.freedom;
+    if (d.freedom > 1) d.own = std::max(0.0, d.q - mean * mean) * d.freedom / (d.freedom - 1);
+    return d;
+  }
+
+ private:
+  std::vector<double> independent_;
+  RunSums square_, signed_, count_;
+};
+
 }  // namespace
 
 TexelErrors estimate_errors(const TexelStatistics& s, std::span<const uint32_t> chart_of_site) {
   TexelErrors out;
   out.mean.assign(s.sites, 0.0f);
   out.standard_error.assign(s.sites, std::numeric_limits<float>::infinity());
-  std::vector<double> independent(s.sites, 0.0);  // variance of the mean of independent samples
-  RunSums ratio, count;
-  for_each_index(s.sites, 0, [&](size_t i) {
-    if (s.known[i]) independent[i] = pooled_variance(s, chart_of_site, i) / (2.0 * s.samples[i]);
-  });
-  for (size_t i = 0; i < s.sites; ++i) {
-    const double half = 0.5 * (double{s.luminance[0][i]} - double{s.luminance[1][i]});
-    ratio.add(independent[i] > 0 ? half * half / independent[i] : 0.0);
-    count.add(independent[i] > 0 ? 1.0 : 0.0);
-  }
+  const Differences differences(s, chart_of_site);
   for_each_index(s.sites, 0, [&](size_t i) {
     if (!s.known[i]) return;
-    const double freedom = count.around(i, kReplicateNeighbours);
-    const double q = freedom > 0 ? ratio.around(i, kReplicateNeighbours) / freedom : 1.0;
+    const Difference d = differences.around(i);
+    const double independent = differences.independent(i);
     // Student's t over the normal quantile at 95 %: 1 + (z^2 + 1) / (4 freedom) + ...
-    const double student = 1.0 + 1.21 / std::max(1.0, freedom);
+    const double student = 1.0 + 1.21 / std::max(1.0, d.freedom);
     const double mean = 0.5 * (double{s.luminance[0][i]} + double{s.luminance[1][i]});
+    double variance = d.q * independent;
+    if (!s.shared.empty())
+      variance = std::max(
+          0.0, d.own * independent + shared_variance(s.shared[i] * mean * mean, d.common() * independent));
     out.mean[i] = static_cast<float>(mean);
-    out.standard_error[i] =
-        static_cast<float>(student * std::sqrt(q * independent[i]) + 0x1p-20 * std::abs(mean));
+    out.standard_error[i] = static_cast<float>(student * std::sqrt(variance) + 0x1p-20 * std::abs(mean));
+  });
+  return out;
+}
+
+std::vector<float> independent_variance(const TexelStatistics& s, std::span<const uint32_t> chart_of_site) {
+  std::vector<float> out(s.sites, 0.0f);
+  const Differences differences(s, chart_of_site);
+  for_each_index(s.sites, 0, [&](size_t i) {
+    if (s.known[i]) out[i] = static_cast<float>(differences.around(i).own * differences.independent(i));
   });
   return out;
 }
@@ -115,30 +159,6 @@ std::vector<float> samples_around(const TexelStatistics& s, std::span<const uint
     for_each_near(s, chart_of_site, i, [&](size_t j) { count += s.samples[j]; });
     out[i] = static_cast<float>(kReplicates * count);
   });
-  return out;
-}
-
-std::vector<float> chart_errors(const TexelStatistics& s, std::span<const uint32_t> chart_of_site) {
-  struct Sums {
-    double light = 0, variance = 0, texels = 0;
-  };
-  uint32_t charts = 0;
-  for (const uint32_t chart : chart_of_site) charts = std::max(charts, chart + 1);
-  std::vector<Sums> sums(charts);
-  for (size_t i = 0; i < s.sites; ++i) {
-    if (!s.known[i]) continue;
-    Sums& sum = sums[chart_of_site[i]];
-    sum.light += 0.5 * (double{s.luminance[0][i]} + double{s.luminance[1][i]});
-    sum.variance += s.variance[i] / (2.0 * s.samples[i]);
-    sum.texels += 1;
-  }
-  std::vector<float> out(s.sites, 0.0f);
-  for (size_t i = 0; i < s.sites; ++i) {
-    const Sums& sum = sums[chart_of_site[i]];
-    if (!s.known[i] || !(sum.light > 0)) continue;
-    const double share = sum.texels / std::max(sum.texels, kSharingTexels);
-    out[i] = static_cast<float>(std::sqrt(sum.variance * share) / sum.light);
-  }
   return out;
 }
 

@@ -29,7 +29,13 @@ struct TexelErrors {
 constexpr uint32_t kVarianceNeighbours = 24;  // on either side
 constexpr uint32_t kReplicateNeighbours = 128;
 
+// With errors drawn of the caches (cache_draws.h) q is that of single texels alone, without what the signs of
+// (A - B) / 2 have in common around them, and what texels share is added.
 TexelErrors estimate_errors(const TexelStatistics& statistics, std::span<const uint32_t> chart_of_site);
+
+// By site: variance of the mean of both replicates, but for what texels share.
+std::vector<float> independent_variance(const TexelStatistics& statistics,
+                                        std::span<const uint32_t> chart_of_site);
 
 // The luminance of E of a texel with few samples is hardly known, but its sample count depends on
 // it. By site, the mean over the texel and its neighbourhood (as for S); the texel's own mean has
@@ -47,13 +53,6 @@ std::vector<float> effective_samples(const TexelStatistics& statistics,
 
 // Samples (of both replicates) of each site and its neighbourhood: the pool that S is computed over.
 std::vector<float> samples_around(const TexelStatistics& statistics, std::span<const uint32_t> chart_of_site);
-
-// Relative error of the mean light of a texel's chart, by site, assuming independent errors of its texels. It
-// is the common error of an irradiance cache made of these samples: every path that ends at the cache
-// inherits it, however many there are, and two replicates are two draws of it that may agree by chance.
-// Charts of fewer than kSharingTexels texels count as that many: their texels see others too.
-constexpr double kSharingTexels = 256;
-std::vector<float> chart_errors(const TexelStatistics& statistics, std::span<const uint32_t> chart_of_site);
 
 // Standard error of a band of the basis: of the length of its vector of luminances, one per
 // function. Estimated from the replicates' differences at the site and around it, over as many

@@ -1,5 +1,6 @@
 // u32 texel sites of the atlas, then the blob of an irradiance cache.
 #include <algorithm>
+#include <cmath>
 
 #include "common/job/irradiance_cache.h"
 #include "tests/fuzz/target.h"
@@ -16,6 +17,9 @@ void fuzz_irradiance(std::span<const std::byte> data) {
   if (!cache) return;
   require(cache->irradiance.size() == sites, "a cache that was read has an entry for every site");
   for (const Vec3& e : cache->irradiance) require(is_finite(e), "a cache that was read is finite");
+  require(cache->draws.empty() || cache->draws.size() == sites, "its draws are of every site, or none");
+  for (const CacheDraws& d : cache->draws)
+    for (size_t k = 0; k < kCacheDraws; ++k) require(std::isfinite(d[k]), "a draw that was read is finite");
   // It is named by its bytes: one cache must not have two names.
   const Bytes again = write_irradiance_cache(*cache);
   require(std::equal(again.begin(), again.end(), blob.begin(), blob.end()),

@@ -1,0 +1,61 @@
+#include "coordinator/bake/sampling/cache_draws.h"
+
+#include <cmath>
+
+#include "common/base/parallel.h"
+#include "common/math/sequence.h"
+#include "coordinator/bake/sampling/texel_errors.h"
+
+namespace kiln {
+
+void add_noise_draws(const TexelStatistics& s, std::span<const uint32_t> chart_of_site,
+                     std::span<const uint32_t> samples, uint32_t seed, IrradianceCache& cache) {
+  if (cache.draws.empty()) return;
+  const std::vector<float> noise = independent_variance(s, chart_of_site);
+  for_each_index(s.sites, 0, [&](size_t i) {
+    if (!s.known[i] || samples[i] == 0) return;
+    // `noise` is that of both replicates with all their samples.
+    const double variance = double{noise[i]} * kReplicates * s.samples[i] / samples[i];
+    const auto deviation = static_cast<float>(std::sqrt(variance));
+    if (!std::isfinite(deviation)) return;
+    const uint32_t signs = hash_bits(hash_combine(seed, static_cast<uint32_t>(i)));
+    for (uint32_t k = 0; k < kCacheDraws; ++k) {
+      const float with = cache.draws[i][k] + (signs >> k & 1 ? deviation : -deviation);
+      if (std::isfinite(with)) cache.draws[i].set(k, with);
+    }
+  });
+}
+
+void find_shared(std::span<const uint32_t> chart_of_site, TexelStatistics& s) {
+  if (s.drawn[0].empty()) return;
+  s.shared.assign(s.sites, 0.0f);
+  constexpr size_t kDraws = kReplicates * kCacheDraws;
+  for_each_index(s.sites, 0, [&](size_t i) {
+    if (!s.known[i]) return;
+    double light = 0, count = 0, sum[kDraws] = {}, square[kDraws] = {};
+    const size_t last = std::min(s.sites, i + kDrawNeighbours + 1);
+    for (size_t j = i > kDrawNeighbours ? i - kDrawNeighbours : 0; j < last; ++j) {
+      if (!s.known[j] || chart_of_site[j] != chart_of_site[i]) continue;
+      light += 0.5 * (double{s.luminance[0][j]} + double{s.luminance[1][j]});
+      count += 1;
+      for (size_t d = 0; d < kDraws; ++d) {
+        const double drawn = s.drawn[d / kCacheDraws][j * kCacheDraws + d % kCacheDraws];
+        sum[d] += drawn;
+        square[d] += drawn * drawn;
+      }
+    }
+    if (!(light > 0)) return;
+    double variance = 0;
+    for (size_t d = 0; d < kDraws; ++d) {
+      // Less the noise of a mean of so many: n s^2 is the sum of squares less that of the mean, over n - 1.
+      const double shared = sum[d] * sum[d];
+      variance += count > 1 ? (count * shared - count * square[d]) / (count - 1) : shared;
+    }
+    // Each replicate's error is a half of the mean's, in light of `count` texels.
+    const double relative = variance / kDraws / kReplicates / (light * light);
+    s.shared[i] = static_cast<float>(std::clamp(relative, 0.0, 1.0));
+  });
+  for (ZeroedVector<float>& drawn : s.drawn) drawn = {};
+}
+
+}  // namespace kiln
