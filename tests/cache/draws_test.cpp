@@ -68,7 +68,7 @@ TEST(CacheDraws, NoneOfWholePathsAndOfACacheWithoutThem) {
 
 TEST(CacheDraws, AreReadBackOrRefused) {
   IrradianceCache cache{std::vector<Vec3>(3, Vec3(1)), std::vector<CacheDraws>(3)};
-  cache.draws[1].set(2, 1.0f + 0x1p-8f);  // halfway: to the larger
+  cache.draws[1].set(2, 1.0f + 0x1p-8f);                           // halfway: to the larger
   cache.draws[1].set(3, -std::numeric_limits<float>::infinity());  // to the largest
   const auto back = read_irradiance_cache(write_irradiance_cache(cache), 3);
   ASSERT_TRUE(back) << back.error().message;
