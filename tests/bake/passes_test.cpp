@@ -91,8 +91,8 @@ class Passes : public testing::Test {
   BakeReport bake(Stub& stub) {
     request_.output = dir_.path() / ("out" + std::to_string(++count_));
     request_.open_job = [&](const JobSpec& spec, const ChunkStore&) -> Expected<std::unique_ptr<FarmJob>> {
-      const auto planes = static_cast<uint32_t>(MomentLayout(spec.transport.basis).planes());
-      return std::make_unique<StubJob>(stub, planes);
+      const MomentLayout layout(spec.transport.basis, spec.transport.quantities);
+      return std::make_unique<StubJob>(stub, static_cast<uint32_t>(layout.planes()));
     };
     const auto report = run_bake(request_, [](const auto&) {});
     if (!report) throw std::runtime_error(report.error().message);
@@ -357,8 +357,8 @@ TEST_F(Passes, TooLittleTimeForEveryChartIsNoMap) {
   stub.time_up_at = 0;
   request_.output = dir_.path() / "none";
   request_.open_job = [&](const JobSpec& spec, const ChunkStore&) -> Expected<std::unique_ptr<FarmJob>> {
-    return std::make_unique<StubJob>(stub,
-                                     static_cast<uint32_t>(MomentLayout(spec.transport.basis).planes()));
+    return std::make_unique<StubJob>(
+        stub, static_cast<uint32_t>(MomentLayout(spec.transport.basis, spec.transport.quantities).planes()));
   };
   const auto report = run_bake(request_, [](const auto&) {});
   ASSERT_FALSE(report);
