@@ -13,7 +13,7 @@ namespace kiln {
 // does.
 template <class T>
 struct ZeroedAllocator {
-  static_assert(std::is_trivial_v<T>);  // and all its bits 0 are a value
+  static_assert(std::is_trivial_v<T>);  // zero bytes must be a valid value
   using value_type = T;
   ZeroedAllocator() = default;
   template <class U>

@@ -363,14 +363,26 @@ class Baking {
   void make_rough_caches(uint32_t stride) {
     caches_.clear();
     std::vector<uint8_t> sampled(sums_.sites());
-    const TexelStatistics statistics = sums_.statistics(false);
+    std::vector<IrradianceCache> caches = caches_of_latest();
     for (uint32_t r = 0; r < kReplicates; ++r) {
       for (uint32_t i = 0; i < sums_.sites(); ++i) sampled[i] = sums_.samples(i, r) > 0;
-      IrradianceCache cache = sums_.cache(r);
-      add_noise_draws(statistics, charts_, sums_.cache_samples(r), draw_seed(r), cache);
-      fill_between(atlas_, charts_, sampled, stride, cache);
-      publish(std::move(cache));
+      fill_between(atlas_, charts_, sampled, stride, caches[r]);
+      publish(std::move(caches[r]));
     }
+  }
+
+  // By replicate: means of the latest samples, with errors drawn of them.
+  std::vector<IrradianceCache> caches_of_latest() const {
+    const std::vector<float> noise = independent_variance(sums_.statistics(false), charts_);
+    const std::vector<uint32_t> samples = sums_.replicate_samples();
+    std::vector<IrradianceCache> caches;
+    for (uint32_t r = 0; r < kReplicates; ++r) {
+      caches.push_back(sums_.cache(r));
+      const uint64_t seed = replicate_seed(settings_.seed, r);
+      add_noise_draws({noise, samples, sums_.cache_samples(r)},
+                      hash_combine(static_cast<uint32_t>(seed), pass_), caches.back());
+    }
+    return caches;
   }
 
   // Paths do not end at texels whose mean misleads: they are traced on from there.
@@ -380,19 +392,10 @@ class Baking {
     caches_.push_back(farm_.add_chunk(write_irradiance_cache(cache)));
   }
 
-  uint32_t draw_seed(uint32_t replicate) const {
-    return hash_combine(static_cast<uint32_t>(replicate_seed(settings_.seed, replicate)), pass_);
-  }
-
   void renew_caches() {
-    const TexelStatistics statistics = sums_.statistics(false);
     caches_.clear();
     sampled_at_renewal_ = sampled_;
-    for (uint32_t r = 0; r < kReplicates; ++r) {
-      IrradianceCache cache = sums_.cache(r);
-      add_noise_draws(statistics, charts_, sums_.cache_samples(r), draw_seed(r), cache);
-      publish(std::move(cache));
-    }
+    for (IrradianceCache& cache : caches_of_latest()) publish(std::move(cache));
     sums_.renew();
   }
 

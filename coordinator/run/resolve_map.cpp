@@ -67,9 +67,9 @@ void resolve_light(const BakeRun& run, const Accumulator& sums, const SurfaceGra
   check_dark(map, atlas, run.report);
   TexelStatistics statistics = sums.statistics();
   const std::vector<uint32_t> charts = charts_of_sites(atlas);
-  find_shared(charts, statistics);
   std::vector<float> lowered;
   if (surface) {
+    find_shared(charts, statistics);
     const uint32_t levels = std::max(denoise_levels(statistics), run.budget.denoise_levels());
     lowered = take_denoised(map, atlas, statistics, *surface, levels, baked.errors);
   }

@@ -93,6 +93,8 @@ Expected<FirstPass> bake_first_pass(const TwoPassTask& task, const Preflight& pr
   KILN_TRY(JobSpec spec, make_job(pre, task.request.settings, chunks));
   // Charts are judged by the light itself: a fit to their normals has more noise in each of its numbers.
   KILN_TRY(spec.transport.basis, find_basis(task.request.settings.basis));
+  // Charts are not judged by stated errors.
+  spec.transport.quantities.cache_draws = false;
   // Samples that decide about a chart must be independent of those that measure it.
   spec.transport.seed = mix_bits(spec.transport.seed ^ kFirstPassKey);
   KILN_TRY(FarmJob* const farm, task.workplace.open(spec, chunks));

@@ -17,6 +17,7 @@ namespace {
 struct Stub {
   // Luminance of a sample; E is once, twice and three times that.
   std::function<double(uint32_t site, uint32_t replicate, uint32_t sample)> light;
+  double drawn = 0;                // every error drawn of a sample
   size_t rewind_at = ~size_t{0};   // call of run_pass that revokes all, when half its units are there
   size_t time_up_at = ~size_t{0};  // call that ends without a result
   std::vector<std::vector<WorkUnit>> calls;
@@ -25,7 +26,10 @@ struct Stub {
 
 class StubJob final : public FarmJob {
  public:
-  StubJob(Stub& stub, uint32_t planes) : stub_(stub), planes_(planes) {}
+  StubJob(Stub& stub, const JobSpec& spec)
+      : stub_(stub),
+        layout_(spec.transport.basis, spec.transport.quantities),
+        planes_(static_cast<uint32_t>(layout_.planes())) {}
   Digest add_chunk(Bytes bytes) override {
     const Digest id = sha256(bytes);
     stub_.chunks[id] = std::move(bytes);
@@ -56,11 +60,14 @@ class StubJob final : public FarmJob {
         sums[kMomentLum] += light;
         sums[kMomentLum2] += light * light;
       }
+      for (size_t k = 0; layout_.quantities().cache_draws && k < kCacheDraws; ++k)
+        sums[layout_.cache_draws() + k] = unit.sample_count * stub_.drawn;
     }
     return r;
   }
 
   Stub& stub_;
+  const MomentLayout layout_;
   const uint32_t planes_;
 };
 
@@ -91,8 +98,7 @@ class Passes : public testing::Test {
   BakeReport bake(Stub& stub) {
     request_.output = dir_.path() / ("out" + std::to_string(++count_));
     request_.open_job = [&](const JobSpec& spec, const ChunkStore&) -> Expected<std::unique_ptr<FarmJob>> {
-      const MomentLayout layout(spec.transport.basis, spec.transport.quantities);
-      return std::make_unique<StubJob>(stub, static_cast<uint32_t>(layout.planes()));
+      return std::make_unique<StubJob>(stub, spec);
     };
     const auto report = run_bake(request_, [](const auto&) {});
     if (!report) throw std::runtime_error(report.error().message);
@@ -103,6 +109,13 @@ class Passes : public testing::Test {
     for (const OutputFile& f : report.outputs)
       if (f.master) out[f.name] = f.digest.hex();
     return out;
+  }
+
+  static size_t sites_of(const std::vector<WorkUnit>& all) {
+    size_t sites = 0;
+    for (const WorkUnit& unit : all)
+      if (unit.replicate == 0) sites += unit.sites.size();
+    return sites;
   }
 
   // Passes whose samples are in no texel; they come first.
@@ -124,11 +137,9 @@ TEST_F(Passes, EachReplicateReadsWhatItFoundItself) {
   stub.light = [](uint32_t, uint32_t replicate, uint32_t) { return 1.0 + replicate; };
   bake(stub);
   ASSERT_GE(stub.calls.size(), 3u);
-  size_t sites = 0;
-  for (const WorkUnit& unit : stub.calls[0]) {
+  for (const WorkUnit& unit : stub.calls[0])
     EXPECT_EQ(unit.cache, Digest{}) << "nothing is known before the first pass";
-    if (unit.replicate == 0) sites += unit.sites.size();
-  }
+  const size_t sites = sites_of(stub.calls[0]);
   std::set<std::vector<size_t>> unknown;  // by site, of each cache: half hidden texels, where no path ends
   for (size_t call = 1; call < stub.calls.size(); ++call)
     for (uint32_t r = 0; r < kReplicates; ++r) {
@@ -168,6 +179,60 @@ TEST_F(Passes, CachesFollowWhatIsFound) {
   ASSERT_GT(report.passes.back().samples, 4 * report.passes[first].samples);
   for (const WorkUnit& now : stub.calls.back())
     for (const WorkUnit& then : stub.calls[first]) ASSERT_NE(now.cache, then.cache);
+}
+
+// The error of a cache that most samples came by would otherwise be handed on for long.
+TEST_F(Passes, CachesAreMadeOfTheSamplesSinceTheOneBefore) {
+  request_.settings.min_samples = request_.settings.max_samples = 512;
+  Stub stub;
+  stub.light = [&](uint32_t, uint32_t, uint32_t) { return static_cast<double>(stub.calls.size()); };
+  bake(stub);
+  size_t caches = 0;
+  double sum = 0, count = 0;  // of a texel, since a cache was made
+  Digest before;
+  for (size_t call = 0; call < stub.calls.size(); ++call) {
+    const WorkUnit unit = by_number(stub.calls[call]).front();
+    if (unit.cache != before) {
+      const auto cache = read_irradiance_cache(stub.chunks.at(unit.cache), sites_of(stub.calls[0]));
+      ASSERT_TRUE(cache);
+      for (const Vec3& e : cache->irradiance)
+        if (e.x >= 0) ASSERT_NEAR(e.x, sum / count, 1e-5 * sum / count) << "pass " << call;
+      sum = count = 0;
+      before = unit.cache;
+      ++caches;
+    }
+    sum += unit.sample_count * static_cast<double>(call + 1);
+    count += unit.sample_count;
+  }
+  EXPECT_GT(caches, 3u);
+}
+
+// What paths bring back of a cache's errors goes into the next one with the noise of its samples, and into
+// what is stated: once as the mean of the draws, once in nine as the replicates' difference, which has none.
+TEST_F(Passes, ErrorsDrawnOfCachesAreHandedOnAndStated) {
+  request_.settings.min_samples = request_.settings.max_samples = 128;
+  for (const bool denoise : {false, true}) {
+    request_.settings.denoise = denoise;
+    Stub stub;
+    stub.light = [](uint32_t site, uint32_t replicate, uint32_t sample) {
+      return 1 + 0.01 * (noisy(site, replicate, sample) - 1);
+    };
+    stub.drawn = 0.125;
+    const BakeReport report = bake(stub);
+    const double stated = stub.drawn * std::sqrt(8.0 / 9 / 2);
+    EXPECT_NEAR(report.passes.back().rms_relative, stated, 0.002) << denoise;
+    EXPECT_NEAR(report.statement.median_relative, stated, 0.002) << denoise;
+    const Digest last = by_number(stub.calls.back()).front().cache;
+    const auto cache = read_irradiance_cache(stub.chunks.at(last), sites_of(stub.calls[0]));
+    ASSERT_TRUE(cache);
+    size_t differ = 0;
+    for (const CacheDraws& draws : cache->draws)
+      for (uint32_t k = 0; k < kCacheDraws; ++k) {
+        EXPECT_NEAR(draws[k], stub.drawn, 0.01);
+        differ += draws[k] != stub.drawn;
+      }
+    EXPECT_GT(differ, cache->draws.size());
+  }
 }
 
 TEST_F(Passes, WhatOnlyMakesTheCacheIsInNoTexel) {
@@ -357,8 +422,7 @@ TEST_F(Passes, TooLittleTimeForEveryChartIsNoMap) {
   stub.time_up_at = 0;
   request_.output = dir_.path() / "none";
   request_.open_job = [&](const JobSpec& spec, const ChunkStore&) -> Expected<std::unique_ptr<FarmJob>> {
-    return std::make_unique<StubJob>(
-        stub, static_cast<uint32_t>(MomentLayout(spec.transport.basis, spec.transport.quantities).planes()));
+    return std::make_unique<StubJob>(stub, spec);
   };
   const auto report = run_bake(request_, [](const auto&) {});
   ASSERT_FALSE(report);

@@ -55,6 +55,7 @@ Room bake(uint32_t passes, std::mt19937& random, double last = 1) {
           s.drawn[r][i * kCacheDraws + k] = static_cast<float>(drawn[k]);
       }
     }
+    const std::vector<float> noise = independent_variance(s, one_chart);
     for (uint32_t r = 0; r < kReplicates; ++r) {
       caches[r].irradiance.clear();
       caches[r].draws.assign(kSites, {});
@@ -62,7 +63,7 @@ Room bake(uint32_t passes, std::mt19937& random, double last = 1) {
         caches[r].irradiance.push_back(Vec3(s.luminance[r][i]));
         for (size_t k = 0; k < kCacheDraws; ++k) caches[r].draws[i].set(k, s.drawn[r][i * kCacheDraws + k]);
       }
-      add_noise_draws(s, one_chart, samples, static_cast<uint32_t>(random()), caches[r]);
+      add_noise_draws({noise, samples, samples}, static_cast<uint32_t>(random()), caches[r]);
     }
     room.statistics = std::move(s);
   }
@@ -83,8 +84,9 @@ TEST(CacheDraws, StateWhatTexelsShareByWayOfTheCache) {
       stated += s / kRooms;
       squares += s * s / kRooms;
     }
-    // The mean of as many squares of normal numbers scatters by sqrt(2 / count); of the draws there are 8
-    // times as many, but few of the relative error of the light by which they are divided.
+    // Four standard deviations: the mean of n squares of normal numbers scatters by sqrt(2 / n), and there
+    // are eight draws in each room to one error. (The light that they are divided by is off by a few per
+    // cent.)
     EXPECT_NEAR(stated / actual, 1, 4 * std::sqrt(2.0 / kRooms + 2.0 / (8 * kRooms))) << passes;
     // One draw would scatter by sqrt(2) of its mean, eight do by a half.
     EXPECT_LT(std::sqrt(squares / (stated * stated) - 1), 0.65) << passes;
@@ -92,8 +94,8 @@ TEST(CacheDraws, StateWhatTexelsShareByWayOfTheCache) {
 }
 
 // Where texels have little noise of their own, what they share is all of their error. The replicates'
-// difference is one draw of it, of which 1.96 deviations hold 70 % (Student's t of one degree of freedom);
-// with the draws there are nine, and 92 %. Four standard deviations of so many rooms are 0.05.
+// difference is one draw of it, so that 1.96 stated deviations hold in 70 % of the rooms (Student's t of one
+// degree of freedom); with the draws there are nine, and it is 92 %.
 TEST(CacheDraws, IntervalsHoldInRoomsThatShareAnError) {
   std::mt19937 random(8);
   const std::vector<uint32_t> one_chart(kSites, 1);
@@ -112,8 +114,10 @@ TEST(CacheDraws, IntervalsHoldInRoomsThatShareAnError) {
     find_shared(one_chart, room.statistics);
     with += covered();
   }
-  EXPECT_NEAR(with, 0.92, 0.05);
-  EXPECT_NEAR(without, 0.70, 0.08);
+  // Four standard deviations of a share of so many rooms.
+  const auto four_sigma = [&](double share) { return 4 * std::sqrt(share * (1 - share) / kRooms); };
+  EXPECT_NEAR(with, 0.92, four_sigma(0.92));
+  EXPECT_NEAR(without, 0.70, four_sigma(0.70));
 }
 
 TEST(CacheDraws, NoneWithoutACache) {

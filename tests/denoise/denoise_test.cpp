@@ -215,6 +215,19 @@ TEST(Denoise, StatesWhatAllTexelsAreWrongByAlike) {
   EXPECT_NEAR(error / stated, 1, 3 * deviation);
 }
 
+// Errors drawn of the caches are stated even where the replicates agree, by eight degrees of freedom of nine.
+TEST(Denoise, StatesWhatTexelsShareByWayOfCaches) {
+  const MadeSurface wall(test::wall_of_eight().scene, 4);
+  TexelStatistics s = noisy(wall.sites, constant(2), kNone, 1);
+  const Denoised without = wall.denoise(s);
+  s.shared.assign(s.sites, 0.01f);
+  const Denoised with = wall.denoise(s);
+  for (size_t i = 0; i < s.sites; ++i) {
+    ASSERT_NEAR(with.standard_error[i], std::sqrt(8.0 / 9 * 0.01) * 2 * kShare, 1e-4);
+    ASSERT_EQ(with.luminance[i], without.luminance[i]);
+  }
+}
+
 // A site without extent, or with light that is no number, has nobody to be filtered with; but it is not
 // perfect for that.
 TEST(Denoise, StatesTheErrorOfWhatItCannotFilter) {

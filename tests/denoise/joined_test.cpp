@@ -74,6 +74,17 @@ TEST(Joined, StatesItsErrorOnSmoothFields) {
   }
 }
 
+TEST(Joined, StatesWhatTexelsShareByWayOfCaches) {
+  const MadeSurface wall(wall_of_eight().scene, 8);
+  TexelStatistics s = noisy(wall.sites, constant(3), kNone, 1);
+  s.shared.assign(s.sites, 0.01f);
+  for (const uint32_t levels : {1u, 2u}) {
+    const Denoised d = joined(wall, s, levels);
+    for (size_t i = 0; i < s.sites; ++i)
+      ASSERT_NEAR(d.standard_error[i], std::sqrt(8.0 / 9 * 0.01) * 3 * kShare, 1e-3) << levels;
+  }
+}
+
 TEST(Joined, FillsTexelsWithoutSamples) {
   const MadeSurface wall(wall_of_eight().scene, 8);
   TexelStatistics s = noisy(wall.sites, constant(2), kNone, 1);

@@ -36,8 +36,8 @@ struct RadianceSamples {
   int count = 0;
   bool inside = false;  // the primary ray met a back face
   uint32_t rays = 0;
-  float drawn[kCacheDraws] =
-      {};  // errors of the cache, as radiance along `drawn_direction`; only if asked for
+  // Errors of the cache, as radiance along `drawn_direction`; only if asked for.
+  float drawn[kCacheDraws] = {};
   Vec3 drawn_direction{0.0f};
   PrimaryRay primary;  // complete if the job has responses; otherwise only the distance is set
 

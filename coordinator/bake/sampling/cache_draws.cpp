@@ -4,18 +4,13 @@
 
 #include "common/base/parallel.h"
 #include "common/math/sequence.h"
-#include "coordinator/bake/sampling/texel_errors.h"
 
 namespace kiln {
 
-void add_noise_draws(const TexelStatistics& s, std::span<const uint32_t> chart_of_site,
-                     std::span<const uint32_t> samples, uint32_t seed, IrradianceCache& cache) {
-  if (cache.draws.empty()) return;
-  const std::vector<float> noise = independent_variance(s, chart_of_site);
-  for_each_index(s.sites, 0, [&](size_t i) {
-    if (!s.known[i] || samples[i] == 0) return;
-    // `noise` is that of both replicates with all their samples.
-    const double variance = double{noise[i]} * kReplicates * s.samples[i] / samples[i];
+void add_noise_draws(const CacheNoise& noise, uint32_t seed, IrradianceCache& cache) {
+  for_each_index(cache.draws.size(), 0, [&](size_t i) {
+    if (noise.cached[i] == 0) return;
+    const double variance = double{noise.variance[i]} * kReplicates * noise.measured[i] / noise.cached[i];
     const auto deviation = static_cast<float>(std::sqrt(variance));
     if (!std::isfinite(deviation)) return;
     const uint32_t signs = hash_bits(hash_combine(seed, static_cast<uint32_t>(i)));

@@ -17,10 +17,15 @@
 
 namespace kiln {
 
-// Adds the noise of a cache's own samples to its draws. `samples`: by site, of this replicate, behind its
-// values; `seed`: another one for each cache.
-void add_noise_draws(const TexelStatistics& statistics, std::span<const uint32_t> chart_of_site,
-                     std::span<const uint32_t> samples, uint32_t seed, IrradianceCache& cache);
+// How well a replicate's cached values are known, by site.
+struct CacheNoise {
+  std::span<const float> variance;     // of the mean of both replicates with all their samples; 0: unknown
+  std::span<const uint32_t> measured;  // samples of each replicate behind that
+  std::span<const uint32_t> cached;    // samples behind the cached value
+};
+
+// Adds the noise of a cache's own samples to its draws. `seed`: another one for each cache.
+void add_noise_draws(const CacheNoise& noise, uint32_t seed, IrradianceCache& cache);
 
 // Fills TexelStatistics::shared: by site, the variance of the mean of both replicates that comes from caches,
 // over the square of the light. Draws are averaged over kDrawNeighbours sites of the chart on either side
