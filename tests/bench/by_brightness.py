@@ -79,14 +79,14 @@ def measured(folder):
     return [v == MEASURED for v in in_folder(folder, "validity.exr")["Y"]]
 
 
-def main():
-    folders = [word for word in sys.argv[1:] if word != "--before-denoiser"]
-    if len(folders) != 3:
-        sys.exit(__doc__)
+def rows_of(out, half0, half1, before_denoiser=False):
+    """By row k, of E from STEP^k to STEP^(k + 1) of its mean: the sums of a bake and of one half where the other one puts them, twice,
+    then the number of texels and the sums of their true, stated and the reference's own relMSE."""
+    folders = (out, half0, half1)
     maps = [luminance(in_folder(folder, "irradiance.exr")) for folder in folders]
-    stated = in_folder(folders[0], "error.exr")["Y"]
-    if "--before-denoiser" in sys.argv:
-        before = in_folder(folders[0], "measured.exr")
+    stated = in_folder(out, "error.exr")["Y"]
+    if before_denoiser:
+        before = in_folder(out, "measured.exr")
         maps[0], stated = luminance(before, "E."), before["error"]
     valid = [all(v) for v in zip(*(measured(folder) for folder in folders))]
     texels = [(*e, s) for *e, s, v in zip(*maps, stated, valid) if v]
@@ -100,6 +100,14 @@ def main():
             row[2 * which + 1] += half
             for k, value in enumerate((1, (e - b1) * (e - b2) / floor, s * s / floor, (b1 - b2)**2 / 4 / floor)):
                 row[4 + k] += value / 2
+    return rows
+
+
+def main():
+    folders = [word for word in sys.argv[1:] if word != "--before-denoiser"]
+    if len(folders) != 3:
+        sys.exit(__doc__)
+    rows = rows_of(*folders, "--before-denoiser" in sys.argv)
     print("| E over the mean | texels | bake over half | relMSE | stated | reference |\n|---|---|---|---|---|---|")
     for key in sorted(rows):
         e1, b1, e2, b2, n, true, said, own = rows[key]

@@ -26,6 +26,7 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.dirname(os.path.dirname(HERE))
 COMPARE = os.path.join(ROOT, "tests/compare")
 sys.path.insert(0, HERE)
+import by_brightness  # noqa: E402
 import cache_bias  # noqa: E402
 import error_scenes  # noqa: E402
 import real_rooms  # noqa: E402
@@ -61,7 +62,10 @@ ROOM_REFERENCE, ROOM_REFERENCE_ERROR = 16384, 0.05  # at most, and of each half
 # Of rooms with hundreds of thousands of texels and more at 8 a metre: the share that is compared, against whole paths. Of
 # all rooms at 16 a metre it is a quarter of this.
 ROOM_SHARE = {"arcade": 0.2, "sponza": 0.08, "dungeon": 0.02, "classroom": 0.02}
-LIMITS, LIMITED_ROOM, LIMITED_DENSITY = (30, 100, 300), "flat", 16  # seconds; nothing else is said of the bake
+# Part `limits`: seconds, and nothing else is said of the bake; by room, texels per metre and the share that is compared.
+LIMITS = (30, 100, 300)
+LIMITED = {"flat": (16, 0.25), "living-room": (8, 0.25), "dining-room": (8, 0.12)}
+DARK = range(-5, -2)  # rows of by_brightness.py: 0.41 to 11 % of the mean
 # Brute force errs as 1 / time, so that its run may end early; Kiln's goes on until it is there.
 ROOM_SETS = ("brute:ladder=samples,sampler=halton,cache=off,denoise=off,error-norm=mean-square",
              "default:error-norm=mean-square")
@@ -323,44 +327,83 @@ def rooms(bench):
 
 
 def limits(bench):
-    """A furnished room within a time limit: what the bake states, early and late, beside brute force (the plain tracer has
-    Lambert surfaces alone)."""
-    options = argparse.Namespace(**{**vars(bench.options), "scenes": [LIMITED_ROOM], "materials": ["default"],
-                                    "densities": [LIMITED_DENSITY]})
-    (_, _, density, path, own), = rooms_of(options)
-    out = os.path.join(bench.options.work, "reference")
-    share = (8 / density)**2
-    folder = json.loads(run([bench.options.kiln, "bench", path, "-o", out, "--only-reference", "--json", "--reference-samples",
-                             64 if bench.options.quick else bench.options.room_reference, "--reference-error",
-                             ROOM_REFERENCE_ERROR, "--reference-share", share, *arguments_of(own)]))["reference"]["folder"]
-    halves = [os.path.join(folder, "half0"), os.path.join(folder, "half1")]
-    result = {"density": density, "kiln": [], "brute": []}
+    """Furnished rooms within a time limit: what bakes state, early and late, in the dark too, beside brute force and, of Lambert
+    surfaces, the plain tracer."""
+    options = bench.options
+    for room, (density, share) in LIMITED.items():
+        if options.scenes is not None and room not in options.scenes:
+            continue
+        chosen = argparse.Namespace(**{**vars(options), "scenes": [room], "densities": [density]})
+        for _, materials, density, path, own in rooms_of(chosen):
+            out = os.path.join(options.work, "reference")
+            folder = json.loads(run([options.kiln, "bench", path, "-o", out, "--only-reference", "--json", "--reference-samples",
+                                     64 if options.quick else options.room_reference, "--reference-error",
+                                     ROOM_REFERENCE_ERROR, "--reference-share", share,
+                                     *arguments_of(own)]))["reference"]["folder"]
+            halves = [os.path.join(folder, "half0"), os.path.join(folder, "half1")]
+            label = "before" if options.bakes_with else "now"
+            result = {"room": room, "materials": materials, "density": density, "version": label,
+                      "kiln": [limited_bake(bench, path, {**own, "time-limit": limit, "seed": seed + 1}, halves)
+                               for limit in ((5, 10) if options.quick else LIMITS) for seed in range(options.repeats)]}
+            if not options.bakes_with:
+                result["others"] = floor_of(bench, path, own, halves, materials == "lambert" and room in MADE_ROOMS)
+            keep(options, "limits", "%s %s %g %s" % (room, materials, density, label), result)
+
+
+def limited_bake(bench, path, settings, halves):
+    out, report = bench.bake(path, settings, bench.options.bakes_with)
+    compared = bench.compare(out, halves)
+    dark = [row for key, row in by_brightness.rows_of(out, *halves).items() if key in DARK]
+    true, stated = (sum(row[k] for row in dark) for k in (5, 6))
+    return {"limit": settings["time-limit"], "seconds": sum(s["seconds"] for s in report["stages"]),
+            "texels": report["atlas"]["valid_texels"], "rel_mse": compared["rel_mse"], "calibration": compared["calibration"],
+            "dark_texels": sum(row[4] for row in dark), "dark_ratio": math.sqrt(max(0, true) / stated) if stated > 0 else 0}
+
+
+def floor_of(bench, path, own, halves, lambert):
+    """(program, samples, seconds, relMSE) of those that err as 1 / time. Of the plain tracer its tracing alone is timed."""
+    rows = []
     for samples in (4, 8) if bench.options.quick else (64, 256):
-        where, report = bench.bake(path, {**own, "min-samples": samples, "max-samples": samples, "sampler": "halton",
-                                          "cache": "off", "denoise": "off"})
-        result["brute"].append([samples, sum(s["seconds"] for s in report["stages"]), bench.compare(where, halves)["rel_mse"]])
-    for limit in (5, 10) if bench.options.quick else LIMITS:
-        where, report = bench.bake(path, {**own, "time-limit": limit})
-        compared = bench.compare(where, halves)
-        result["kiln"].append({"limit": limit, "seconds": sum(s["seconds"] for s in report["stages"]),
-                               "texels": report["atlas"]["valid_texels"], "rel_mse": compared["rel_mse"],
-                               "calibration": compared["calibration"]})
-    keep(bench.options, "limits", LIMITED_ROOM, result)
+        out, report = bench.bake(path, {**own, "min-samples": samples, "max-samples": samples, "sampler": "halton",
+                                        "cache": "off", "denoise": "off"})
+        rows.append(["brute force", samples, sum(s["seconds"] for s in report["stages"]),
+                     bench.compare(out, halves)["rel_mse"]])
+    if lambert:
+        tracer, out = os.path.join(os.path.dirname(bench.options.kiln), "plain_tracer"), os.path.join(bench.options.work, "plain")
+        for samples in (4, 8) if bench.options.quick else (64, 256):
+            r = json.loads(run([tracer, path, out, samples, *arguments_of(own)]))
+            rows.append(["plain Embree", samples, r["seconds"], bench.compare(out, halves)["rel_mse"]])
+    return rows
 
 
 def limits_table(options):
-    rows = ["| room | limit, s | texels | taken, s | relMSE | stated, rms | true / stated | coverage of 95 % | brute force's "
-            "relMSE x seconds, over Kiln's |",
-            "|---|---|---|---|---|---|---|---|---|"]
-    for name, r in kept(options, "limits").items():
-        samples, seconds, error = r["brute"][-1]
-        for k in r["kiln"]:
-            c = k["calibration"]
-            rows.append("| %s at %g | %g | %d | %.0f | %.2g | %s | %.2f | %s | %.0f |" % (
-                name, r["density"], k["limit"], k["texels"], k["seconds"], k["rel_mse"], percent(c["stated_rms"]),
-                c["error_ratio"], percent(c["coverage"]), seconds * error / (k["rel_mse"] * k["seconds"])))
-        rows.append("| brute force, %d samples | | | %.0f | %.2g | | | | |" % (samples, seconds, error))
+    rows = ["| room | materials | version | limit, s | texels | taken, s | relMSE | stated, rms | true / stated | in the dark | "
+            "coverage of 95 % | brute force's relMSE x seconds, over Kiln's | plain Embree's |",
+            "|---|---|---|---|---|---|---|---|---|---|---|---|---|"]
+    results = kept(options, "limits")
+    for r in results.values():
+        entry = "%s at %g | %s" % (r["room"], r["density"], r["materials"])
+        now = results.get("%s %s %g now" % (r["room"], r["materials"], r["density"]), r)
+        floors = {name: seconds * error for name, _, seconds, error in now.get("others", [])}  # the last of each
+        for limit in sorted({k["limit"] for k in r["kiln"]}):
+            runs = [k for k in r["kiln"] if k["limit"] == limit]
+            c = [k["calibration"] for k in runs]
+            work = statistics.median(k["rel_mse"] * k["seconds"] for k in runs)
+            gains = ["%.0f" % (floors[name] / work) if name in floors else "" for name in ("brute force", "plain Embree")]
+            rows.append("| %s | %s | %g | %d | %.0f | %.2g | %s | %s | %s | %s | %s |" % (
+                entry, r["version"], limit, runs[0]["texels"], statistics.median(k["seconds"] for k in runs),
+                statistics.median(k["rel_mse"] for k in runs), percent(root_mean([x["stated_rms"] for x in c])),
+                mean_and_range([x["error_ratio"] for x in c]), mean_and_range([k["dark_ratio"] for k in runs]),
+                percent(statistics.mean(x["coverage"] for x in c)), " | ".join(gains)))
+        for name, samples, seconds, error in r.get("others", []):
+            rows.append("| %s | %s, %d samples | | | %.1f | %.2g | | | | | | |" % (entry, name, samples, seconds, error))
     return rows
+
+
+def mean_and_range(values):
+    """Root of the mean square; of several also the least and the most."""
+    text = "%.2f" % root_mean(values)
+    return text + " (%.2f to %.2f)" % (min(values), max(values)) if len(values) > 1 else text
 
 
 def rooms_table(options):
