@@ -196,6 +196,47 @@ TEST(Allocation, HowOftenBlackTexelsAreLitIsLearnt) {
   }
 }
 
+// Of the texels that many samples have left black hardly one turns out lit, whatever was found early.
+TEST(Allocation, WhatWasLearntOfBlackTexelsAtFewSamplesIsForgotten) {
+  constexpr size_t kSites = 10'000;
+  std::vector<float> mean(kSites, 0.0f), error(kSites, 1e-9f);
+  std::vector<uint32_t> samples(kSites, 1);
+  mean[0] = 1;
+  UnmetLight learnt;
+  double density = 0.2;
+  for (uint32_t n = 4; n <= 4096; n *= 4, density /= 4) {
+    const std::vector<float> before = mean;
+    const std::vector<uint32_t> had = samples;
+    const double black = static_cast<double>(std::count(mean.begin(), mean.end(), 0.0f));
+    auto lit = static_cast<size_t>(density * std::log(4.0) * black);
+    for (size_t i = 1; i < kSites; ++i) {
+      samples[i] = n;
+      if (mean[i] == 0 && lit > 0) mean[i] = 1, --lit;
+    }
+    learnt.observe({before, error, had}, {mean, error, samples});
+    // A count's weighs 16 times as much as that of the count before, which was four times larger. What is
+    // taken for granted, 0.5 of 100 factors, is divided by some 9000.
+    EXPECT_GT(learnt.get(), 0.9 * density) << n;
+    EXPECT_LT(learnt.get(), 1.1 * 4 / 3 * density + 1e-4) << n;
+  }
+}
+
+// A rare bright sample lights a texel whose mean is next to nothing; more samples show that it is.
+TEST(Allocation, TexelsThatAreBlackAgainWereNotFound) {
+  constexpr size_t kSites = 1000;
+  std::vector<float> black(kSites, 0.0f), error(kSites, 1e-9f);
+  black[0] = 1;
+  std::vector<float> lit = black;
+  for (size_t i = 1; i <= 100; ++i) lit[i] = 0.5f;
+  const std::vector<uint32_t> few(kSites, 100), more(kSites, 110);
+  UnmetLight learnt, lasting;
+  learnt.observe({black, error, few}, {lit, error, more});
+  lasting = learnt;
+  learnt.observe({lit, error, few}, {black, error, more});
+  lasting.observe({lit, error, few}, {lit, error, more});
+  EXPECT_LT(learnt.get(), 0.2 * lasting.get());
+}
+
 TEST(Allocation, AMapWithoutLightIsDone) {
   const Texels dark = Texels().add(0, 0, 16).add(0, 0, 16);
   for (const ErrorNorm norm : {ErrorNorm::kMax, ErrorNorm::kMeanSquare, ErrorNorm::kPerceptual}) {
