@@ -59,12 +59,12 @@ ROOM_DENSITIES = (8, 16)  # texels per metre
 ROOM_MATERIALS = ("default", "lambert")
 ROOM_ERRORS = "0.4,0.2,0.1,0.05"  # the last is a relMSE of 6.5e-4, if what is stated is true
 ROOM_REFERENCE, ROOM_REFERENCE_ERROR = 16384, 0.05  # at most, and of each half
-# Of rooms with hundreds of thousands of texels and more at 8 a metre: the share that is compared, against whole paths. Of
-# all rooms at 16 a metre it is a quarter of this.
-ROOM_SHARE = {"arcade": 0.2, "sponza": 0.08, "dungeon": 0.02, "classroom": 0.02}
-# Part `limits`: seconds, and nothing else is said of the bake; by room, texels per metre and the share that is compared.
+# The share of a room's texels at 8 a metre that is compared, against whole paths; at 16 a metre it is a quarter of this. Of
+# the others all are, against paths that end at the cache.
+ROOM_SHARE = {"living-room": 0.25, "dining-room": 0.12, "arcade": 0.2, "sponza": 0.08, "dungeon": 0.02, "classroom": 0.02}
+# Part `limits`: seconds, and nothing else is said of the bake; rooms with their texels per metre.
 LIMITS = (30, 100, 300)
-LIMITED = {"flat": (16, 0.25), "living-room": (8, 0.25), "dining-room": (8, 0.12)}
+LIMITED = {"flat": 16, "living-room": 8, "dining-room": 8}
 DARK = range(-5, -2)  # rows of by_brightness.py: 0.41 to 11 % of the mean
 # Brute force errs as 1 / time, so that its run may end early; Kiln's goes on until it is there.
 ROOM_SETS = ("brute:ladder=samples,sampler=halton,cache=off,denoise=off,error-norm=mean-square",
@@ -305,6 +305,10 @@ def rooms_of(options):
                 yield name, materials, density, str(path), {**own, "texels-per-metre": 1 if options.quick else density}
 
 
+def share_of(room, density):
+    return ROOM_SHARE.get(room, 1) * min(1, (8 / density)**2)
+
+
 def rooms(bench):
     for name, materials, density, path, own in rooms_of(bench.options):
         entry = "%s %s %g" % (name, materials, density)
@@ -313,7 +317,7 @@ def rooms(bench):
         # maps wrong there.
         full = ["--repeats", bench.options.repeats, "--reference-samples", bench.options.room_reference, "--reference-error",
                 ROOM_REFERENCE_ERROR, "--errors", ROOM_ERRORS]
-        share = ROOM_SHARE.get(name, 1) * min(1, (8 / density)**2)
+        share = share_of(name, density)
         how = ["--reference-share", share] if share < 1 else ["--reference-cache"]
         curves, limits = [], (bench.limit, bench.limit if bench.options.quick else bench.options.room_seconds)
         for one, limit in zip(ROOM_SETS, limits):  # the second finds the first one's reference
@@ -330,7 +334,7 @@ def limits(bench):
     """Furnished rooms within a time limit: what bakes state, early and late, in the dark too, beside brute force and, of Lambert
     surfaces, the plain tracer."""
     options = bench.options
-    for room, (density, share) in LIMITED.items():
+    for room, density in LIMITED.items():
         if options.scenes is not None and room not in options.scenes:
             continue
         chosen = argparse.Namespace(**{**vars(options), "scenes": [room], "densities": [density]})
@@ -338,7 +342,7 @@ def limits(bench):
             out = os.path.join(options.work, "reference")
             folder = json.loads(run([options.kiln, "bench", path, "-o", out, "--only-reference", "--json", "--reference-samples",
                                      64 if options.quick else options.room_reference, "--reference-error",
-                                     ROOM_REFERENCE_ERROR, "--reference-share", share,
+                                     ROOM_REFERENCE_ERROR, "--reference-share", share_of(room, density),
                                      *arguments_of(own)]))["reference"]["folder"]
             halves = [os.path.join(folder, "half0"), os.path.join(folder, "half1")]
             label = "before" if options.bakes_with else "now"
