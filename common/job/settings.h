@@ -55,6 +55,9 @@ struct BakeSettings {
   double error = 0.05, confidence = 0.95;
   std::string error_norm = "mean-square";  // max, mean-square, perceptual
   uint32_t min_samples = 64, max_samples = 16384;
+  // The most that a texel may have. The norm mean-square gives many samples to few texels, so that without
+  // --max-samples the bound is 16 times the default there; equal to min_samples it is a fixed count.
+  uint32_t most_samples() const;
   double time_limit = 0;  // seconds; 0: none
   bool cache = true, denoise = true;
   std::string basis = "sh_l1", sh_fit = "cap", sh_evaluator = "linear";

@@ -60,6 +60,12 @@ Status check_settings(const BakeSettings& b) {
   return {};
 }
 
+uint32_t BakeSettings::most_samples() const {
+  constexpr uint32_t kMeanSquare = 16;
+  const bool given = source.count("max-samples") > 0 || max_samples <= min_samples;
+  return given || error_norm != "mean-square" ? max_samples : std::min(max_samples, 1u << 26) * kMeanSquare;
+}
+
 uint32_t basis_index(const BakeSettings& b) {
   const Expected<uint32_t> index = find_basis(b.basis, b.sh_fit, b.sh_evaluator);
   KILN_CHECK(index.has_value());  // parsers accept what the roster has

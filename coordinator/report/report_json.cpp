@@ -217,7 +217,7 @@ std::string next_step(const BakeReport& r) {
     return text(
         "stopped by --max-samples {}: {:.1f} % of the texels would need more samples to be within what "
         "is asked; raise it, or ask for less with --error",
-        r.settings.max_samples, 100 * r.held_back);
+        r.settings.most_samples(), 100 * r.held_back);
   return "";
 }
 

@@ -97,7 +97,7 @@ class Baking {
     caches_.clear();
     errors_ = {};
     response_errors_.clear();
-    most_ = std::max(1u, settings_.max_samples / kReplicates);
+    most_ = std::max(1u, settings_.most_samples() / kReplicates);
     least_ = std::max(1u, (settings_.min_samples + 1) / 2);
     convergence_ = {};
     unmet_ = {};

@@ -92,6 +92,7 @@ class Passes : public testing::Test {
     request_.settings.texels_per_metre = 3;
     request_.settings.denoise = false;
     request_.settings.cache = true;
+    request_.settings.source["max-samples"] = "test";
     // As a farm answers that has begun the job before: how fast answers come must not matter here.
     request_.cut = [](uint32_t, uint32_t) { return 64u; };
   }
@@ -343,10 +344,34 @@ TEST_F(Passes, NoTexelGrowsByMuchMoreThanFourTimes) {
   }
 }
 
+// Few texels with much noise: one in a hundred may have most of the samples.
+TEST_F(Passes, ABoundThatWasNotGivenIsHigherInTheNormMeanSquare) {
+  request_.settings.min_samples = 16;
+  request_.settings.max_samples = 256;  // stands for the default
+  request_.settings.error = 0.01;
+  request_.settings.cache = false;
+  const auto most = [&] {
+    Stub stub;
+    stub.light = [](uint32_t site, uint32_t replicate, uint32_t sample) {
+      return 1 + (site % 100 < 10 ? 3.0 : 0.1) * (noisy(site, replicate, sample) - 1);
+    };
+    bake(stub);
+    uint32_t last = 0;
+    for (const std::vector<WorkUnit>& call : stub.calls)
+      for (const WorkUnit& unit : call) last = std::max(last, unit.first_sample + unit.sample_count);
+    return last;
+  };
+  EXPECT_EQ(most(), 256 / kReplicates);
+  request_.settings.source.clear();
+  EXPECT_GT(most(), 256 / kReplicates);
+  EXPECT_LE(most(), 16 * 256 / kReplicates);
+  request_.settings.error_norm = "max";
+  EXPECT_EQ(most(), 256 / kReplicates);
+}
+
 TEST_F(Passes, LimitedTimeIsAllTakenUnlessAnErrorWasAskedFor) {
   request_.settings.min_samples = 32;
   request_.settings.max_samples = 2000;
-  request_.settings.source["max-samples"] = "test";
   request_.settings.error = 0.1;
   request_.settings.time_limit = 1e6;
   request_.settings.cache = false;
@@ -374,7 +399,6 @@ TEST_F(Passes, WithoutTimeNothingIsDropped) {
 TEST_F(Passes, ALimitedBakeLooksEverywhereFirst) {
   request_.settings.time_limit = 1e6;
   request_.settings.max_samples = 64;
-  request_.settings.source["max-samples"] = "test";
   for (const bool cache : {false, true}) {
     request_.settings.cache = cache;
     Stub stub;

@@ -242,6 +242,19 @@ TEST(Job, RoundTripsAndRefusesASamplerThatDoesNotExist) {
   EXPECT_FALSE(read_job(bytes));
 }
 
+TEST(Settings, MostSamplesFollowFromTheNormUnlessTheyAreGiven) {
+  BakeSettings s;
+  EXPECT_EQ(s.most_samples(), 16 * 16384u);
+  s.error_norm = "max";
+  EXPECT_EQ(s.most_samples(), 16384u);
+  s = {};
+  ASSERT_TRUE(set_option(s, "max-samples", "5000", "test"));
+  EXPECT_EQ(s.most_samples(), 5000u);
+  s = {};
+  s.min_samples = s.max_samples = 100;
+  EXPECT_EQ(s.most_samples(), 100u);
+}
+
 TEST(Settings, RulesBetweenOptions) {
   BakeSettings s;
   s.min_samples = 100;
