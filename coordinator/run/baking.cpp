@@ -505,8 +505,11 @@ class Baking {
       if (is_limited()) errors.mean = neighbourhood_means(statistics, charts_);
     }
     const SampleState now{errors.mean, errors.standard_error, statistics.samples};
-    if (grew_ && filters == filtered_) convergence_.observe(state(), now);
-    if (grew_) unmet_.observe(state(), now);
+    // A filter lights black texels too, without more samples.
+    if (grew_ && filters == filtered_) {
+      convergence_.observe(state(), now);
+      unmet_.observe(state(), now);
+    }
     grew_ = true;
     filtered_ = filters;
     errors_ = std::move(errors);

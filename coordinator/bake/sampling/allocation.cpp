@@ -93,25 +93,23 @@ std::vector<double> needed_samples(const SampleState& s, ErrorNorm norm, double 
 }
 
 void UnmetLight::observe(const SampleState& before, const SampleState& after) {
+  constexpr double kForget = 2;  // power of growth; makes what was found among many early texels fade in time
   const double floor_before = least_mean(before, ErrorNorm::kMeanSquare),
                floor = least_mean(after, ErrorNorm::kMeanSquare);
-  const auto square = [](double mean, double least) { return mean * mean / (mean * mean + least * least); };
   double found = 0, factors = 0;
-  size_t sites = 0;
+  size_t black = 0;
   for (size_t i = 0; i < after.samples.size(); ++i) {
+    if (!has_met_no_light(before, i, floor_before)) continue;
+    ++black;
     if (after.samples[i] <= before.samples[i]) continue;
-    const bool was_black = has_met_no_light(before, i, floor_before),
-               is_black = has_met_no_light(after, i, floor);
-    if (was_black) {
-      factors += std::log(static_cast<double>(after.samples[i]) / before.samples[i]);
-      ++sites;
-    }
-    if (was_black && !is_black && is_lit(after, i)) found += square(after.mean[i], floor);
-    if (is_black && !was_black && is_lit(before, i)) found -= square(before.mean[i], floor_before);
+    factors += std::log(static_cast<double>(after.samples[i]) / before.samples[i]);
+    if (has_met_no_light(after, i, floor) || !is_lit(after, i)) continue;
+    const double square = double{after.mean[i]} * after.mean[i];
+    found += square / (square + floor * floor);
   }
-  if (sites == 0) return;
-  const double kept = std::exp(-2 * factors / static_cast<double>(sites));
-  found_ = std::max(0.0, kept * found_ + found);
+  if (black == 0) return;
+  const double kept = std::exp(-kForget * factors / static_cast<double>(black));
+  found_ = kept * found_ + found;
   factors_ = kept * factors_ + factors;
 }
 

@@ -38,11 +38,10 @@ std::vector<double> needed_samples(const SampleState& state, ErrorNorm norm, dou
 
 // A texel may have met no light because there is none, or because few of its samples would: all of them are
 // black, so is their variance, and such texels would stay black for ever. How often they turn out lit is
-// learnt from those that got more samples, less those that a rare bright sample had lit and that turn out
-// black again. The chance p that a sample meets light is taken as log-uniform from the present counts on: as
-// many texels between 1/256 and 1/64 as between 1/64 and 1/16. (The problem of unseen species: Good 1953.)
-// Among those that many samples have left black fewer turn out lit, so that what was learnt at a count counts
-// by 1 / growth^2 at a later one.
+// learnt from those that got more samples. The chance p that a sample meets light is taken as log-uniform
+// below 1 / (present count): as many texels between 1/256 and 1/64 as between 1/64 and 1/16. (The problem of
+// unseen species: Good 1953.) Among those that many samples have left black fewer turn out lit, so evidence
+// is discounted by the square of the growth in samples since; the power is empirical.
 //
 // get() is the squared relative error, 1 for a lit texel taken for black, expected of such a texel for every
 // factor e between its count of samples and the count from which what it has not met is below kBlack of the
