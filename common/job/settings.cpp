@@ -362,8 +362,8 @@ const Setting kTable[] = {
      [](B& b, S s) { return store_number(b.min_samples, s, 1, 1 << 30); },
      [](const B& b) { return text("{}", b.min_samples); }},
     {"max-samples", "N", "",
-     "maximum samples per texel; equal to min-samples: a fixed count. If not given, 16 times as many in the "
-     "norm mean-square, and more with --time-limit",
+     "maximum samples per texel; equal to min-samples: a fixed count. If not given, 16384 for probes and in "
+     "the other norms than mean-square, and no bound for a bake that only time limits",
      [](B& b, S s) { return store_number(b.max_samples, s, 1, 1 << 30); },
      [](const B& b) { return text("{}", b.max_samples); }},
     {"time-limit", "S", "seconds",

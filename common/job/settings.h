@@ -54,11 +54,12 @@ struct BakeSettings {
   std::string materials = "full";  // full, diffuse
   double error = 0.05, confidence = 0.95;
   std::string error_norm = "mean-square";  // max, mean-square, perceptual
-  uint32_t min_samples = 64, max_samples = 16384;
-  // The most that a texel may have. The norm mean-square gives many samples to few texels, so that without
-  // --max-samples the bound is 16 times the default there; equal to min_samples it is a fixed count.
+  uint32_t min_samples = 64, max_samples = 262144;
+  // The most that a texel may have. Only the norm mean-square gives many samples to few texels; where every
+  // texel may ask for them, without --max-samples it is most_of_each().
   uint32_t most_samples() const;
-  double time_limit = 0;  // seconds; 0: none
+  uint32_t most_of_each() const;  // at most 16,384, unless --max-samples is given
+  double time_limit = 0;          // seconds; 0: none
   bool cache = true, denoise = true;
   std::string basis = "sh_l1", sh_fit = "cap", sh_evaluator = "linear";
   Quantities quantities;         // of the lightmap

@@ -61,9 +61,12 @@ Status check_settings(const BakeSettings& b) {
 }
 
 uint32_t BakeSettings::most_samples() const {
-  constexpr uint32_t kMeanSquare = 16;
-  const bool given = source.count("max-samples") > 0 || max_samples <= min_samples;
-  return given || error_norm != "mean-square" ? max_samples : std::min(max_samples, 1u << 26) * kMeanSquare;
+  return error_norm == "mean-square" ? max_samples : most_of_each();
+}
+
+uint32_t BakeSettings::most_of_each() const {
+  constexpr uint32_t kMost = 16384;
+  return source.count("max-samples") > 0 ? max_samples : std::min(max_samples, std::max(kMost, min_samples));
 }
 
 uint32_t basis_index(const BakeSettings& b) {

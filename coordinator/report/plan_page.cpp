@@ -41,8 +41,8 @@ std::string facts(const PlanView& v) {
   row("memory", text("coordinator {} MiB, each worker {} MiB (estimates)", (p.coordinator_bytes >> 20) + 1,
                      (p.worker_bytes >> 20) + 1));
   row("files", text("{} MiB before compression (estimate)", (p.output_bytes >> 20) + 1));
-  row("time", text("{} at min-samples to {} at max-samples everywhere (estimates)", minutes(p.least_seconds),
-                   minutes(p.most_seconds)));
+  row("time", text("{} at min-samples to {} at {} samples everywhere (estimates)", minutes(p.least_seconds),
+                   minutes(p.most_seconds), p.most_samples));
   return out + "</table>\n";
 }
 

@@ -32,16 +32,20 @@ Expected<std::string> map_figure(const Lightmap& map, std::string_view caption, 
 
 Expected<std::string> maps(const BakeReport& r, const Lightmap& map) {
   const std::vector<float>& samples = map.planes.plane("samples");
-  const float most = samples.empty() ? 1.0f : *std::max_element(samples.begin(), samples.end());
-  const float low = std::log2(static_cast<float>(r.settings.min_samples));
-  const float span = std::max(1.0f, std::log2(std::max(1.0f, most)) - low);
   const auto measured = [&](size_t t) { return map.validity[t] == Validity::kMeasured; };
+  // In a limited time texels may have fewer than --min-samples.
+  float least = static_cast<float>(r.settings.min_samples), most = 1.0f;
+  for (size_t t = 0; t < samples.size(); ++t) {
+    if (!measured(t)) continue;
+    least = std::min(least, samples[t]);
+    most = std::max(most, samples[t]);
+  }
+  const float low = std::log2(std::max(1.0f, least)), span = std::max(1.0f, std::log2(most) - low);
   std::string out;
   KILN_TRY(
       const std::string a,
       map_figure(
-          map,
-          text("samples per texel, {} (dark) to {:.0f} (yellow), logarithmic", r.settings.min_samples, most),
+          map, text("samples per texel, {:.0f} (dark) to {:.0f} (yellow), logarithmic", least, most),
           [&](size_t t) { return measured(t) ? ramp((std::log2(samples[t]) - low) / span) : Vec3(24); }));
   if (!map.has_light) return a;
   const std::vector<float>& error = map.planes.plane("error");

@@ -373,7 +373,7 @@ class Baking {
 
   // By replicate: means of the latest samples, with errors drawn of them.
   std::vector<IrradianceCache> caches_of_latest() const {
-    const std::vector<float> noise = independent_variance(sums_.statistics(false), charts_);
+    const std::vector<float> noise = independent_variance(sums_.statistics(false, false), charts_);
     const std::vector<uint32_t> samples = sums_.replicate_samples();
     std::vector<IrradianceCache> caches;
     for (uint32_t r = 0; r < kReplicates; ++r) {

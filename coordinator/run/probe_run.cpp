@@ -47,7 +47,7 @@ class ProbePasses {
   // Sites [first, first + sums.sites()) of the job.
   Expected<PassEnd> run(uint32_t first, Accumulator& sums, uint64_t& next_unit) {
     KILN_TRY(const ErrorNorm norm, find_error_norm(settings_.error_norm));
-    const uint32_t most = std::max(kLeastSamples, settings_.max_samples / kReplicates / 2 * 2);
+    const uint32_t most = std::max(kLeastSamples, settings_.most_of_each() / kReplicates / 2 * 2);
     const uint32_t least =
         std::min(most, sample_count(std::max(kLeastSamples, (settings_.min_samples + 1) / kReplicates)));
     std::vector<SiteSamples> work;
@@ -350,7 +350,7 @@ ProbePlan describe_probes(const ProbeLayout& layout, const BakeSettings& setting
   const double rays = settings.indirect && settings.max_bounces > 0 ? 8 : 3;
   const double second = static_cast<double>(layout.active()) * rays / (threads * kRaysPerSecond);
   p.least_seconds = second * settings.min_samples;
-  p.most_seconds = second * settings.max_samples;
+  p.most_seconds = second * settings.most_of_each();
   return p;
 }
 

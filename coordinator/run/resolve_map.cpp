@@ -65,7 +65,7 @@ void resolve_light(const BakeRun& run, const Accumulator& sums, const SurfaceGra
   const Atlas& atlas = run.preflight.atlas;
   const BakeSettings& settings = run.request.settings;
   check_dark(map, atlas, run.report);
-  TexelStatistics statistics = sums.statistics();
+  TexelStatistics statistics = sums.statistics(true, surface != nullptr);
   const std::vector<uint32_t> charts = charts_of_sites(atlas);
   std::vector<float> lowered;
   if (surface) {

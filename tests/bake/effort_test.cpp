@@ -62,7 +62,6 @@ TEST_F(Effort, AFixedCountIsKept) {
 TEST_F(Effort, NoTexelHasMoreThanTheMost) {
   request_.settings.min_samples = 16;
   request_.settings.max_samples = 200;
-  request_.settings.source["max-samples"] = "test";
   request_.settings.error = 1e-4;  // out of reach
   const BakeReport report = bake();
   EXPECT_LE(report.passes.back().samples, 200);

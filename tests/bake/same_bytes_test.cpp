@@ -31,7 +31,6 @@ class SameBytes : public testing::TestWithParam<bool> {
     r.settings.texels_per_metre = 4;
     r.settings.min_samples = 32;
     r.settings.max_samples = 3000;  // beyond one range of samples
-    r.settings.source["max-samples"] = "test";
     r.settings.error = 0.08;
     r.settings.workers = 1;
     r.settings.threads = 1;

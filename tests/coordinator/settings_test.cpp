@@ -244,15 +244,17 @@ TEST(Job, RoundTripsAndRefusesASamplerThatDoesNotExist) {
 
 TEST(Settings, MostSamplesFollowFromTheNormUnlessTheyAreGiven) {
   BakeSettings s;
-  EXPECT_EQ(s.most_samples(), 16 * 16384u);
-  s.error_norm = "max";
-  EXPECT_EQ(s.most_samples(), 16384u);
-  s = {};
-  ASSERT_TRUE(set_option(s, "max-samples", "5000", "test"));
-  EXPECT_EQ(s.most_samples(), 5000u);
-  s = {};
-  s.min_samples = s.max_samples = 100;
-  EXPECT_EQ(s.most_samples(), 100u);
+  EXPECT_EQ(s.most_samples(), s.max_samples);
+  EXPECT_EQ(s.most_of_each(), 16384u);
+  for (const char* norm : {"max", "perceptual"}) {
+    s.error_norm = norm;
+    EXPECT_EQ(s.most_samples(), 16384u);
+  }
+  s.min_samples = 20000;
+  EXPECT_EQ(s.most_samples(), 20000u);
+  ASSERT_TRUE(set_option(s, "max-samples", "50000", "test"));
+  EXPECT_EQ(s.most_samples(), 50000u);
+  EXPECT_EQ(s.most_of_each(), 50000u);
 }
 
 TEST(Settings, RulesBetweenOptions) {

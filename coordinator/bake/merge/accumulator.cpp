@@ -89,10 +89,10 @@ Accumulator::Estimate Accumulator::estimate(uint32_t site) const {
   return e;
 }
 
-TexelStatistics Accumulator::statistics(bool planes) const {
+TexelStatistics Accumulator::statistics(bool planes, bool draws) const {
   KILN_CHECK(layout_.has_light());
   TexelStatistics out = statistics_of_planes(kMomentLum, kMomentLum2);
-  if (layout_.quantities().cache_draws) {
+  if (draws && layout_.quantities().cache_draws) {
     for (uint32_t r = 0; r < kReplicates; ++r) {
       out.drawn[r] = ZeroedVector<float>(out.sites * kCacheDraws);
       for_each_index(out.sites, 0, [&](size_t site) {

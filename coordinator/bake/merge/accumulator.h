@@ -43,8 +43,9 @@ class Accumulator {
   // Infinite if n < 2. The error that a bake reports is computed in coordinator/bake/sampling.
   Estimate estimate(uint32_t site) const;
 
-  // `planes`: include the means of all planes; without them the size does not depend on the basis.
-  TexelStatistics statistics(bool planes = true) const;
+  // `planes`: include the means of all planes; without them the size does not depend on the basis. `draws`:
+  // include the errors drawn of caches, if there are any.
+  TexelStatistics statistics(bool planes = true, bool draws = true) const;
   // The same for one component of entry `response` of the layout's responses instead of luminance; no planes.
   TexelStatistics statistics_of(size_t response, size_t component) const;
   const MomentLayout& layout() const { return layout_; }

@@ -166,8 +166,8 @@ Plan make_plan(const Scene& scene, const Atlas& atlas, const BakeSettings& setti
   const double second = std::max(1u, threads) * kRaysPerSecond;
   plan.least_seconds =
       static_cast<double>(plan.valid_texels) * settings.min_samples * rays_per_sample / second;
-  plan.most_seconds =
-      static_cast<double>(plan.valid_texels) * settings.max_samples * rays_per_sample / second;
+  plan.most_samples = settings.most_of_each();
+  plan.most_seconds = static_cast<double>(plan.valid_texels) * plan.most_samples * rays_per_sample / second;
   plan.left_out = find_left_out(scene, settings);
   const std::string no_cache = why_no_cache(settings);
   plan.cache = settings.cache && settings.quantities.light && no_cache.empty();

@@ -16,7 +16,7 @@ struct ProbePlan {
   double spacing = 0, max_spacing = 0;  // metres; of the finest and the coarsest bricks
   bool visibility = false;
   uint64_t coordinator_bytes = 0, output_bytes = 0;  // estimates
-  double least_seconds = 0, most_seconds = 0;        // at min and max samples
+  double least_seconds = 0, most_seconds = 0;        // at BakeSettings::min_samples and most_of_each()
 };
 
 struct Plan {
@@ -24,7 +24,8 @@ struct Plan {
   uint64_t triangles = 0, stored_triangles = 0;  // of all instances; of distinct meshes
   uint64_t charts = 0;
   uint64_t coordinator_bytes = 0, worker_bytes = 0, output_bytes = 0;  // estimates
-  double least_seconds = 0, most_seconds = 0;  // at min and max samples, see kRaysPerSecond
+  double least_seconds = 0, most_seconds = 0;  // at min_samples and at most_samples, see kRaysPerSecond
+  uint32_t most_samples = 0;                   // BakeSettings::most_of_each()
   std::vector<std::string> left_out;           // features this scene does not need, one sentence each
   std::vector<ObjectPlan> objects;             // by instance
   std::vector<std::string> warnings;           // one sentence each

@@ -1,5 +1,6 @@
 #include "coordinator/bake/sampling/cache_draws.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "common/base/parallel.h"

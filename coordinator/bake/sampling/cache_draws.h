@@ -10,7 +10,6 @@
 #pragma once
 
 #include <span>
-#include <vector>
 
 #include "common/job/irradiance_cache.h"
 #include "coordinator/bake/lightmap/texel_statistics.h"

@@ -124,7 +124,6 @@ BakeSettings reference_settings(const ReferenceRequest& r, uint32_t half) {
   settings.denoise = settings.two_pass = false;
   settings.sampler = "owen";
   settings.min_samples = settings.max_samples = r.samples;
-  settings.source["max-samples"] = "reference";
   if (r.error > 0) {
     settings.min_samples = std::max(1u, r.samples / kLeastShare);
     settings.error = r.error;

@@ -5,7 +5,7 @@ import shlex
 PRESETS = {
     "PREVIEW": ["--error", "20%", "--min-samples", "32", "--max-samples", "256"],
     "DEFAULT": [],
-    "PRODUCTION": ["--error", "3%", "--confidence", "95%", "--min-samples", "128", "--max-samples", "65536"],
+    "PRODUCTION": ["--error", "3%", "--confidence", "95%", "--min-samples", "128"],
 }
 
 

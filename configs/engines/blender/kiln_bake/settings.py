@@ -38,7 +38,7 @@ class KilnScene(bpy.types.PropertyGroup):
                            description="For the scene, the maps and the report; // is the folder of the .blend file")
     preset: EnumProperty(name="Quality", items=[
         ("PREVIEW", "Preview", "Standard error within 20 %, at most 256 samples a texel"),
-        ("DEFAULT", "Default", "Within 5 % or 16,384 samples"),
+        ("DEFAULT", "Default", "Within 5 % at 95 % confidence"),
         ("PRODUCTION", "Production", "Within 3 % at 95 % confidence"),
         ("ERROR", "Error", "Until the error below is reached"),
         ("TIME", "Time", "The best map in the time below")])
