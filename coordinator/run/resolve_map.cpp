@@ -65,15 +65,15 @@ void resolve_light(const BakeRun& run, const Accumulator& sums, const SurfaceGra
   const Atlas& atlas = run.preflight.atlas;
   const BakeSettings& settings = run.request.settings;
   check_dark(map, atlas, run.report);
-  TexelStatistics statistics = sums.statistics(true, surface != nullptr);
+  const BasisInfo& basis = basis_roster()[sums.layout().basis()];
+  TexelStatistics statistics = sums.statistics(true, surface || !basis_bands(basis).empty());
   const std::vector<uint32_t> charts = charts_of_sites(atlas);
+  find_shared(charts, statistics);
   std::vector<float> lowered;
   if (surface) {
-    find_shared(charts, statistics);
     const uint32_t levels = std::max(denoise_levels(statistics), run.budget.denoise_levels());
     lowered = take_denoised(map, atlas, statistics, *surface, levels, baked.errors);
   }
-  const BasisInfo& basis = basis_roster()[sums.layout().basis()];
   state_deviations(atlas, light, baked.errors);
   state_errors(map, atlas, baked.errors);
   state_band_errors(map, atlas, statistics, charts, basis, lowered);

@@ -120,6 +120,41 @@ TEST(CacheDraws, IntervalsHoldInRoomsThatShareAnError) {
   EXPECT_NEAR(without, 0.70, four_sigma(0.70));
 }
 
+// The same of a band of two functions, of which one is twice the luminance of E and the other minus that: its
+// error is sqrt(8) times as large.
+TEST(CacheDraws, IntervalsOfBandsHoldThereToo) {
+  std::mt19937 random(9);
+  const std::vector<uint32_t> one_chart(kSites, 1);
+  constexpr int kRooms = 600;
+  double with = 0, without = 0;
+  for (int k = 0; k < kRooms; ++k) {
+    Room room = bake(2, random, 0.005);
+    TexelStatistics& s = room.statistics;
+    s.planes = 9;
+    for (uint32_t r = 0; r < kReplicates; ++r) {
+      s.mean[r] = ZeroedVector<float>(kSites * s.planes);
+      for (size_t i = 0; i < kSites; ++i)
+        for (size_t p = 0; p < s.planes; ++p)
+          s.mean[r][i * s.planes + p] = s.luminance[r][i] * (p < 3 ? 1.0f : p < 6 ? 2.0f : -2.0f);
+    }
+    const auto covered = [&] {
+      const std::vector<float> e = band_errors(s, one_chart, std::vector<size_t>{3, 6});
+      double within = 0;
+      for (size_t i = 0; i < kSites; ++i) {
+        const double mean = 0.5 * (double{s.luminance[0][i]} + double{s.luminance[1][i]});
+        within += std::sqrt(8.0) * std::abs(mean - kLight) <= 1.96 * double{e[i]};
+      }
+      return within / kSites / kRooms;
+    };
+    without += covered();
+    find_shared(one_chart, s);
+    with += covered();
+  }
+  const auto four_sigma = [&](double share) { return 4 * std::sqrt(share * (1 - share) / kRooms); };
+  EXPECT_NEAR(with, 0.92, four_sigma(0.92));
+  EXPECT_NEAR(without, 0.70, four_sigma(0.70));
+}
+
 TEST(CacheDraws, NoneWithoutACache) {
   TexelStatistics s;
   s.sites = 3;

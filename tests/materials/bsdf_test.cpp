@@ -203,6 +203,36 @@ TEST(Layers, SayWhatASceneNeeds) {
   EXPECT_EQ(layers({put("transmission", {1})}), Layers::kGeneral);
 }
 
+// A material whose layers are the same everywhere computes once what they leave to the lobes below. Any base
+// colour below them gives the bits that a closure of its own gives.
+TEST(Layers, WhatTheyKeepIsTheSameComputedAhead) {
+  for (const double metallic : {0.0, 0.3, 1.0})
+    for (const double roughness : {0.1, 1.0}) {
+      const Material m = test::material_of({put("metallic", {metallic}), put("roughness", {roughness})});
+      for (const Vec4& color : {Vec4(0.9f, 0.5f, 0.1f, 1.0f), Vec4(0.0f, 0.2f, 1.0f, 1.0f)}) {
+        Attributes a;
+        a.color = color;
+        const Bsdf ahead = bsdf_at(m, a);
+        ASSERT_TRUE(ahead.kept);
+        Bsdf own = ahead;
+        own.kept = nullptr;
+        BsdfAtWo one(ahead, test::direction_at(0.4f)), other(own, test::direction_at(0.4f));
+        const Vec3 wi = test::direction_at(0.7f);
+        for (int taken = 0; taken < 2; ++taken) {
+          EXPECT_EQ(one.value(wi).f, other.value(wi).f);
+          EXPECT_EQ(one.value(wi).pdf, other.value(wi).pdf);
+          EXPECT_EQ(one.lambert_share(), other.lambert_share());
+          EXPECT_EQ(one.chance_of_rest(), other.chance_of_rest());
+          one.take_lambert_share();
+          other.take_lambert_share();
+        }
+      }
+    }
+  // Sheen and coat are not computed ahead, and a Lambert surface has no layers.
+  EXPECT_FALSE(bsdf_at(test::material_of({put("clearcoat", {1})}), {}).kept);
+  EXPECT_FALSE(bsdf_at(test::material_of({put("metallic", {0}), put("specular", {0})}), {}).kept);
+}
+
 TEST(Layers, HostileNumbersAreTamed) {
   const double nan = std::nan(""), inf = INFINITY;
   for (const double bad : {nan, inf, -inf, -1.0, 7.0, 1e300}) {

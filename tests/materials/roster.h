@@ -7,7 +7,7 @@ namespace kiln::test {
 
 struct LayeredMaterial {
   std::string name;
-  Bsdf bsdf;
+  Bsdf bsdf;  // of itself alone: its material is gone
 };
 
 inline Material material_of(std::vector<Property> properties) {
@@ -49,7 +49,10 @@ inline std::vector<LayeredMaterial> layered_materials(double roughness, double a
       p.insert(p.end(), cover.properties.begin(), cover.properties.end());
       p.push_back(put("base_color", {albedo, albedo, albedo, 1}));
       p.push_back(put("roughness", {roughness}));
-      out.push_back({std::string(base.name) + cover.name, bsdf_at(material_of(p), {})});
+      const Material material = material_of(p);
+      Bsdf bsdf = bsdf_at(material, {});
+      bsdf.kept = nullptr;
+      out.push_back({std::string(base.name) + cover.name, bsdf});
     }
   return out;
 }

@@ -46,7 +46,7 @@ class PathBaker final : public Baker {
                        cache->irradiance.size(), receivers_.size()));
     const std::optional<KnownIrradiance> known =
         cache ? receivers_.known(surfaces_->scene(), *cache) : std::nullopt;
-    Run run{{}, integrator_->make_workspace(), {}, known ? &*known : nullptr};
+    Run run{{}, integrator_->make_workspace(), {}, known ? &*known : nullptr, {}};
     UnitResult& result = run.result;
     result.unit = unit.id;
     result.site_count = static_cast<uint32_t>(unit.sites.size());
@@ -75,6 +75,7 @@ class PathBaker final : public Baker {
     std::unique_ptr<Integrator::Workspace> workspace;
     UnitResult result;
     const KnownIrradiance* known;
+    Integrator::Task tasks[kBatch];
   };
   struct Receiver {
     uint32_t key;
@@ -127,12 +128,12 @@ class PathBaker final : public Baker {
               Run& run) const {
     UnitResult& result = run.result;
     const uint64_t seed = replicate_seed(settings_.seed, replicate);
-    Integrator::Task tasks[kBatch];
+    Integrator::Task* const tasks = run.tasks;
     size_t next = 0;
     for (Receiver& receiver : receivers)
       for (uint32_t i = 0; i < count; ++i) {
         const SampleStream stream(seed, receiver.key, first + i, settings_.sampler);
-        tasks[next++] = {receiver.points.at(stream), stream, {}};
+        ::new (&tasks[next++]) Integrator::Task{receiver.points.at(stream), stream, {}};
       }
     integrator_->sample(std::span(tasks, next), *run.workspace, run.known);
     for (size_t t = 0; t < receivers.size(); ++t) {

@@ -32,6 +32,7 @@ struct RadianceSamples {
     Arriving how;
   };
   static constexpr int kMax = 6;  // one per light strategy, and three for the path
+  RadianceSamples() {}            // leaves the items alone, which are most of it
   RadianceSample items[kMax];
   int count = 0;
   bool inside = false;  // the primary ray met a back face

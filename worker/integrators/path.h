@@ -101,6 +101,10 @@ class PathIntegrator final : public Integrator {
                      uint32_t bounces) const;
   bool passes_glass(Path& p, const SurfacePoint& at, const Bsdf& layers, bool leaves, Task& task,
                     uint32_t bounces) const;
+  // A shading normal that is seen from below its horizon is not used.
+  static void see_from_path(const Path& p, SurfacePoint& at) {
+    if (dot(p.direction, at.ns) >= 0.0f) at.ns = at.ng;
+  }
   void make_bsdf(Path& p, uint32_t bounces) const;
   void reflect(Wave& w, uint32_t bounces) const;
   void finish(Wave& w, uint32_t i) const;
@@ -455,7 +459,10 @@ bool PathIntegrator<kFeatures>::ends_at_known(Path& p, const Task& task, const K
     p.reflected_known = !settings_.direct;
     return settings_.direct;
   } else {
-    make_bsdf(p, bounces + 1);
+    // Most paths end: the frame and the sampling of the closure are made for the others alone.
+    see_from_path(p, at);
+    ::new (&p.bsdf.layers()) Bsdf(bsdf_at(*kind.material, at.attributes));
+    p.bsdf.set_cosine(-dot(p.direction, at.ns));
     const Vec3 share = p.bsdf.lambert_share();
     if (!(max_component(share) > 0.0f)) return false;
     take(share);
@@ -463,10 +470,13 @@ bool PathIntegrator<kFeatures>::ends_at_known(Path& p, const Task& task, const K
       p.reflected_known = true;
       return false;
     }
-    const float chance = p.bsdf.take_lambert_share();
+    const float chance = p.bsdf.chance_of_rest();
     const float u = unit_float(task.stream.bits(dimension(bounces + 1, kLayer) | 1u << 31));
     if (!(u < chance)) return true;
     p.throughput /= chance;
+    p.frame = Frame(at.ns);
+    p.bsdf.set_direction(p.frame.to_local(-p.direction));
+    p.bsdf.take_lambert_share();
     p.share_taken = true;
     return false;
   }
@@ -476,7 +486,7 @@ bool PathIntegrator<kFeatures>::ends_at_known(Path& p, const Task& task, const K
 template <uint32_t kFeatures>
 void PathIntegrator<kFeatures>::make_bsdf(Path& p, uint32_t bounces) const {
   SurfacePoint& at = p.vertices[slot(bounces)];
-  if (dot(p.direction, at.ns) >= 0.0f) at.ns = at.ng;  // seen from below the shading horizon
+  see_from_path(p, at);
   p.frame = Frame(at.ns);
   const Material& material = *surfaces_.kind(p.hit.instance).material;
   const Vec3 wo = p.frame.to_local(-p.direction);

@@ -36,53 +36,61 @@ Vec3 straight_through(const Bsdf& bsdf, float cos) {
   return bsdf.transmission * KeptLight(bsdf).at(cos).under;
 }
 
-void BsdfAtWo::set_wo(const Vec3& wo) {
+// What the lobes reflect towards wo.
+void BsdfAtWo::set_cosine(float wo_z) {
   const Bsdf& b = bsdf_;
-  wo_ = wo;
+  wo_.z = wo_z;
   covered_ = b.is_covered();
   layered_ = covered_ || b.has_specular();
   if (!layered_) return;
-  kept_ = KeptLight(b);
-  taken_ = Vec3(0.0f);
-  const float cos = std::max(wo.z, 0.0f);
-  smith_wo_ = b.has_specular() ? ggx_smith(cos, b.alpha) : 0.0f;
-  coat_smith_wo_ = b.coat > 0.0f ? ggx_smith(cos, b.coat_alpha) : 0.0f;
-  through_wo_ = kept_.through_coat(cos);
-  through_sheen_wo_ = kept_.through_sheen(cos);
-  weigh(kept_.at(cos), kept_.mean());
-}
-
-// What the lobes reflect towards wo.
-void BsdfAtWo::weigh(const KeptLight::Shares& shares, const KeptLight::Shares& means) {
-  const Bsdf& b = bsdf_;
-  const float cos = std::max(wo_.z, 0.0f);
+  if (!b.kept) own_ = KeptLayers(b);
+  const KeptLayers& kept = this->kept();
+  const float cos = std::max(wo_z, 0.0f);
+  ByFresnel base;
+  lobes_ = {};
+  if (b.has_specular()) {
+    base = kept.light.base().albedo(cos);
+    lobes_.ggx = luminance(b.f0 * base.f0 + Vec3(b.f90 * base.f90));
+    if (covered_) lobes_.ggx *= kept.light.through_coat(cos);
+  }
+  const KeptLight::Shares shares = kept.light.at(cos, base);
   Vec3 under(0.0f), metal(0.0f);
   under_wo_ = metal_wo_ = share_ = Vec3(0.0f);
-  lobes_ = {};
-  if (means.under > 0.0f) {
+  if (kept.mean.under > 0.0f) {
     under = b.diffuse * shares.under;
-    under_wo_ = under / means.under;
+    under_wo_ = under / kept.mean.under;
   }
-  if (b.metallic > 0.0f && means.metal > 0.0f) {
-    metal = bounced_between_facets(b, kept_.base_mean()) * shares.metal;
-    metal_wo_ = metal / means.metal;
-  }
-  if (b.has_specular()) {
-    const ByFresnel e = kept_.base().albedo(cos);
-    lobes_.ggx = luminance(b.f0 * e.f0 + Vec3(b.f90 * e.f90)) * through_wo_;
+  if (b.metallic > 0.0f && kept.mean.metal > 0.0f) {
+    metal = bounced_between_facets(b, kept.base_mean) * shares.metal;
+    metal_wo_ = metal / kept.mean.metal;
   }
   if (covered_) {
-    lobes_.coat = kept_.coat(cos);
-    const Vec3 sheen = b.sheen * kept_.sheen(cos);
-    const float mean = kept_.sheen_mean();
+    lobes_.coat = kept.light.coat(cos);
+    const Vec3 sheen = b.sheen * kept.light.sheen(cos);
+    const float mean = kept.light.sheen_mean();
     sheen_wo_ = mean > 0.0f ? sheen / mean : Vec3(0.0f);
     lobes_.uniform = luminance(sheen);
     share_ = sheen;
   }
   // Where little is kept it is kept at grazing angles: the cosine would find that rarely.
   lobes_.uniform += luminance(metal);
-  (means.under < 0.5f ? lobes_.uniform : lobes_.cosine) += luminance(under);
+  (kept.mean.under < 0.5f ? lobes_.uniform : lobes_.cosine) += luminance(under);
   share_ += under + metal;
+}
+
+void BsdfAtWo::set_direction(const Vec3& wo) {
+  const Bsdf& b = bsdf_;
+  wo_ = wo;
+  if (!layered_) return;
+  taken_ = Vec3(0.0f);
+  const float cos = std::max(wo.z, 0.0f);
+  smith_wo_ = b.has_specular() ? ggx_smith(cos, b.alpha) : 0.0f;
+  if (covered_) {
+    const KeptLight& light = kept().light;
+    coat_smith_wo_ = b.coat > 0.0f ? ggx_smith(cos, b.coat_alpha) : 0.0f;
+    through_wo_ = light.through_coat(cos);
+    through_sheen_wo_ = light.through_sheen(cos);
+  }
   choose(lobes_);
 }
 
@@ -106,7 +114,8 @@ void BsdfAtWo::choose(Lobes lobes) {
 
 BsdfValue BsdfAtWo::layered(const Vec3& wi) const {
   const Bsdf& b = bsdf_;
-  const KeptLight::Shares shares = kept_.at(wi.z);
+  const KeptLight& light = kept().light;
+  const KeptLight::Shares shares = light.at(wi.z);
   BsdfValue v;
   v.f = (under_wo_ * shares.under + metal_wo_ * shares.metal) * kInvPi;
   v.pdf = (chance_.cosine * wi.z + 0.5f * chance_.uniform) * kInvPi;
@@ -115,8 +124,8 @@ BsdfValue BsdfAtWo::layered(const Vec3& wi) const {
   if (covered_) {
     // Departure from KHR_materials_sheen: a separable lobe with the albedo of Charlie's instead of Charlie's
     // itself. Of the GGX layer the more grazing direction lets less through, as the extension has it.
-    v.f += sheen_wo_ * (kept_.sheen(wi.z) * kInvPi);
-    through = through_wo_ * kept_.through_coat(wi.z) * std::min(through_sheen_wo_, kept_.through_sheen(wi.z));
+    v.f += sheen_wo_ * (light.sheen(wi.z) * kInvPi);
+    through = through_wo_ * light.through_coat(wi.z) * std::min(through_sheen_wo_, light.through_sheen(wi.z));
   }
   if (smith_wo_ > 0.0f) {
     const float d = ggx_d(h, b.alpha);
@@ -141,17 +150,23 @@ Vec3 BsdfAtWo::lambert_share() const {
   return luminance(share_) > 0.1f * lobes_.sum() ? share_ : Vec3(0.0f);
 }
 
-float BsdfAtWo::take_lambert_share() {
-  if (!layered_ || wo_.z <= 0.0f) return 0.0f;
-  taken_ = share_ * kInvPi;
-  // The lobes below the layers are left with the difference of their shapes to the cosine's. These parts
-  // bound the noise it makes; they cannot change a mean.
+// The lobes below the layers are left with the difference of their shapes to the cosine's. These parts bound
+// the noise it makes; they cannot change a mean.
+auto BsdfAtWo::without_share() const -> Lobes {
   Lobes rest = lobes_;
   rest.cosine *= 0.1f;
   rest.uniform *= 0.5f;
-  const float chance = std::clamp(rest.sum() / lobes_.sum(), 0.1f, 0.9f);
-  choose(rest);
-  return chance;
+  return rest;
+}
+
+float BsdfAtWo::chance_of_rest() const {
+  if (!layered_ || wo_.z <= 0.0f) return 0.0f;
+  return std::clamp(without_share().sum() / lobes_.sum(), 0.1f, 0.9f);
+}
+
+void BsdfAtWo::take_lambert_share() {
+  taken_ = share_ * kInvPi;
+  choose(without_share());
 }
 
 Vec3 BsdfAtWo::rest_of_share(const Vec3& wi) const {

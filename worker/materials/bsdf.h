@@ -24,6 +24,9 @@ struct Bsdf {
   Vec3 sheen{0.0f};
   float sheen_roughness = 0.0f;
   float coat = 0.0f, coat_alpha = 1.0f;
+  // What these layers leave to those below, if the material computed it ahead, and lives: as
+  // KeptLayers(*this).
+  const KeptLayers* kept = nullptr;
 
   bool has_specular() const { return f90 > 0.0f || max_component(f0) > 0.0f; }
   bool has_diffuse() const { return max_component(diffuse) > 0.0f; }
@@ -57,9 +60,15 @@ class BsdfAtWo {
  public:
   BsdfAtWo() = default;  // black
   BsdfAtWo(const Bsdf& bsdf, const Vec3& wo) : bsdf_(bsdf) { set_wo(wo); }
-  // The same in two steps, without a copy: fill in layers(), then set_wo.
+  // The same in steps, without a copy: fill in layers(), then set_cosine(), after which the Lambert share and
+  // the chance of the rest are known, then set_direction() with a wo of that z.
   Bsdf& layers() { return bsdf_; }
-  void set_wo(const Vec3& wo);
+  void set_cosine(float cos);
+  void set_direction(const Vec3& wo);
+  void set_wo(const Vec3& wo) {
+    set_cosine(wo.z);
+    set_direction(wo);
+  }
 
   BsdfValue value(const Vec3& wi) const {
     if (wo_.z <= 0.0f || wi.z <= 0.0f) return {};
@@ -71,9 +80,10 @@ class BsdfAtWo {
   // A Lambert lobe that stands for a large part of the closure: its reflectance towards wo; black if it would
   // be less than a tenth of all. Reflects as much of a uniform irradiance as the lobes below the layers do.
   Vec3 lambert_share() const;
-  // Takes that lobe away: value() and sample() are then of the rest, which may be negative. Returns the share
-  // of samples that the rest is worth; 0: there is none.
-  float take_lambert_share();
+  // The share of samples that the rest of the closure is worth; 0: there is none.
+  float chance_of_rest() const;
+  // Takes that lobe away: value() and sample() are then of the rest, which may be negative.
+  void take_lambert_share();
   // The rest's part of value(wi).f, by channel; may be negative.
   Vec3 rest_of_share(const Vec3& wi) const;
 
@@ -83,19 +93,20 @@ class BsdfAtWo {
     float coat = 0.0f, uniform = 0.0f, ggx = 0.0f, cosine = 0.0f;
     float sum() const { return coat + uniform + ggx + cosine; }
   };
-  void weigh(const KeptLight::Shares& shares, const KeptLight::Shares& means);
+  const KeptLayers& kept() const { return bsdf_.kept ? *bsdf_.kept : own_; }
+  Lobes without_share() const;
   void choose(Lobes lobes);
   BsdfValue layered(const Vec3& wi) const;
 
   Bsdf bsdf_;
   Vec3 wo_{0.0f};
   bool layered_ = false, covered_ = false;
-  KeptLight kept_;
+  KeptLayers own_;                        // unless the material has it
   Vec3 under_wo_{0.0f}, metal_wo_{0.0f};  // the lobes below the layers: times the shares at wi, over pi
   Vec3 share_{0.0f}, taken_{0.0f};        // the Lambert lobe; the same once it is taken away, over pi
   float smith_wo_ = 0.0f, coat_smith_wo_ = 0.0f;
   float through_wo_ = 1.0f;  // of the coat, one way
-  Vec3 sheen_wo_{0.0f};      // sheen's lobe: times kept_.sheen(wi), over pi
+  Vec3 sheen_wo_{0.0f};      // sheen's lobe: times kept().light.sheen(wi), over pi
   float through_sheen_wo_ = 1.0f;
   Lobes lobes_, chance_;  // chance_: of all samples
 };

@@ -29,11 +29,6 @@ KeptLight::KeptLight(const Bsdf& b)
   }
 }
 
-auto KeptLight::rest(float all, float coat, const ByFresnel& reflected) const -> Shares {
-  return {std::max(0.0f, all - coat - reflected.of(under_f0_, under_f90_)),
-          std::max(0.0f, all - coat - reflected.white())};
-}
-
 auto KeptLight::rest(float all, const ByFresnel& coat, const GgxAlbedo::Means& layer) const -> Shares {
   const ByFresnel reflected = layer.plain.albedo * (through_ * through_) +
                               (layer.plain.fifth + layer.under_fifth.albedo) * (-through_ * through_fifth_) +
@@ -41,10 +36,9 @@ auto KeptLight::rest(float all, const ByFresnel& coat, const GgxAlbedo::Means& l
   return rest(all, coat_ * coat.of(kCoatF0, 1.0f), reflected);
 }
 
-auto KeptLight::at(float cos) const -> Shares {
+auto KeptLight::under_cover(float cos) const -> Shares {
   ByFresnel reflected;
   if (layer_) reflected = base_.albedo(cos);
-  if (!(coat_ > 0.0f) && !(sheen_color_ > 0.0f)) return rest(1.0f, 0.0f, reflected);
   if (layer_ && coat_ > 0.0f)
     reflected = (reflected * through_ + base_.fifth(cos) * -through_fifth_) * through_coat(cos);
   const Shares kept = rest(1.0f, coat(cos), reflected);
@@ -67,5 +61,8 @@ float KeptLight::sheen_mean() const {
   if (!(coat_ > 0.0f)) return sheen_.mean();
   return sheen_.mean() - coat_ * coat_albedo_.means_under(sheen_).plain.albedo.of(kCoatF0, 1.0f);
 }
+
+KeptLayers::KeptLayers(const Bsdf& b)
+    : light(b), mean(light.mean()), base_mean(b.metallic > 0.0f ? light.base_mean() : 0.0f) {}
 
 }  // namespace kiln

@@ -18,7 +18,13 @@ class KeptLight {
   };
   KeptLight() = default;
   explicit KeptLight(const Bsdf& bsdf);
-  Shares at(float cos) const;
+  Shares at(float cos) const {
+    return is_covered() ? under_cover(cos) : rest(1.0f, 0.0f, layer_ ? base_.albedo(cos) : ByFresnel{});
+  }
+  // The same where the GGX layer's albedo at that cosine is known.
+  Shares at(float cos, const ByFresnel& base) const {
+    return is_covered() ? under_cover(cos) : rest(1.0f, 0.0f, base);
+  }
   Shares mean() const;  // 2 int at(cos) cos dcos
   // Of the GGX layer, without the coat.
   const GgxAlbedo& base() const { return base_; }
@@ -39,8 +45,13 @@ class KeptLight {
   static constexpr float kCoatF0 = 0.04f;  // index of refraction 1.5
 
  private:
+  bool is_covered() const { return coat_ > 0.0f || sheen_color_ > 0.0f; }
+  Shares under_cover(float cos) const;
   // What is left of `all` light under the coat's and the layer's integrals.
-  Shares rest(float all, float coat, const ByFresnel& reflected) const;
+  Shares rest(float all, float coat, const ByFresnel& reflected) const {
+    return {std::max(0.0f, all - coat - reflected.of(under_f0_, under_f90_)),
+            std::max(0.0f, all - coat - reflected.white())};
+  }
   Shares rest(float all, const ByFresnel& coat, const GgxAlbedo::Means& layer) const;
 
   GgxAlbedo base_, coat_albedo_;
@@ -49,6 +60,15 @@ class KeptLight {
   float under_f0_ = 0.0f, under_f90_ = 0.0f;
   bool layer_ = false;
   float coat_ = 0.0f, through_ = 1.0f, through_fifth_ = 0.0f;
+};
+
+// A KeptLight with its means. A material whose layers are the same everywhere computes it once.
+struct KeptLayers {
+  KeptLayers() = default;
+  explicit KeptLayers(const Bsdf& bsdf);
+  KeptLight light;
+  KeptLight::Shares mean{};
+  float base_mean = 0.0f;  // of metal only
 };
 
 }  // namespace kiln

@@ -23,6 +23,8 @@ MetallicRoughness MetallicRoughness::parse(RecordReader& r, const Scene& scene) 
   m.normal_map_ = NormalMap(r, scene);
   m.double_sided_ = r.number("double_sided", 0.0f) != 0.0f;
   m.extra_ = ExtraLayers::parse(r, scene);
+  // The base colour may vary: it is below the layers.
+  if (m.reflects_ && !m.extra_ && !m.metallic_roughness_texture_) m.kept_ = KeptLayers(m.bsdf({}));
   return m;
 }
 
@@ -55,6 +57,7 @@ Bsdf MetallicRoughness::bsdf(const Attributes& a) const {
   b.alpha = ggx_alpha(roughness);
   b.metallic = metallic;
   b.metal = color;
+  if (kept_) b.kept = &*kept_;
   if (extra_) {
     const float through = extra_->transmission(a);
     b.transmission = b.diffuse * through;

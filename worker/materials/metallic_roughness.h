@@ -2,6 +2,8 @@
 // KHR_materials_ior and the layers of extra_layers.h.
 #pragma once
 
+#include <optional>
+
 #include "worker/materials/alpha.h"
 #include "worker/materials/extra_layers.h"
 #include "worker/materials/normal_map.h"
@@ -53,6 +55,7 @@ class MetallicRoughness {
   NormalMap normal_map_;
   bool double_sided_ = false;
   std::shared_ptr<const ExtraLayers> extra_;
+  std::optional<KeptLayers> kept_;  // of every point, if the layers are the same at all
 };
 
 }  // namespace kiln

@@ -164,29 +164,45 @@ std::vector<float> samples_around(const TexelStatistics& s, std::span<const uint
 
 std::vector<float> band_errors(const TexelStatistics& s, std::span<const uint32_t> chart_of_site,
                                std::span<const size_t> first_planes) {
-  // Per site: the squared error of one sample of each replicate, if errors come from independent samples.
-  std::vector<double> square(s.sites, 0.0);
+  const auto light = [&](uint32_t r, size_t i, size_t plane) {
+    const float* rgb = &s.mean[r][i * s.planes + plane];
+    return double{luminance(Vec3(rgb[0], rgb[1], rgb[2]))};
+  };
+  // [site][function] half the replicates' difference, times the root of the samples: of one variance around a
+  // site if errors come from independent samples.
+  const size_t functions = first_planes.size();
+  std::vector<double> half(s.sites * functions, 0.0);
   for_each_index(s.sites, 0, [&](size_t i) {
     if (!s.known[i]) return;
-    for (const size_t p : first_planes) {
-      const auto light = [&](uint32_t r) {
-        const float* rgb = &s.mean[r][i * s.planes + p];
-        return double{luminance(Vec3(rgb[0], rgb[1], rgb[2]))};
-      };
-      const double half = 0.5 * (light(0) - light(1));
-      square[i] += half * half * s.samples[i];
-    }
+    for (size_t f = 0; f < functions; ++f)
+      half[i * functions + f] =
+          0.5 * (light(0, i, first_planes[f]) - light(1, i, first_planes[f])) * std::sqrt(s.samples[i]);
   });
   std::vector<float> out(s.sites, 0.0f);
   for_each_index(s.sites, 0, [&](size_t i) {
     if (!s.known[i]) return;
-    double sum = square[i];
-    size_t count = 1;
-    for_each_near(s, chart_of_site, i, [&](size_t j) {
-      sum += square[j];
-      ++count;
-    });
-    out[i] = static_cast<float>(std::sqrt(sum / (static_cast<double>(count) * s.samples[i])));
+    double count = 0, squares = 0, square_of_mean = 0, length2 = 0;
+    for (size_t f = 0; f < functions; ++f) {
+      double sum = half[i * functions + f];
+      count = 1;
+      squares += sum * sum;
+      for_each_near(s, chart_of_site, i, [&](size_t j) {
+        const double h = half[j * functions + f];
+        sum += h;
+        squares += h * h;
+        count += 1;
+      });
+      square_of_mean += sum * sum / (count * count);
+      const double mean = 0.5 * (light(0, i, first_planes[f]) + light(1, i, first_planes[f]));
+      length2 += mean * mean;
+    }
+    double variance = squares / count;
+    if (!s.shared.empty()) {
+      const double own =
+          count > 1 ? std::max(0.0, variance - square_of_mean) * count / (count - 1) : variance;
+      variance = std::max(0.0, own + shared_variance(s.shared[i] * length2 * s.samples[i], variance - own));
+    }
+    out[i] = static_cast<float>(std::sqrt(variance / s.samples[i]));
   });
   return out;
 }
