@@ -76,6 +76,66 @@ TEST(HalfHidden, AreTexelsWithAWallAcrossThem) {
   EXPECT_GT(beside, 400u);
 }
 
+// A wall across the grid of texels cuts off an eighth of each that it meets: one corner, where few points
+// are.
+TEST(HalfHidden, AreTexelsOfWhichAWallCutsOffACorner) {
+  SceneMaker maker;
+  const uint32_t grey = maker.lambert(Vec3(0.5f));
+  maker.quad({0, 0, 0}, {0, 0, 4}, {4, 0, 0}, grey);
+  maker.quad({kTexel / 2, 0.01f, 0}, {4, 0, 4}, {0, 1, 0}, grey);
+  const MadeSurface floor(maker.take(), 1 / kTexel);
+  const auto hidden = half_hidden_sites(floor.scene, floor.atlas, floor.sites, 2, 1e9);
+  ASSERT_TRUE(hidden);
+  size_t cut = 0, beside = 0;
+  for (size_t i = 0; i < floor.sites.size(); ++i) {
+    const Vec3& p = floor.sites.position[i];
+    if (p.y > 0.005f || std::min(p.x, p.z) < kTexel || std::max(p.x, p.z) > 4 - kTexel) continue;
+    const float off = std::abs(p.x - p.z - kTexel / 2) / kTexel;
+    if (off < 0.6f) {
+      ++cut;
+      EXPECT_TRUE((*hidden)[i]) << p.x << " " << p.z;
+    } else if (off > 2.6f) {
+      ++beside;
+      EXPECT_FALSE((*hidden)[i]) << p.x << " " << p.z;
+    }
+  }
+  EXPECT_GT(cut, 50u);
+  EXPECT_GT(beside, 600u);
+}
+
+// Slats an eighth of a texel wide and a fiftieth above the floor cover some of its points. Seen from a tenth
+// of a texel above it they are part of the floor.
+TEST(HalfHidden, AreTexelsOfWhichAPartIsCovered) {
+  SceneMaker maker;
+  const uint32_t grey = maker.lambert(Vec3(0.5f));
+  maker.quad({0, 0, 0}, {0, 0, 4}, {4, 0, 0}, grey);
+  std::vector<float> slats;
+  for (int k = 0; k < 8; ++k) {
+    slats.push_back(0.5f + 3.6f * kTexel * static_cast<float>(k));
+    maker.box({slats.back(), 0.02f * kTexel, 0.5f}, {slats.back() + kTexel / 8, 0.04f * kTexel, 3.5f}, false,
+              grey);
+  }
+  const MadeSurface floor(maker.take(), 1 / kTexel);
+  const auto hidden = half_hidden_sites(floor.scene, floor.atlas, floor.sites, 2, 1e9);
+  ASSERT_TRUE(hidden);
+  size_t partly = 0, beside = 0;
+  for (size_t i = 0; i < floor.sites.size(); ++i) {
+    const Vec3& p = floor.sites.position[i];
+    if (p.y > 1e-6f || p.z < 0.5f + kTexel || p.z > 3.5f - kTexel) continue;
+    float off = 1e9f;  // of the slat's middle from the texel's, in texels
+    for (const float x : slats) off = std::min(off, std::abs(x + kTexel / 16 - p.x) / kTexel);
+    if (off < 0.43f) {
+      ++partly;
+      EXPECT_TRUE((*hidden)[i]) << p.x << " " << p.z;
+    } else if (off > 0.6f) {
+      ++beside;
+      EXPECT_FALSE((*hidden)[i]) << p.x << " " << p.z;
+    }
+  }
+  EXPECT_GT(partly, 100u);
+  EXPECT_GT(beside, 300u);
+}
+
 TEST(HalfHidden, AreTheSameForAnyNumberOfThreadsAndNoneOutOfTime) {
   const MadeSurface floor = floor_under_crate();
   EXPECT_EQ(half_hidden_sites(floor.scene, floor.atlas, floor.sites, 1, 1e9),

@@ -13,7 +13,7 @@ struct KnownIrradiance {
 
   // Hits closer than this many texels of the surface hit are traced on: the mean over a texel differs from
   // what a nearby point sees. (Ward et al. 1988 bound reuse by the distance to surfaces likewise.)
-  static constexpr float kNearestTexels = 4.0f;
+  static constexpr float kNearestTexels = 2.0f;
   // A normal map that tilts the normal further than this needs its own irradiance, not the surface's.
   static constexpr float kMinAgreement = 0.9f;
 

@@ -2,6 +2,7 @@
 
 #include <bit>
 #include <cmath>
+#include <span>
 
 #include "common/base/clock.h"
 #include "common/base/parallel.h"
@@ -13,7 +14,7 @@ namespace {
 
 constexpr int kPoints = 4;  // spread over the texel: the valid points are a low-discrepancy set
 // KnownIrradiance::kNearestTexels: from there paths read the mean. (Workers' code; not included here.)
-constexpr float kReach = 4;
+constexpr float kReach = 2;
 // A texel counts as half hidden where the relative standard deviation of its points' openness is above this:
 // what paths read is off by up to that times the relative deviation of the light. Where a wall meets a floor
 // it is lower, so rooms keep their corners. docs/error_vs_time.md has the bias that is left and the rays it
@@ -26,12 +27,17 @@ constexpr float kLift = 1e-3f;  // texels off the surface
 constexpr float kDirections[][2] = {{0.239f, 0.074f},  {-0.391f, 0.185f},  {0.211f, -0.518f},
                                     {0.229f, 0.620f},  {-0.667f, -0.343f}, {0.800f, -0.218f},
                                     {-0.481f, 0.762f}, {-0.172f, -0.953f}};
+// A point off the surface, by no less than positions are rounded.
+Vec3 lifted(const SitePoint& point, float size) {
+  const Vec3 at(point.position);
+  const float place = std::max({std::abs(at.x), std::abs(at.y), std::abs(at.z)});
+  return at + Vec3(point.normal) * std::max(kLift * size, 4 * 0x1p-23f * place);
+}
+
 // How many of the directions are free.
 int openness(const SceneRays& rays, const SitePoint& point, float size) {
-  const Vec3 normal(point.normal), at(point.position);
-  const float place = std::max({std::abs(at.x), std::abs(at.y), std::abs(at.z)});
-  const Vec3 from = at + normal * std::max(kLift * size, 4 * 0x1p-23f * place);
-  const Frame frame(normal);
+  const Vec3 from = lifted(point, size);
+  const Frame frame{Vec3(point.normal)};
   int open = 0;
   for (const auto& [x, y] : kDirections) {
     const Vec3 direction = frame.to_world({x, y, std::sqrt(1 - x * x - y * y)});
@@ -40,30 +46,45 @@ int openness(const SceneRays& rays, const SitePoint& point, float size) {
   return open;
 }
 
-// Whether something stands between two points of a texel.
-bool is_parted(const SceneRays& rays, const SitePoint& a, const SitePoint& b, float size) {
-  const Vec3 from(a.position + a.normal * double{kOver * size}),
-      to(b.position + b.normal * double{kOver * size});
-  return from != to && rays.is_blocked(from, to - from, 1.0f);
+// Whether something parts a texel's points, or covers some of them and not others: they are tied together by
+// lines from each to the next, a little above the surface, and down to the points. The points are spread
+// evenly and each is far from the next, so that whatever stands across the texel meets a line.
+bool is_parted(const SceneRays& rays, std::span<const SitePoint> points, float size) {
+  const auto above = [&](const SitePoint& p) { return p.position + p.normal * double{kOver * size}; };
+  BoxNode box;
+  for (const SitePoint& p : points) {
+    box.add(Vec3(lifted(p, size)));
+    box.add(Vec3(above(p)));
+  }
+  if (!rays.may_hold(box)) return false;
+  size_t covered = 0;
+  for (size_t i = 0; i < points.size(); ++i) {
+    const SitePoint& p = points[i];
+    const Vec3 from = lifted(p, size);
+    covered += rays.is_blocked(from, Vec3(above(p)) - from, 1.0f);
+    if (covered > 0 && covered <= i) return true;
+    if (i == 0) continue;
+    const Vec3 last(above(points[i - 1])), here(above(p));
+    if (here != last && rays.is_blocked(last, here - last, 1.0f)) return true;
+  }
+  return false;
 }
 
 bool is_half_hidden(const SceneRays& rays, const Scene& scene, const Atlas& atlas, uint32_t site,
                     float size) {
   const uint32_t* mask = &atlas.sites.words[atlas.sites.first_word[site]];
-  const int points = std::popcount(mask[0]) + std::popcount(mask[1]);
-  if (points < 2 || !(size > 0)) return false;
-  SitePoint point[kPoints];
+  const auto count = static_cast<size_t>(std::popcount(mask[0]) + std::popcount(mask[1]));
+  if (count < 2 || !(size > 0)) return false;
+  SitePoint points[64];
+  for (size_t i = 0; i < count; ++i) {
+    points[i] = point_on_site(scene, atlas, site, (static_cast<float>(i) + 0.5f) / static_cast<float>(count));
+    if (points[i].normal == DVec3(0.0)) return false;
+  }
+  if (is_parted(rays, {points, count}, size)) return true;
+  int sum = 0, squares = 0;
   for (int i = 0; i < kPoints; ++i) {
     // From the first to the last: these climb in both coordinates (points of a Hammersley set, site_point).
-    const auto index = static_cast<float>(i * (points - 1) / (kPoints - 1));
-    point[i] = point_on_site(scene, atlas, site, (index + 0.5f) / static_cast<float>(points));
-    if (point[i].normal == DVec3(0.0)) return false;
-  }
-  for (int i = 1; i < kPoints; ++i)
-    if (is_parted(rays, point[i - 1], point[i], size)) return true;
-  int sum = 0, squares = 0;
-  for (const SitePoint& p : point) {
-    const int open = openness(rays, p, size);
+    const int open = openness(rays, points[static_cast<size_t>(i) * (count - 1) / (kPoints - 1)], size);
     sum += open;
     squares += open * open;
   }

@@ -25,6 +25,11 @@ struct BoxNode {
     low = glm::min(low, p);
     high = glm::max(high, p);
   }
+  bool overlaps(const BoxNode& b) const {
+    for (int axis = 0; axis < 3; ++axis)
+      if (low[axis] > b.high[axis] || b.low[axis] > high[axis]) return false;
+    return true;
+  }
 };
 
 class SceneRays {
@@ -40,6 +45,8 @@ class SceneRays {
   }
   // Whether there is a surface before `far`, from either side.
   bool is_blocked(const Vec3& origin, const Vec3& direction, float far) const;
+  // Whether a triangle's bounding box may reach into this box: false only if no triangle does.
+  bool may_hold(const BoxNode& box) const;
 
  private:
   struct Triangle {
@@ -54,6 +61,8 @@ class SceneRays {
     uint32_t instance;
     Mat4x3 to_mesh;
   };
+  template <class Leaf>
+  static bool any_leaf(const std::vector<BoxNode>& nodes, const BoxNode& box, const Leaf& leaf);
   // A hundred levels: binned splits end at kBinnedDepth, and median splits after that within 32.
   static constexpr int kStack = 100;
 
@@ -172,6 +181,53 @@ bool SceneRays::closest(const Vec3& origin, const Vec3& direction, float far, Ra
     }
   });
   return found;
+}
+
+// Whether leaf(node) is true for a leaf that overlaps the box.
+template <class Leaf>
+bool SceneRays::any_leaf(const std::vector<BoxNode>& nodes, const BoxNode& box, const Leaf& leaf) {
+  if (nodes.empty()) return false;
+  uint32_t open[kStack];
+  int count = 0;
+  open[count++] = 0;
+  while (count) {
+    const BoxNode& node = nodes[open[--count]];
+    if (!node.overlaps(box)) continue;
+    if (node.count) {
+      if (leaf(node)) return true;
+      continue;
+    }
+    open[count++] = node.first;
+    open[count++] = node.first + 1;
+  }
+  return false;
+}
+
+inline bool SceneRays::may_hold(const BoxNode& box) const {
+  return any_leaf(top_, box, [&](const BoxNode& top) {
+    for (uint32_t i = top.first; i < top.first + top.count; ++i) {
+      const Place& place = places_[i];
+      const MeshTree& mesh = meshes_[scene_.instances[place.instance].mesh];
+      BoxNode own;  // around the box's corners in the mesh's space
+      for (int corner = 0; corner < 8; ++corner)
+        own.add(transform_point(place.to_mesh,
+                                {corner & 1 ? box.high.x : box.low.x, corner & 2 ? box.high.y : box.low.y,
+                                 corner & 4 ? box.high.z : box.low.z}));
+      const auto has = [&](const BoxNode& node) {
+        for (uint32_t k = node.first; k < node.first + node.count; ++k) {
+          const Triangle& t = mesh.triangles[k];
+          BoxNode around;
+          around.add(t.corner);
+          around.add(t.corner + t.edge1);
+          around.add(t.corner + t.edge2);
+          if (around.overlaps(own)) return true;
+        }
+        return false;
+      };
+      if (any_leaf(mesh.nodes, own, has)) return true;
+    }
+    return false;
+  });
 }
 
 }  // namespace kiln
