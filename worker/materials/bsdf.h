@@ -24,8 +24,7 @@ struct Bsdf {
   Vec3 sheen{0.0f};
   float sheen_roughness = 0.0f;
   float coat = 0.0f, coat_alpha = 1.0f;
-  // What these layers leave to those below, if the material computed it ahead, and lives: as
-  // KeptLayers(*this).
+  // KeptLayers(*this), if the material computed it ahead; it belongs to the material.
   const KeptLayers* kept = nullptr;
 
   bool has_specular() const { return f90 > 0.0f || max_component(f0) > 0.0f; }
