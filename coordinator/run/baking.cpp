@@ -331,8 +331,8 @@ class Baking {
     return reached_error(state(), norm_, z_, unmet_.get()) <= asked_error();
   }
 
-  // Share of the sampled sites that have all the samples they may have, and too few for what is asked. A bound
-  // that would be raised holds nothing back: time does.
+  // Share of the sampled sites that have all the samples they may have, and too few for what is asked. A
+  // bound that would be raised holds nothing back: time does.
   double held_back() const {
     if (has_reached() || errors_.mean.empty() || may_raise_most()) return 0;
     const std::vector<double> needed = all_needed(target_);

@@ -101,10 +101,6 @@ class PathIntegrator final : public Integrator {
                      uint32_t bounces) const;
   bool passes_glass(Path& p, const SurfacePoint& at, const Bsdf& layers, bool leaves, Task& task,
                     uint32_t bounces) const;
-  // A shading normal that is seen from below its horizon is not used.
-  static void see_from_path(const Path& p, SurfacePoint& at) {
-    if (dot(p.direction, at.ns) >= 0.0f) at.ns = at.ng;
-  }
   void make_bsdf(Path& p, uint32_t bounces) const;
   void reflect(Wave& w, uint32_t bounces) const;
   void finish(Wave& w, uint32_t i) const;
@@ -460,7 +456,7 @@ bool PathIntegrator<kFeatures>::ends_at_known(Path& p, const Task& task, const K
     return settings_.direct;
   } else {
     // Most paths end: the frame and the sampling of the closure are made for the others alone.
-    see_from_path(p, at);
+    at.see_along(p.direction);
     ::new (&p.bsdf.layers()) Bsdf(bsdf_at(*kind.material, at.attributes));
     p.bsdf.set_cosine(-dot(p.direction, at.ns));
     const Vec3 share = p.bsdf.lambert_share();
@@ -486,7 +482,7 @@ bool PathIntegrator<kFeatures>::ends_at_known(Path& p, const Task& task, const K
 template <uint32_t kFeatures>
 void PathIntegrator<kFeatures>::make_bsdf(Path& p, uint32_t bounces) const {
   SurfacePoint& at = p.vertices[slot(bounces)];
-  see_from_path(p, at);
+  at.see_along(p.direction);
   p.frame = Frame(at.ns);
   const Material& material = *surfaces_.kind(p.hit.instance).material;
   const Vec3 wo = p.frame.to_local(-p.direction);
