@@ -90,12 +90,12 @@ TEST(Reading, PathsGoOnWhereNothingIsKnown) {
 }
 
 TEST(Reading, PathsGoOnNearTheSurface) {
-  // From half a metre on, a texel of 1/8 m is read; the farthest point of the wall at 0.1 m that a ray of the
-  // receiver meets within half a metre is 0.49 m aside.
+  // From a quarter of a metre on, a texel of 1/8 m is read. No point of the wall is that far from the
+  // receiver: corner to opposite corner it is 0.23 m.
   SceneMaker m;
   const uint32_t black = m.lambert(Vec3(0.0f)), white = m.lambert(Vec3(0.6f));
-  m.quad({-0.1f, 0, -0.1f}, {0, 0, 0.2f}, {0.2f, 0, 0}, black);
-  m.quad({-0.2f, 0.1f, -0.2f}, {0.4f, 0, 0}, {0, 0, 0.4f}, white);
+  m.quad({-0.05f, 0, -0.05f}, {0, 0, 0.1f}, {0.1f, 0, 0}, black);
+  m.quad({-0.1f, 0.1f, -0.1f}, {0.2f, 0, 0}, {0, 0, 0.2f}, white);
   m.quad({-3, -1, -3}, {0, 0, 6}, {6, 0, 0}, black);  // more than the wall sees
   m.environment(Vec3(0.5f));
   const Scene scene = m.take();
