@@ -32,7 +32,7 @@ struct RadianceSamples {
     Arriving how;
   };
   static constexpr int kMax = 6;  // one per light strategy, and three for the path
-  RadianceSamples() {}            // leaves the items alone, which are most of it
+  RadianceSamples() {}            // the items, most of it, stay uninitialised
   RadianceSample items[kMax];
   int count = 0;
   bool inside = false;  // the primary ray met a back face

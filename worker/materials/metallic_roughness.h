@@ -55,7 +55,7 @@ class MetallicRoughness {
   NormalMap normal_map_;
   bool double_sided_ = false;
   std::shared_ptr<const ExtraLayers> extra_;
-  std::optional<KeptLayers> kept_;  // of every point, if the layers are the same at all
+  std::optional<KeptLayers> kept_;  // empty if the layers vary
 };
 
 }  // namespace kiln

@@ -13,7 +13,7 @@ struct SurfacePoint {
   Vec3 ns;      // unit, interpolated; on the side of ng
   float error;  // bound on the rounding of rays and point off the surface, metres
   Attributes attributes;
-  // Does without a shading normal that a path arriving along `direction` sees from below its horizon.
+  // Falls back to ng where a path along `direction` would see the shading normal from below its horizon.
   void see_along(const Vec3& direction) {
     if (dot(direction, ns) >= 0.0f) ns = ng;
   }

@@ -27,6 +27,7 @@ constexpr float kLift = 1e-3f;  // texels off the surface
 constexpr float kDirections[][2] = {{0.239f, 0.074f},  {-0.391f, 0.185f},  {0.211f, -0.518f},
                                     {0.229f, 0.620f},  {-0.667f, -0.343f}, {0.800f, -0.218f},
                                     {-0.481f, 0.762f}, {-0.172f, -0.953f}};
+
 // A point off the surface, by no less than positions are rounded.
 Vec3 lifted(const SitePoint& point, float size) {
   const Vec3 at(point.position);
@@ -50,22 +51,21 @@ int openness(const SceneRays& rays, const SitePoint& point, float size) {
 // lines from each to the next, a little above the surface, and down to the points. The points are spread
 // evenly and each is far from the next, so that whatever stands across the texel meets a line.
 bool is_parted(const SceneRays& rays, std::span<const SitePoint> points, float size) {
-  const auto above = [&](const SitePoint& p) { return p.position + p.normal * double{kOver * size}; };
+  const auto above = [&](const SitePoint& p) { return Vec3(p.position + p.normal * double{kOver * size}); };
   BoxNode box;
   for (const SitePoint& p : points) {
-    box.add(Vec3(lifted(p, size)));
-    box.add(Vec3(above(p)));
+    box.add(lifted(p, size));
+    box.add(above(p));
   }
   if (!rays.may_hold(box)) return false;
   size_t covered = 0;
+  Vec3 last = above(points[0]);
   for (size_t i = 0; i < points.size(); ++i) {
-    const SitePoint& p = points[i];
-    const Vec3 from = lifted(p, size);
-    covered += rays.is_blocked(from, Vec3(above(p)) - from, 1.0f);
+    const Vec3 point = lifted(points[i], size), here = above(points[i]);
+    covered += rays.is_blocked(point, here - point, 1.0f);
     if (covered > 0 && covered <= i) return true;
-    if (i == 0) continue;
-    const Vec3 last(above(points[i - 1])), here(above(p));
     if (here != last && rays.is_blocked(last, here - last, 1.0f)) return true;
+    last = here;
   }
   return false;
 }

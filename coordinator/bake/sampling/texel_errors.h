@@ -56,9 +56,9 @@ std::vector<float> samples_around(const TexelStatistics& statistics, std::span<c
 
 // Standard error of a band of the basis: of the length of its vector of luminances, one per
 // function. Estimated from the replicates' differences at the site and around it, over as many
-// samples as each has. `first_planes`: first plane of each function; its colours are consecutive. With errors
-// drawn of the caches what texels share is added as for E; draws are of E alone, so relative to a band's
-// light it is taken to be what it is to E's.
+// samples as each has. `first_planes`: first plane of each function; its colours are consecutive. Where
+// errors of the caches are drawn, what texels share is added as for E: the same fraction of the band's light
+// as of E, because draws are of E alone.
 std::vector<float> band_errors(const TexelStatistics& statistics, std::span<const uint32_t> chart_of_site,
                                std::span<const size_t> first_planes);
 
