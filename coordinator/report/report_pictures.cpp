@@ -4,6 +4,7 @@
 
 #include "common/base/clock.h"
 #include "common/base/files.h"
+#include "common/base/parallel.h"
 #include "coordinator/output/look/surface_look.h"
 #include "coordinator/report/density_view.h"
 #include "coordinator/report/preview.h"
@@ -14,8 +15,17 @@
 namespace kiln {
 namespace {
 
-Expected<Bytes> png(const Picture& picture) {
-  return encode_png(picture.width, picture.height, picture.rgb);
+// A PNG is compressed by one thread.
+Expected<std::vector<Bytes>> pngs(const std::vector<Picture>& pictures) {
+  std::vector<Expected<Bytes>> made(pictures.size());
+  parallel_for(pictures.size(), [&](size_t i) {
+    made[i] = encode_png(pictures[i].width, pictures[i].height, pictures[i].rgb);
+  });
+  std::vector<Bytes> files(made.size());
+  for (size_t i = 0; i < made.size(); ++i) {
+    KILN_TRY(files[i], std::move(made[i]));
+  }
+  return files;
 }
 
 }  // namespace
@@ -25,19 +35,21 @@ Expected<ReportPictures> make_pictures(const ImportResult& imported, const Atlas
   const SurfaceLook look(imported.scene, atlas, map);
   const View view = rasterise(imported.scene, camera, size.width * kSupersample, size.height * kSupersample,
                               [&](const Fragment& f) { return look.visible(f); });
-  ReportPictures out;
   const auto picture_of = [&](uint32_t response) {
     return response_picture(imported, atlas, map, response_roster()[response], view, kSupersample);
   };
-  KILN_TRY(out.preview, png(map.has_light ? preview_picture(imported, atlas, map, camera, view, kSupersample)
-                                          : picture_of(quantities.responses.front())));
-  for (const uint32_t response : quantities.responses) {
-    if (!map.has_light && response == quantities.responses.front()) continue;  // shown above
-    KILN_TRY(Bytes picture, png(picture_of(response)));
-    out.responses.emplace_back(response_roster()[response].about, std::move(picture));
-  }
-  KILN_TRY(out.validity, png(validity_picture(imported, atlas, map, camera, view, kSupersample)));
-  KILN_TRY(out.density, png(density_picture(imported, atlas, camera, view, kSupersample)));
+  std::vector<uint32_t> responses(quantities.responses);
+  std::vector<Picture> pictures{map.has_light
+                                    ? preview_picture(imported, atlas, map, camera, view, kSupersample)
+                                    : picture_of(responses.front())};
+  if (!map.has_light) responses.erase(responses.begin());  // shown as the preview
+  pictures.push_back(validity_picture(imported, atlas, map, camera, view, kSupersample));
+  pictures.push_back(density_picture(imported, atlas, camera, view, kSupersample));
+  for (const uint32_t response : responses) pictures.push_back(picture_of(response));
+  KILN_TRY(std::vector<Bytes> files, pngs(pictures));
+  ReportPictures out{std::move(files[0]), std::move(files[1]), std::move(files[2]), {}};
+  for (size_t r = 0; r < responses.size(); ++r)
+    out.responses.emplace_back(response_roster()[responses[r]].about, std::move(files[3 + r]));
   return out;
 }
 

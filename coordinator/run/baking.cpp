@@ -77,6 +77,7 @@ class Baking {
       nonfinite_.clear();
       next_unit_ = units_before_ + 1;
     }
+    if (is_at_bound()) report_.complete = true;  // more time would change nothing
     report_.held_back = held_back();
     report_.nonfinite = nonfinite_.places();
     if (const std::string s = nonfinite_.sentence(); !s.empty()) report_.warnings.push_back(s);
@@ -331,6 +332,12 @@ class Baking {
     return reached_error(state(), norm_, z_, unmet_.get()) <= asked_error();
   }
 
+  // Whether every texel has all the samples that it may have.
+  bool is_at_bound() const {
+    return !may_raise_most() &&
+           std::ranges::all_of(samples_, [&](uint32_t n) { return n == 0 || n >= most_; });
+  }
+
   // Share of the sampled sites that have all the samples they may have, and too few for what is asked. A
   // bound that would be raised holds nothing back: time does.
   double held_back() const {
@@ -413,7 +420,7 @@ class Baking {
       cuts_.push_back(chosen);
     }
     std::vector<WorkUnit> units = cut_pass(work, cuts_[index], caches_, next_unit_);
-    order_by_gain(units);
+    order_by_gain(errors_, units);
     active_ = work.size();
     const FarmStatistics earlier = farm_.statistics();
     pace_.set_limit(budget_.seconds_for_passes());
@@ -448,30 +455,6 @@ class Baking {
     b.seconds_left = pace_.seconds_left(b.done);
     if (b.seconds_left >= 0) b.seconds_left += budget_.seconds_after();
     return b;
-  }
-
-  // Sorts units by descending error, so that a bake stopped by time has spent it where the error
-  // was. Runs of texels stay whole, so neighbours stay together. The order changes no byte of the
-  // result.
-  void order_by_gain(std::vector<WorkUnit>& units) const {
-    if (errors_.mean.empty()) return;
-    std::vector<std::pair<double, size_t>> order;
-    for (size_t i = 0; i < units.size(); ++i) {
-      double gain = 0;
-      for (const uint32_t site : units[i].sites) {
-        const double mean = errors_.mean[site], error = errors_.standard_error[site];
-        if (mean > 0 && std::isfinite(error)) gain += error * error / (mean * mean);
-      }
-      // In powers of two: smaller differences do not justify jumping across the scene.
-      order.emplace_back(
-          gain > 0 ? -std::floor(std::log2(gain / static_cast<double>(units[i].sites.size()))) : 1e9, i);
-    }
-    std::stable_sort(order.begin(), order.end(),
-                     [](const auto& a, const auto& b) { return a.first < b.first; });
-    std::vector<WorkUnit> sorted;
-    sorted.reserve(units.size());
-    for (const auto& entry : order) sorted.push_back(std::move(units[entry.second]));
-    units = std::move(sorted);
   }
 
   // Filtering a large map takes as long as a pass. With little time, or few samples, passes are

@@ -1,10 +1,12 @@
 // What the conductor asks a farm for, pass after pass, and what it makes of the answers. The farm is a stub:
 // no process and no ray.
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <functional>
 #include <map>
 #include <set>
+#include <thread>
 
 #include "common/job/irradiance_cache.h"
 #include "common/math/sequence.h"
@@ -22,9 +24,12 @@ struct Stub {
   double drawn = 0;                // every error drawn of a sample
   size_t rewind_at = ~size_t{0};   // call of run_pass that revokes all, when half its units are there
   size_t time_up_at = ~size_t{0};  // call that ends without a result
+  size_t late_at = ~size_t{0};     // call that takes kLate
   std::vector<std::vector<WorkUnit>> calls;
   std::map<Digest, Bytes> chunks;
 };
+
+constexpr std::chrono::seconds kLate(5);
 
 class StubJob final : public FarmJob {
  public:
@@ -43,6 +48,7 @@ class StubJob final : public FarmJob {
     if (call == stub_.time_up_at) return PassEnd::kTimeUp;
     const size_t answered = call == stub_.rewind_at ? units.size() / 2 : units.size();
     for (size_t i = 0; i < answered; ++i) KILN_TRY_STATUS(handlers.on_result(units[i], answer(units[i])));
+    if (call == stub_.late_at) std::this_thread::sleep_for(kLate);
     return call == stub_.rewind_at ? PassEnd::kRewound : PassEnd::kComplete;
   }
   FarmStatistics statistics() override { return {}; }
@@ -381,6 +387,29 @@ TEST_F(Passes, LimitedTimeIsAllTakenUnlessAnErrorWasAskedFor) {
   const BakeReport report = bake(enough);
   EXPECT_LT(report.passes.back().samples, 1900);
   EXPECT_TRUE(report.complete);
+}
+
+// What a bound holds back is a reason to raise it, unless a bake within a limit raises it by itself.
+TEST_F(Passes, OnlyABoundThatStandsHoldsTexelsBack) {
+  request_.settings.min_samples = 32;
+  request_.settings.max_samples = 64;
+  request_.settings.error = 1e-4;
+  request_.settings.error_norm = "max";
+  request_.settings.time_limit = 1e6;
+  request_.settings.cache = false;
+  Stub open, bound;
+  open.light = bound.light = noisy;
+  request_.settings.source["max-samples"] = "test";
+  const BakeReport held = bake(bound);
+  EXPECT_EQ(held.held_back, 1);
+  EXPECT_TRUE(held.complete) << "more time would change nothing";
+  request_.settings.source.erase("max-samples");
+  open.late_at = bound.calls.size() - 1;
+  request_.settings.time_limit = std::chrono::duration<double>(kLate).count();
+  const BakeReport raised = bake(open);  // every texel is at the bound when the time is up
+  EXPECT_EQ(raised.passes.back().samples, held.passes.back().samples);
+  EXPECT_EQ(raised.held_back, 0);
+  EXPECT_FALSE(raised.complete);
 }
 
 TEST_F(Passes, WithoutTimeNothingIsDropped) {

@@ -56,4 +56,25 @@ std::vector<WorkUnit> cut_pass(const std::vector<SiteSamples>& work, uint32_t ti
   return units;
 }
 
+void order_by_gain(const TexelErrors& errors, std::vector<WorkUnit>& units) {
+  if (errors.mean.empty()) return;
+  std::vector<std::pair<double, size_t>> order;
+  for (size_t i = 0; i < units.size(); ++i) {
+    double gain = 0;
+    for (const uint32_t site : units[i].sites) {
+      const double mean = errors.mean[site], error = errors.standard_error[site];
+      if (mean > 0 && std::isfinite(error)) gain += error * error / (mean * mean);
+    }
+    // In powers of two: smaller differences do not justify jumping across the scene.
+    order.emplace_back(
+        gain > 0 ? -std::floor(std::log2(gain / static_cast<double>(units[i].sites.size()))) : 1e9, i);
+  }
+  std::stable_sort(order.begin(), order.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::vector<WorkUnit> sorted;
+  sorted.reserve(units.size());
+  for (const auto& entry : order) sorted.push_back(std::move(units[entry.second]));
+  units = std::move(sorted);
+}
+
 }  // namespace kiln

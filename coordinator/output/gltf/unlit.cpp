@@ -5,6 +5,7 @@
 // none.
 #include <cmath>
 
+#include "common/base/parallel.h"
 #include "common/raster/triangle2.h"
 #include "coordinator/output/gltf/output_file.h"
 #include "coordinator/output/look/surface_look.h"
@@ -29,26 +30,38 @@ class PagePicture {
     width_ = c.atlas.width * fine_;
     height_ = c.atlas.height * fine_;
     rgba_.assign(size_t{4} * width_ * height_, 0);
-    set_.assign(size_t{width_} * height_, false);
+    set_.assign(size_t{width_} * height_, 0);
+    for (uint32_t top = 0; top < height_; top += rows_of_a_band())
+      bands_.push_back({top, std::min(height_, top + rows_of_a_band())});
   }
 
   Expected<Bytes> draw() {
-    for (uint32_t i = 0; i < c_.scene.instances.size(); ++i) draw_instance(i);
+    parallel_for(bands_.size(), [&](size_t b) {
+      for (uint32_t i = 0; i < c_.scene.instances.size(); ++i) draw_instance(i, bands_[b]);
+    });
     for (uint32_t step = 0; step < fine_ * 2; ++step) dilate();
     return encode_png(width_, height_, rgba_, 4);
   }
 
  private:
-  void draw_instance(uint32_t i) {
+  struct Band {
+    uint32_t top, bottom;  // rows [top, bottom)
+  };
+
+  // Every band walks all faces, so that there are no more bands than threads.
+  uint32_t rows_of_a_band() const { return (height_ + hardware_threads() - 1) / hardware_threads(); }
+
+  void draw_instance(uint32_t i, const Band& band) {
     const MeshCharts& charts = c_.atlas.of_instance(i);
     for (size_t f = 0; f < charts.face_count(); ++f) {
       const ChartPlacement& place =
           c_.atlas.placements[c_.atlas.instance_first_chart[i] + charts.chart_of_face[f]];
-      if (place.page == page_) draw_face(i, charts, place, f);
+      if (place.page == page_) draw_face(i, charts, place, f, band);
     }
   }
 
-  void draw_face(uint32_t i, const MeshCharts& charts, const ChartPlacement& place, size_t face) {
+  void draw_face(uint32_t i, const MeshCharts& charts, const ChartPlacement& place, size_t face,
+                 const Band& band) {
     Triangle2 t = texel_triangle(charts, place, face);
     for (DVec2& corner : t.c) corner *= static_cast<double>(fine_);
     const double area = area2(t);
@@ -58,8 +71,8 @@ class PagePicture {
       for (int k = 0; k < 3; ++k) b[k] = DVec2(charts.parts[face].corner[k]);
     const auto first = [](double low) { return static_cast<uint32_t>(std::max(0.0, std::floor(low - 0.5))); };
     const uint32_t right = std::min(width_, first(t.max_x()) + 2),
-                   bottom = std::min(height_, first(t.max_y()) + 2);
-    for (uint32_t y = first(t.min_y()); y < bottom; ++y)
+                   bottom = std::min(band.bottom, first(t.max_y()) + 2);
+    for (uint32_t y = std::max(band.top, first(t.min_y())); y < bottom; ++y)
       for (uint32_t x = first(t.min_x()); x < right; ++x) {
         const DVec2 p(x + 0.5, y + 0.5);
         const double l0 = area2(t.c[1], t.c[2], p) / area, l1 = area2(t.c[2], t.c[0], p) / area;
@@ -83,13 +96,21 @@ class PagePicture {
       rgba_[4 * texel + static_cast<size_t>(k)] =
           static_cast<uint8_t>(std::lround(255 * linear_to_srgb(filmic(radiance[k] * exposure_))));
     rgba_[4 * texel + 3] = static_cast<uint8_t>(std::lround(255 * std::clamp(base.w, 0.0f, 1.0f)));
-    set_[texel] = true;
+    set_[texel] = 1;
   }
 
   // Texels beside the charts get the mean of their neighbours, for bilinear lookups.
   void dilate() {
+    std::vector<std::vector<size_t>> added(bands_.size());
+    parallel_for(bands_.size(), [&](size_t b) { added[b] = dilate(bands_[b]); });
+    for (const std::vector<size_t>& texels : added)
+      for (const size_t texel : texels) set_[texel] = 1;
+  }
+
+  // Gives values to texels of the band that have none, and returns these; reads texels that have one alone.
+  std::vector<size_t> dilate(const Band& band) {
     std::vector<size_t> added;
-    for (uint32_t y = 0; y < height_; ++y)
+    for (uint32_t y = band.top; y < band.bottom; ++y)
       for (uint32_t x = 0; x < width_; ++x) {
         const size_t texel = size_t{y} * width_ + x;
         if (set_[texel]) continue;
@@ -107,7 +128,7 @@ class PagePicture {
           rgba_[4 * texel + s] = static_cast<uint8_t>((sum[s] + count / 2) / count);
         added.push_back(texel);
       }
-    for (const size_t texel : added) set_[texel] = true;
+    return added;
   }
 
   const OutputContext& c_;
@@ -115,8 +136,8 @@ class PagePicture {
   const uint32_t page_;
   const float exposure_;
   uint32_t fine_ = 1, width_ = 0, height_ = 0;
-  std::vector<uint8_t> rgba_;
-  std::vector<bool> set_;
+  std::vector<uint8_t> rgba_, set_;  // set_: 1 where a texel has a value; bytes, as threads share it
+  std::vector<Band> bands_;
 };
 
 Json unlit_material(const Json& original, size_t texture) {
