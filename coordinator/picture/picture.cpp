@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/base/parallel.h"
+
 namespace kiln {
 
 void Picture::paste(const Picture& p, uint32_t left, uint32_t top) {
@@ -14,15 +16,16 @@ void Picture::paste(const Picture& p, uint32_t left, uint32_t top) {
 Picture supersampled(uint32_t width, uint32_t height, uint32_t fine,
                      const std::function<Vec3(size_t)>& color) {
   Picture picture(width, height, 0);
-  for (uint32_t y = 0; y < height; ++y)
+  parallel_for(height, [&](size_t y) {
     for (uint32_t x = 0; x < width; ++x) {
       Vec3 sum(0.0f);
       for (uint32_t k = 0; k < fine * fine; ++k)
-        sum += color((size_t{y} * fine + k / fine) * width * fine + x * fine + k % fine);
+        sum += color((y * fine + k / fine) * width * fine + x * fine + k % fine);
       for (int c = 0; c < 3; ++c)
-        picture.rgb[(size_t{y} * width + x) * 3 + static_cast<size_t>(c)] =
+        picture.rgb[(y * width + x) * 3 + static_cast<size_t>(c)] =
             static_cast<uint8_t>(sum[c] / static_cast<float>(fine * fine) + 0.5f);
     }
+  });
   return picture;
 }
 

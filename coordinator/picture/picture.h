@@ -26,7 +26,8 @@ struct Picture {
 constexpr uint32_t kSupersample = 2;  // per side
 
 // A picture in which each pixel is the mean of fine^2 pixels; `color` gives pixel i of the large
-// picture, 0 to 255. Displayed values are averaged, so that bright edges are smooth.
+// picture, 0 to 255, and is called by several threads. Displayed values are averaged, so that bright edges
+// are smooth.
 Picture supersampled(uint32_t width, uint32_t height, uint32_t fine,
                      const std::function<Vec3(size_t)>& color);
 

@@ -27,13 +27,14 @@ constexpr double kFilesShare =
 constexpr double kResponseTexturePerTexel = 0.5e-6;  // per response and encoding
 constexpr double kPlanesOfLight = 20;                // number of planes that light's masters count as
 constexpr double kResponsePicture = 0.25;            // relative to the other pictures, per response
-constexpr double kPictures = 1.0;                    // camera search: everything except pixels
-constexpr double kPicturesPerPixel = 8e-6;
+constexpr double kPictures = 0.5;                    // camera search: everything except pixels
+constexpr double kPicturesPerPixel = 4.5e-6;
 constexpr double kPage = 0.3;               // report.html
 constexpr double kScenePerTriangle = 1e-6;  // scene.glb, one thread
 constexpr double kPictureShare = 0.1;       // maximum share of the limit; pictures that take longer shrink
 constexpr double kSeamsShare = 0.3;         // maximum share of the time left when the passes begin
-constexpr double kMargin = 0.03;            // share of the limit
+// What no prediction covers: a share of a short limit, some seconds of a long one.
+constexpr double kMargin = 0.03, kMarginSeconds = 0.5, kMarginOfLong = 0.005;
 
 // Seconds that a fixed amount of work takes on every thread at once: measures speed and load of this machine.
 double probe_seconds() {
@@ -47,6 +48,10 @@ double probe_seconds() {
   return watch.seconds();
 }
 constexpr double kProbeSeconds = 0.0167;
+// Relative to the idle machine on which the constants were measured.
+double probed_slowness() {
+  return std::clamp(probe_seconds() / kProbeSeconds, 0.9, 4.0);
+}
 
 }  // namespace
 
@@ -62,7 +67,7 @@ TimeBudget::TimeBudget(const BakeRequest& request, const Preflight& pre, const S
       denoises_(request.settings.denoise && light_) {
   for (const uint32_t response : request.settings.quantities.responses)
     response_planes_ += static_cast<double>(response_roster()[response].stored.size() + 1);
-  if (request.settings.time_limit > 0) slowness_ = std::clamp(probe_seconds() / kProbeSeconds, 0.9, 4.0);
+  if (request.settings.time_limit > 0) slowness_ = probed_slowness();
   choose_levels();
   quick_ = request.settings.time_limit > 0 &&
            textures_seconds(false) + masters_seconds() > kFilesShare * seconds_left();
@@ -98,8 +103,8 @@ double TimeBudget::views_seconds() const {
 
 double TimeBudget::denoise_seconds(uint32_t levels) const {
   const double joined = kDenoisePerSite[std::min<size_t>(levels, std::size(kDenoisePerSite) - 1)];
-  return slowness_ * (joined_share_ * joined + (1 - joined_share_) * kDenoisePerSmallSite) * sites_ /
-         threads_;
+  return slowness_ * denoise_slowness_ *
+         (joined_share_ * joined + (1 - joined_share_) * kDenoisePerSmallSite) * sites_ / threads_;
 }
 
 void TimeBudget::seams_are(size_t points) {
@@ -108,9 +113,13 @@ void TimeBudget::seams_are(size_t points) {
   seams_ = seams_seconds() + textures_seconds(true) - textures_seconds(false) <= kSeamsShare * seconds_left();
 }
 
+// Slower than expected for its size, or because the machine is busier than before: the second slows all.
 void TimeBudget::denoise_took(double seconds, uint32_t levels) {
-  const double expected = denoise_seconds(levels) / slowness_;
-  if (expected > 0.1) slowness_ = std::clamp(seconds / expected, slowness_, 4.0);
+  const double expected = denoise_seconds(levels);
+  if (expected < 0.1 || seconds <= expected) return;
+  const double slowness = slowness_ * denoise_slowness_ * seconds / expected;
+  slowness_ = std::max(slowness_, probed_slowness());
+  denoise_slowness_ = std::clamp(slowness / slowness_, denoise_slowness_, 4.0);
 }
 
 double TimeBudget::seams_seconds() const {
@@ -166,7 +175,7 @@ double TimeBudget::seconds_after() const {
 double TimeBudget::seconds_left() const {
   const double limit = request_.settings.time_limit;
   if (limit <= 0) return std::numeric_limits<double>::infinity();
-  return (1 - kMargin) * limit - watch_.seconds();
+  return limit - std::min(kMargin * limit, kMarginSeconds + kMarginOfLong * limit) - watch_.seconds();
 }
 
 double TimeBudget::seconds_for_passes() const {

@@ -67,6 +67,7 @@ class TimeBudget {
   bool quick_ = false;
   bool seams_ = true;    // whether seams are planned
   double slowness_ = 1;  // of this machine now, relative to the idle one on which the constants were measured
+  double denoise_slowness_ = 1;            // of the denoiser on this map, beyond that of the machine
   uint32_t levels_ = 0, last_levels_ = 0;  // denoiser levels: minimum, and for the last run
 };
 
