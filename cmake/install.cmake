@@ -5,6 +5,7 @@ include(GNUInstallDirs)
 set(KILN_SHARE ${CMAKE_INSTALL_DATADIR}/kiln)
 
 install(TARGETS kiln RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT kiln)
+install(TARGETS kiln-images LIBRARY DESTINATION lib/kiln COMPONENT kiln)
 install(TARGETS kiln-worker RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT worker)
 
 # What kiln view serves; install_made.cmake adds what it takes of three.js, where npm has installed that.

@@ -15,6 +15,7 @@ endfunction()
 
 if(KILN_COMPONENT STREQUAL "kiln")
   set(package kiln)
+  set(programs ${KILN_BUILD}/bin/kiln ${KILN_BUILD}/bin/kiln-images.so)
   run(said ${KILN_BUILD}/bin/kiln manual-pages -o ${made}/man)
   foreach(shell bash zsh fish)
     run(script ${KILN_BUILD}/bin/kiln completion ${shell})
@@ -36,6 +37,7 @@ if(KILN_COMPONENT STREQUAL "kiln")
   endif()
 else()
   set(package kiln-worker)
+  set(programs ${KILN_BUILD}/bin/kiln-worker)
   run(help ${KILN_BUILD}/bin/kiln-worker --help)
   string(REPLACE "\\" "\\e" help "${help}")
   string(REPLACE "-" "\\-" help "${help}")
@@ -75,6 +77,6 @@ file(WRITE ${made}/${unit} "${content}")
 file(INSTALL DESTINATION ${CMAKE_INSTALL_PREFIX}/lib/systemd/system TYPE FILE FILES ${made}/${unit})
 
 run(said python3 ${KILN_SOURCE}/cmake/inventory.py --package ${package} --version ${KILN_VERSION}
-  --program ${KILN_BUILD}/bin/${package} --source ${KILN_SOURCE} --output ${made})
+  --programs ${programs} --source ${KILN_SOURCE} --output ${made})
 file(INSTALL DESTINATION ${CMAKE_INSTALL_PREFIX}/share/doc/${package} TYPE FILE
   FILES ${made}/copyright ${made}/sbom.spdx.json)

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """What is inside a package: its copyright file (Debian's machine-readable form) and its SBOM (SPDX 2.3, JSON).
 
-usage: inventory.py --package NAME --version V --program FILE --source DIR --output DIR
+usage: inventory.py --package NAME --version V --programs FILE ... --source DIR --output DIR
 
-Libraries are those that the program names (DT_NEEDED), with the Debian package and version they come from here; code
+Libraries are those that the programs name (DT_NEEDED), with the Debian package and version they come from here; code
 that is compiled in comes from the packages that `./kiln` installs and that bring headers only.
 """
 import argparse
@@ -36,13 +36,14 @@ def package_of(file):
     return None
 
 
-def libraries(program):
-    needed = re.findall(r"NEEDED.*\[(.*)\]", output_of("readelf", "-d", str(program)))
-    paths = dict(re.findall(r"(\S+) => (\S+)", output_of("ldd", str(program))))
+def libraries(programs):
     found = set()
-    for name in needed:
-        if name in paths and (package := package_of(paths[name])):
-            found.add(package)
+    for program in programs:
+        needed = re.findall(r"NEEDED.*\[(.*)\]", output_of("readelf", "-d", str(program)))
+        paths = dict(re.findall(r"(\S+) => (\S+)", output_of("ldd", str(program))))
+        for name in needed:
+            if name in paths and (package := package_of(paths[name])):
+                found.add(package)
     return sorted(found)
 
 
@@ -117,11 +118,11 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--package", required=True)
     parser.add_argument("--version", required=True)
-    parser.add_argument("--program", type=Path, required=True)
+    parser.add_argument("--programs", type=Path, nargs="+", required=True)
     parser.add_argument("--source", type=Path, required=True)
     parser.add_argument("--output", type=Path, required=True)
     options = parser.parse_args()
-    linked, three = libraries(options.program), None
+    linked, three = libraries(options.programs), None
     worker = options.package == "kiln-worker"
     included = compiled_in([name for name in HEADERS
                             if not worker or name not in ("libcli11-dev", "libtinygltf-dev", "libeigen3-dev")])

@@ -149,7 +149,7 @@ TEST(IncludeRules, ThirdPartyHeadersEnterThroughNamedFiles) {
       {"httplib.h", {"coordinator/viewer/view_server.cpp", "worker/agent/preemption.cpp"}},
       {"Eigen/", {"common/unwrap/arap.cpp", "common/unwrap/lscm.cpp", "coordinator/bake/seams/solve.cpp"}},
       {"embree", {"worker/accel/embree_api.h"}},
-      {"OpenImageIO/", {"coordinator/scene/imageio/imageio.cpp"}},
+      {"OpenImageIO/", {"coordinator/scene/imageio/oiio.cpp"}},
       {"OpenEXR/", {"coordinator/scene/imageio/exr.cpp"}},
       {"avif/", {"coordinator/scene/imageio/avif.cpp"}},
       {"draco/", {"coordinator/scene/document/draco.cpp"}},

@@ -1,4 +1,4 @@
-// Image files in and out. The only user of OpenImageIO.
+// Image files in and out, by OpenImageIO (image_library.h), OpenEXR (exr.h) and libavif (avif.h).
 #pragma once
 
 #include <filesystem>

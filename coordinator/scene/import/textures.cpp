@@ -148,6 +148,7 @@ Expected<std::vector<Texture>> TextureSet::decode(const ImportContext& context, 
   index_.assign(requests_.size(), -1);
   for (size_t i = 0; i < decoded.size(); ++i) {
     if (!decoded[i]) {
+      if (decoded[i].error().kind == ErrorKind::kInternal) return tl::unexpected(decoded[i].error());
       add_note(notes, ImportNote::Kind::kWarning,
                text("{}; the material's factor is used without it until that is mended",
                     decoded[i].error().message));
