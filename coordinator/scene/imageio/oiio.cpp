@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <mutex>
 
 #include "coordinator/scene/imageio/image_library.h"
 
@@ -16,14 +17,13 @@ constexpr int kPngLevel = 4;
 
 // Our own threads decode images in parallel, so the library's are turned off.
 void set_up_library() {
-  static const bool kDone = [] {
+  static std::once_flag once;
+  std::call_once(once, [] {
     OIIO::attribute("threads", 1);
     OIIO::attribute("exr_threads", -1);
     OIIO::attribute("limits:channels", 16);
     OIIO::attribute("limits:imagesize_MB", 1 << 10);
-    return true;
-  }();
-  static_cast<void>(kDone);
+  });
 }
 
 std::string last_line(std::string message) {
