@@ -74,7 +74,7 @@ struct TwoPassFigures {
 struct ProbeFigures {
   uint64_t volumes = 0, probes = 0, inactive = 0, moved = 0;
   uint64_t skipped = 0;  // their units failed on every worker
-  bool complete = true;  // false: the time limit came before the error or the most samples
+  bool complete = true;  // false: stopped by the time limit
   double samples = 0;    // mean of the active ones
   double median_relative = 0, p95_relative = 0;
   uint64_t rays = 0;
@@ -112,7 +112,7 @@ struct BakeReport {
   MapStatement statement;  // for light
   std::vector<ResponseStatement> responses;
   uint64_t texels_by_class[kValidityClasses] = {};
-  bool complete = true;  // false: the time limit came before the error or the most samples
+  bool complete = true;  // false: time ran out before the error, or the last sample allowed, was reached
   // Share of the texels that have --max-samples and would need more for what is asked.
   double held_back = 0;
   double total_seconds = 0;

@@ -334,8 +334,10 @@ class Baking {
 
   // Whether every texel has all the samples that it may have.
   bool is_at_bound() const {
-    return !may_raise_most() &&
-           std::ranges::all_of(samples_, [&](uint32_t n) { return n == 0 || n >= most_; });
+    if (samples_.empty() || may_raise_most()) return false;
+    for (uint32_t site = 0; site < samples_.size(); ++site)
+      if (samples_[site] < most_ && is_sampled(site) && !skipped_.count(site)) return false;
+    return true;
   }
 
   // Share of the sampled sites that have all the samples they may have, and too few for what is asked. A

@@ -33,8 +33,9 @@ constexpr double kPage = 0.3;               // report.html
 constexpr double kScenePerTriangle = 1e-6;  // scene.glb, one thread
 constexpr double kPictureShare = 0.1;       // maximum share of the limit; pictures that take longer shrink
 constexpr double kSeamsShare = 0.3;         // maximum share of the time left when the passes begin
-// What no prediction covers: a share of a short limit, some seconds of a long one.
-constexpr double kMargin = 0.03, kMarginSeconds = 0.5, kMarginOfLong = 0.005;
+// Left over for what no prediction covers: a share of the limit, or, if that is less, seconds and a smaller
+// share.
+constexpr double kMargin = 0.03, kMarginSeconds = 0.5, kMarginShare = 0.005;
 
 // Seconds that a fixed amount of work takes on every thread at once: measures speed and load of this machine.
 double probe_seconds() {
@@ -113,7 +114,8 @@ void TimeBudget::seams_are(size_t points) {
   seams_ = seams_seconds() + textures_seconds(true) - textures_seconds(false) <= kSeamsShare * seconds_left();
 }
 
-// Slower than expected for its size, or because the machine is busier than before: the second slows all.
+// A slow run is due to this map or to a machine that is busier than before; only the latter slows the other
+// stages too.
 void TimeBudget::denoise_took(double seconds, uint32_t levels) {
   const double expected = denoise_seconds(levels);
   if (expected < 0.1 || seconds <= expected) return;
@@ -175,7 +177,7 @@ double TimeBudget::seconds_after() const {
 double TimeBudget::seconds_left() const {
   const double limit = request_.settings.time_limit;
   if (limit <= 0) return std::numeric_limits<double>::infinity();
-  return limit - std::min(kMargin * limit, kMarginSeconds + kMarginOfLong * limit) - watch_.seconds();
+  return limit - std::min(kMargin * limit, kMarginSeconds + kMarginShare * limit) - watch_.seconds();
 }
 
 double TimeBudget::seconds_for_passes() const {

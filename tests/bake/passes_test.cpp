@@ -389,7 +389,8 @@ TEST_F(Passes, LimitedTimeIsAllTakenUnlessAnErrorWasAskedFor) {
   EXPECT_TRUE(report.complete);
 }
 
-// What a bound holds back is a reason to raise it, unless a bake within a limit raises it by itself.
+// Texels at --max-samples are reported as held back by it, unless the bake would have raised it if there had
+// been time.
 TEST_F(Passes, OnlyABoundThatStandsHoldsTexelsBack) {
   request_.settings.min_samples = 32;
   request_.settings.max_samples = 64;
@@ -410,6 +411,21 @@ TEST_F(Passes, OnlyABoundThatStandsHoldsTexelsBack) {
   EXPECT_EQ(raised.passes.back().samples, held.passes.back().samples);
   EXPECT_EQ(raised.held_back, 0);
   EXPECT_FALSE(raised.complete);
+}
+
+// Few samples allowed, and not even those taken everywhere.
+TEST_F(Passes, TexelsWithoutASampleAreNotAtTheirBound) {
+  request_.settings.min_samples = 2;
+  request_.settings.max_samples = 2;
+  request_.settings.source["max-samples"] = "test";
+  request_.settings.time_limit = 1e6;
+  request_.settings.cache = false;
+  Stub stub;
+  stub.light = noisy;
+  stub.time_up_at = 1;  // after the first look
+  const BakeReport report = bake(stub);
+  EXPECT_GT(report.statement.never_sampled, 0);
+  EXPECT_FALSE(report.complete);
 }
 
 TEST_F(Passes, WithoutTimeNothingIsDropped) {

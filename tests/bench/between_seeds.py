@@ -4,9 +4,9 @@
     for s in 1 2 3; do kiln bake scene.glb -o out$s --seed $s ...; done
     python3 tests/bench/between_seeds.py out1 out2 out3 [...]
 
-Half of the squared difference of two bakes has the expectation of their squared error, but for what all have in common: set the
-rows of by_brightness.py beside it, where a reference says whether a row as a whole is off. There the noise of the reference is
-in every true error; here there is none. A row is a range of the mean of all bakes over the map's, a factor of 3 wide.
+Half of the squared difference of two bakes is expected to be their squared error, without what they have in common: the bias of the
+cache and of the denoiser. by_brightness.py has that in it, and the noise of a reference. A row is a range of the bakes' mean over
+the map's, a factor of 3 wide; relMSE is relative to that mean.
 """
 import itertools
 import math
@@ -20,8 +20,8 @@ def rows_of(folders):
     maps = [luminance(in_folder(folder, "irradiance.exr")) for folder in folders]
     stated = [in_folder(folder, "error.exr")["Y"] for folder in folders]
     valid = [all(v) for v in zip(*(measured(folder) for folder in folders))]
-    texels = [(e, s) for *both, v in zip(*maps, *stated, valid) if v for e, s in [(both[:len(maps)], both[len(maps):])]]
-    mean = sum(map(sum, (e for e, _ in texels))) / len(maps) / len(texels)
+    texels = [(e, s) for e, s, v in zip(zip(*maps), zip(*stated), valid) if v]
+    mean = sum(sum(e) for e, _ in texels) / len(maps) / len(texels)
     pairs = list(itertools.combinations(range(len(maps)), 2))
     rows = {}
     for e, s in texels:

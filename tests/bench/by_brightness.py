@@ -6,7 +6,9 @@
 
 A row is a range of E over its mean, a factor of 3 wide. *Bake over half*: the sum of E over that of a half; the range is that of
 the other half, so that no noise chooses its own texels. Where both numbers are off by the same, all texels of the row share an
-error. relMSE: true, by the product of the differences from the halves; stated; and the reference's own.
+error. relMSE: true, by the product of the differences from the halves; stated; and the reference's own; each relative to the mean of
+the row. (Relative to each texel of a reference that errs by more than the bake, the product is no longer without bias: where both
+halves are too dark it is positive and counts most.)
 """
 import array
 import math
@@ -93,13 +95,15 @@ def rows_of(out, half0, half1, before_denoiser=False):
     mean = sum((b1 + b2) / 2 for _, b1, b2, _ in texels) / len(texels)
     rows = {}
     for e, b1, b2, s in texels:
-        floor = ((b1 + b2) / 2)**2 + (mean / 100)**2
         for which, (by, half) in enumerate(((b2, b1), (b1, b2))):
             row = rows.setdefault(math.floor(math.log(max(by / mean, 1e-4), STEP)), [0] * 8)
             row[2 * which] += e
             row[2 * which + 1] += half
-            for k, value in enumerate((1, (e - b1) * (e - b2) / floor, s * s / floor, (b1 - b2)**2 / 4 / floor)):
+            for k, value in enumerate((1, (e - b1) * (e - b2), s * s, (b1 - b2)**2 / 4)):
                 row[4 + k] += value / 2
+    for row in rows.values():
+        floor = ((row[0] + row[2]) / 2 / row[4])**2 + (mean / 100)**2
+        row[5:] = [value / floor for value in row[5:]]
     return rows
 
 

@@ -14,6 +14,9 @@
 
 namespace kiln {
 
+constexpr int64_t kReadChannels = 4;                      // at most, of each texel
+constexpr uint64_t kMaxDecodedBytes = uint64_t{1} << 30;  // of an image
+
 struct ImageSize {
   int64_t width = 0, height = 0, channels = 0;
   bool is_volume = false;
@@ -23,7 +26,7 @@ enum class ChannelType : uint8_t { kUint8, kFloat32 };
 // What the module gives. Formats are OpenImageIO's names ("png"). Both return what is wrong, or nothing.
 struct ImageLibrary {
   // Decodes a file. `place` is told its size before anything is decoded, and returns where the texels go, row
-  // by row, all of the first four channels of each, or nullptr to leave it.
+  // by row and of each at most kReadChannels channels, or nullptr to leave it.
   std::string (*read)(const char* format, std::span<const std::byte> file, ChannelType type,
                       const std::function<void*(const ImageSize&)>& place);
   std::string (*write)(const char* format, const ImageSize& size, ChannelType type, const void* texels,

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <optional>
+#include <functional>
 
 #include "common/base/check.h"
 #include "common/base/files.h"
@@ -16,7 +16,6 @@ namespace kiln {
 namespace {
 
 constexpr uint32_t kMaxSide = 16384;
-constexpr uint64_t kMaxDecodedBytes = uint64_t{1} << 30;
 // A megabyte of PNG can hold a gigabyte of one colour.
 constexpr uint64_t kAnyColours = uint64_t{256} << 20, kAnyRadiance = uint64_t{512} << 20, kTimesTheFile = 64;
 constexpr uint64_t kMaxFileBytes = uint64_t{1} << 32;
@@ -54,8 +53,6 @@ Status check_size(int64_t wide, int64_t high, int64_t channels, size_t channel_b
   return {};
 }
 
-constexpr int64_t kMostChannels = 4;  // that anyone reads
-
 // Decodes a file. `place` is told how many texels and how many channels of each there will be, once these are
 // within the limits, and returns where they go.
 Status read(std::span<const std::byte> file, const std::string& name, ChannelType type,
@@ -76,7 +73,7 @@ Status read(std::span<const std::byte> file, const std::string& name, ChannelTyp
                                 type == ChannelType::kFloat32 ? sizeof(float) : 1, file.size(), name);
     if (!size_is_good) return nullptr;
     return place(static_cast<uint32_t>(size.width), static_cast<uint32_t>(size.height),
-                 static_cast<uint32_t>(std::min(size.channels, kMostChannels)));
+                 static_cast<uint32_t>(std::min(size.channels, kReadChannels)));
   });
   KILN_TRY_STATUS(size_is_good);
   if (!wrong.empty()) return bad(name, wrong);
