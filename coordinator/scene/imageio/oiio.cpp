@@ -35,6 +35,16 @@ std::string file_name(const char* format) {
   return std::string("image.") + format;
 }
 
+// OpenImageIO 2.4 copies from outside the memory where a file names a place past its end.
+class Memory final : public OIIO::Filesystem::IOMemReader {
+ public:
+  explicit Memory(std::span<const std::byte> file)
+      : IOMemReader(const_cast<std::byte*>(file.data()), file.size()) {}
+  size_t pread(void* to, size_t bytes, int64_t offset) override {
+    return offset < 0 || static_cast<uint64_t>(offset) >= size() ? 0 : IOMemReader::pread(to, bytes, offset);
+  }
+};
+
 OIIO::TypeDesc described(ChannelType type) {
   return type == ChannelType::kFloat32 ? OIIO::TypeDesc::FLOAT : OIIO::TypeDesc::UINT8;
 }
@@ -42,7 +52,7 @@ OIIO::TypeDesc described(ChannelType type) {
 std::string read(const char* format, std::span<const std::byte> file, ChannelType type,
                  const std::function<void*(const ImageSize&)>& place) {
   set_up_library();
-  OIIO::Filesystem::IOMemReader memory(const_cast<std::byte*>(file.data()), file.size());
+  Memory memory(file);
   const auto input = OIIO::ImageInput::create(format);  // closed before the memory ends
   if (!input || !input->set_ioproxy(&memory)) return std::string("this OpenImageIO cannot read ") + format;
   OIIO::ImageSpec spec, config;
