@@ -32,6 +32,7 @@ Expected<JobSpec> read_job(std::span<const std::byte> bytes) {
 uint64_t unit_shape(const WorkUnit& unit) {
   FieldWriter w;
   WorkUnit::shape(unit, w);
+  if (unit.take > 0) w(unit.take);
   return xxh3(w.take());
 }
 

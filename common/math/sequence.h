@@ -75,9 +75,9 @@ constexpr double refined(float u, uint64_t key) {
   return fine < 0.0 ? 0.0 : fine < 1.0 ? fine : 0x1.fffffffffffffp-1;
 }
 
-// The job's seed in a replicate: an independent randomisation of every sequence.
-constexpr uint64_t replicate_seed(uint64_t job_seed, uint32_t replicate) {
-  return replicate ? mix_bits(job_seed + replicate * 0x9e3779b97f4a7c15u) : job_seed;
+// The job's seed in one of the independent randomisations of every sequence.
+constexpr uint64_t sequence_seed(uint64_t job_seed, uint64_t randomisation) {
+  return randomisation ? mix_bits(job_seed + randomisation * 0x9e3779b97f4a7c15u) : job_seed;
 }
 
 // Both halves reversed in one go.

@@ -8,7 +8,7 @@
 namespace kiln {
 
 // A peer of another version is refused in words.
-constexpr uint8_t kWireVersion = 4;
+constexpr uint8_t kWireVersion = 5;
 
 constexpr uint32_t kMaxControlBytes = 64u << 10;  // payload of a control message
 constexpr uint32_t kMaxDataBytes = 16u << 20;     // payload of a data message

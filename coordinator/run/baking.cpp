@@ -91,6 +91,7 @@ class Baking {
 
  private:
   Expected<PassEnd> run_passes() {
+    take_ = 0;
     skipped_.clear();
     skipped_units_ = 0;
     pass_ = 0;
@@ -193,6 +194,7 @@ class Baking {
       }
       before = now;
       sums_.clear();
+      ++take_;
       grew_ = false;
       report_.passes.back().kept = false;
       // Counts needed by whole paths predict little about paths that end at caches.
@@ -388,7 +390,7 @@ class Baking {
     std::vector<IrradianceCache> caches;
     for (uint32_t r = 0; r < kReplicates; ++r) {
       caches.push_back(sums_.cache(r));
-      const uint64_t seed = replicate_seed(settings_.seed, r);
+      const uint64_t seed = replicate_seed(settings_.seed, r, 0);
       add_noise_draws({noise, samples, sums_.cache_samples(r)},
                       hash_combine(static_cast<uint32_t>(seed), pass_), caches.back());
     }
@@ -421,6 +423,7 @@ class Baking {
       }
       cuts_.push_back(chosen);
     }
+    for (SiteSamples& s : work) s.take = take_;
     std::vector<WorkUnit> units = cut_pass(work, cuts_[index], caches_, next_unit_);
     order_by_gain(errors_, units);
     active_ = work.size();
@@ -552,6 +555,7 @@ class Baking {
   ErrorNorm norm_ = ErrorNorm::kMax;
   BakePace pace_;
   uint32_t pass_ = 0;
+  uint32_t take_ = 0;   // how often all samples were dropped
   uint32_t least_ = 0;  // minimum samples per replicate of every texel
   uint32_t most_ = 0;   // maximum samples per replicate of any texel
   uint64_t active_ = 0;

@@ -123,6 +123,7 @@ TEST(Replay, WithoutItsChunksItSaysWhich) {
 TEST(Replay, WhatIsWrittenIsReadAndNothingElse) {
   Replay replay{TestJob().spec, make_units(~uint64_t{0} - 3, 1, 64)[0]};
   replay.unit.replicate = 1;
+  replay.unit.take = 3;
   replay.unit.cache = sha256({});
   const std::string content = write_replay(replay, {replay.job.scene, replay.job.atlas});
   const auto read = read_replay(content);
@@ -133,6 +134,7 @@ TEST(Replay, WhatIsWrittenIsReadAndNothingElse) {
   EXPECT_EQ(read->unit.sample_count, replay.unit.sample_count);
   EXPECT_EQ(read->unit.sites, replay.unit.sites);
   EXPECT_EQ(read->unit.replicate, 1u);
+  EXPECT_EQ(read->unit.take, 3u);
   EXPECT_EQ(read->unit.cache, replay.unit.cache);
   for (size_t cut = 0; cut + 2 < content.size(); cut += 7) EXPECT_FALSE(read_replay(content.substr(0, cut)));
   for (const auto& [from, to] :

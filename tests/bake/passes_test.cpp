@@ -7,6 +7,7 @@
 #include <map>
 #include <set>
 #include <thread>
+#include <tuple>
 
 #include "common/job/irradiance_cache.h"
 #include "common/math/sequence.h"
@@ -137,6 +138,26 @@ class Passes : public testing::Test {
   int count_ = 0;
   BakeRequest request_;
 };
+
+// The same samples by cache after cache would add up the same noise.
+TEST_F(Passes, SamplesTakenAgainAreOthers) {
+  request_.settings.min_samples = request_.settings.max_samples = 128;
+  Stub stub;
+  stub.light = noisy;
+  const BakeReport report = bake(stub);
+  ASSERT_GE(dropped(report), 1u);
+  std::set<std::tuple<uint32_t, uint32_t, uint32_t, uint32_t>> taken;  // take, replicate, site, sample
+  for (const auto& call : stub.calls)
+    for (const WorkUnit& unit : call)
+      for (const uint32_t site : unit.sites)
+        for (uint32_t k = 0; k < unit.sample_count; ++k)
+          EXPECT_TRUE(taken.insert({unit.take, unit.replicate, site, unit.first_sample + k}).second);
+  std::set<uint64_t> seeds;
+  for (uint32_t take = 0; take < 3; ++take)
+    for (uint32_t r = 0; r < kReplicates; ++r) seeds.insert(replicate_seed(7, r, take));
+  EXPECT_EQ(seeds.size(), 3u * kReplicates);
+  EXPECT_EQ(replicate_seed(7, 0, 0), 7u);
+}
 
 TEST_F(Passes, EachReplicateReadsWhatItFoundItself) {
   // What replicates differ by is only their error if neither knows anything of the other.

@@ -188,6 +188,40 @@ TEST(TexelErrors, OtherChartsLendNoVariance) {
   EXPECT_NEAR(far / near, 100, 5);
 }
 
+// The corner of a dark room: one texel in eight of its chart is in the light of the doorway, and every other
+// site belongs to a bright room. The dark share an error by way of the cache, which is not that of the
+// bright.
+TEST(TexelErrors, BrightTexelsDoNotStandForDarkOnesNorDarkForBright) {
+  Random random(6);
+  constexpr size_t kTexels = 800;
+  constexpr uint32_t kEach = 2048;
+  constexpr double kDark = 0.02, kShared = 0.3;
+  const auto is_bright = [](size_t i) { return i % 2 == 0 || i % 16 == 1; };
+  TexelStatistics s = make(kTexels, kEach, independent([](Random& r) { return 1 + normal(r); }), random);
+  std::vector<uint32_t> charts(kTexels);
+  s.shared.assign(kTexels, 0.0f);
+  for (size_t i = 0; i < kTexels; ++i) {
+    charts[i] = 1 + i % 2;
+    if (is_bright(i)) continue;
+    s.variance[i] *= static_cast<float>(kDark * kDark);
+    s.shared[i] = static_cast<float>(kShared * kShared);
+    for (uint32_t r = 0; r < kReplicates; ++r)
+      s.luminance[r][i] = static_cast<float>(kDark * (s.luminance[r][i] + (r ? -kShared : kShared)));
+  }
+  const TexelErrors e = estimate_errors(s, charts);
+  const double own = 1 / std::sqrt(kReplicates * kEach);
+  for (size_t i = 0; i < kTexels; ++i) {
+    if (is_bright(i)) {
+      // Its own noise, and what a tenth of the texels may add to q.
+      EXPECT_NEAR(e.standard_error[i] / own, 1, 0.3) << i;
+    } else {
+      // What it shares, and at most a quarter more: half the variance of its neighbourhood, by a share that
+      // its own 4,096 samples leave.
+      EXPECT_NEAR(e.standard_error[i] / (kDark * kShared), 1, 0.25) << i;
+    }
+  }
+}
+
 TEST(TexelErrors, TexelFarAwayChangesNothing) {
   Random random(5);
   TexelStatistics s = make(1000, 16, independent([](Random& r) { return 5 + normal(r); }), random);

@@ -67,6 +67,7 @@ TEST(Messages, FieldsKeepTheirValues) {
   EXPECT_EQ(unit.unit.replicate, 1u);
   EXPECT_EQ(unit.unit.cache, some_digest());
   EXPECT_EQ(unit.unit.sites, (std::vector<uint32_t>{1, 2, 3}));
+  EXPECT_EQ(round_trip(Unit{7, 11, {9, 64, 32, {1}, 1, some_digest(), 5}}).unit.take, 5u);
   for (const bool compress : {false, true}) {
     const auto piece = round_trip(ChunkPiece{some_digest(), 10, 6000, Bytes(5000, std::byte{3}), compress});
     EXPECT_EQ(piece.compress, compress);
@@ -81,6 +82,7 @@ TEST(Messages, StoredBytesAndDigestsAreThoseOfEarlierReleases) {
   EXPECT_EQ(result_digest(some_result()).hex(),
             "03287cd9101d681268f15b37619693daa6991f8c84e2f6222f65acd48fcd0067");
   EXPECT_EQ(unit_shape({9, 64, 32, {1, 2, 3}, 1, some_digest()}), 17838075707943987571u);
+  EXPECT_NE(unit_shape({9, 64, 32, {1, 2, 3}, 1, some_digest(), 1}), 17838075707943987571u);
 }
 
 TEST(Messages, BytesAfterTheLastFieldAreRefused) {

@@ -94,8 +94,8 @@ class PathBaker final : public Baker {
       for (size_t t = 0; t < receivers.size(); ++t) run.films[t].set_reach(receivers[t].points.reach());
     const uint32_t step = kBatch / static_cast<uint32_t>(receivers.size());
     for (uint32_t done = 0; done < unit.sample_count; done += step)
-      sample(receivers, unit.replicate, unit.first_sample + done, std::min(step, unit.sample_count - done),
-             run);
+      sample(receivers, replicate_seed(settings_.seed, unit.replicate, unit.take), unit.first_sample + done,
+             std::min(step, unit.sample_count - done), run);
     std::vector<double>& moments = run.result.moments;
     for (size_t t = 0; t < receivers.size(); ++t) {
       const Sums& film = run.films[t];
@@ -124,10 +124,8 @@ class PathBaker final : public Baker {
   }
 
   // Takes samples [first, first + count) of some receivers, at most kBatch in all.
-  void sample(std::span<Receiver> receivers, uint32_t replicate, uint32_t first, uint32_t count,
-              Run& run) const {
+  void sample(std::span<Receiver> receivers, uint64_t seed, uint32_t first, uint32_t count, Run& run) const {
     UnitResult& result = run.result;
-    const uint64_t seed = replicate_seed(settings_.seed, replicate);
     Integrator::Task* const tasks = run.tasks;
     size_t next = 0;
     for (Receiver& receiver : receivers)

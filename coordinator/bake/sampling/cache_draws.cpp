@@ -5,6 +5,7 @@
 
 #include "common/base/parallel.h"
 #include "common/math/sequence.h"
+#include "coordinator/bake/sampling/alike.h"
 
 namespace kiln {
 
@@ -27,11 +28,8 @@ void find_shared(std::span<const uint32_t> chart_of_site, TexelStatistics& s) {
   s.shared.assign(s.sites, 0.0f);
   constexpr size_t kDraws = kReplicates * kCacheDraws;
   for_each_index(s.sites, 0, [&](size_t i) {
-    if (!s.known[i]) return;
     double light = 0, count = 0, sum[kDraws] = {}, square[kDraws] = {};
-    const size_t last = std::min(s.sites, i + kDrawNeighbours + 1);
-    for (size_t j = i > kDrawNeighbours ? i - kDrawNeighbours : 0; j < last; ++j) {
-      if (!s.known[j] || chart_of_site[j] != chart_of_site[i]) continue;
+    for_each_alike(s, chart_of_site, i, [&](size_t j) {
       light += 0.5 * (double{s.luminance[0][j]} + double{s.luminance[1][j]});
       count += 1;
       for (size_t d = 0; d < kDraws; ++d) {
@@ -39,7 +37,7 @@ void find_shared(std::span<const uint32_t> chart_of_site, TexelStatistics& s) {
         sum[d] += drawn;
         square[d] += drawn * drawn;
       }
-    }
+    });
     if (!(light > 0)) return;
     double variance = 0;
     for (size_t d = 0; d < kDraws; ++d) {

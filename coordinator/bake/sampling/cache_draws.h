@@ -27,10 +27,8 @@ struct CacheNoise {
 void add_noise_draws(const CacheNoise& noise, uint32_t seed, IrradianceCache& cache);
 
 // Fills TexelStatistics::shared: by site, the variance of the mean of both replicates that comes from caches,
-// over the square of the light. Draws are averaged over kDrawNeighbours sites of the chart on either side
-// (Morton order), so that they lose the noise of single texels. Without draws it stays empty; the draws are
-// used up.
-constexpr uint32_t kDrawNeighbours = 64;
+// over the square of the light. Draws are averaged over texels alike (alike.h), so that they lose the noise
+// of single texels. Without draws it stays empty; the draws are used up.
 void find_shared(std::span<const uint32_t> chart_of_site, TexelStatistics& statistics);
 
 }  // namespace kiln

@@ -5,6 +5,7 @@
 
 #include "common/base/parallel.h"
 #include "common/math/vec.h"
+#include "coordinator/bake/sampling/alike.h"
 
 namespace kiln {
 namespace {
@@ -31,56 +32,108 @@ void for_each_near(const TexelStatistics& s, std::span<const uint32_t> chart_of_
     if (j != i && s.known[j] && chart_of_site[j] == chart_of_site[i]) visit(j);
 }
 
-// Variance of one sample: half the texel's own, half its neighbourhood's.
-double pooled_variance(const TexelStatistics& s, std::span<const uint32_t> chart_of_site, size_t i) {
-  double near = 0;
+double mean_of(const TexelStatistics& s, size_t i) {
+  return 0.5 * (double{s.luminance[0][i]} + double{s.luminance[1][i]});
+}
+double half_difference(const TexelStatistics& s, size_t i) {
+  return 0.5 * (double{s.luminance[0][i]} - double{s.luminance[1][i]});
+}
+
+// Samples that share light equally have the same (sum x)^2 / sum x^2 as so many of these (Kish 1965).
+double effective(double samples, double mean, double variance) {
+  const double second = variance + mean * mean;
+  return second > 0 ? samples * mean * mean / second : 0;
+}
+
+// Variance of one sample: half the texel's own, half its neighbourhood's. `apart`: the neighbourhood's share
+// falls where the texel's own samples contradict it.
+double pooled_variance(const TexelStatistics& s, std::span<const uint32_t> chart_of_site, size_t i,
+                       bool apart) {
+  double near = 0, light = 0, squares = 0;
   size_t neighbours = 0;
   for_each_near(s, chart_of_site, i, [&](size_t j) {
     near += double{s.variance[j]};
+    light += mean_of(s, j);
+    squares += mean_of(s, j) * mean_of(s, j);
     ++neighbours;
   });
-  return neighbours ? 0.5 * (s.variance[i] + near / static_cast<double>(neighbours)) : s.variance[i];
+  if (neighbours == 0) return s.variance[i];
+  const auto count = static_cast<double>(neighbours);
+  const double own = s.variance[i];
+  near /= count;
+  double share = 0.5;
+  if (apart) {
+    light /= count;
+    const double samples = kReplicates * s.samples[i];
+    const double events = std::min(effective(samples, mean_of(s, i), own),
+                                   effective(samples, light, near + squares / count - light * light));
+    const double larger = std::max(own, near), differ = larger > 0 ? (near - own) / larger : 0;
+    share /= std::max(1.0, differ * differ * events / kVarianceEvents);
+  }
+  return own + share * (near - own);
 }
 
 // How the replicates differ around a site, over what independent samples would make them differ by.
 struct Difference {
   double freedom = 0;  // texels
   double q = 1;        // mean square
-  double own = 1;      // of single texels: without what their signs have in common
-  // Of the mean of both replicates, in the same unit; may be negative.
-  double common() const { return q - own; }
 };
 
 class Differences {
  public:
-  Differences(const TexelStatistics& s, std::span<const uint32_t> chart_of_site)
+  // `apart`: without what texels share, which is found from texels of their chart with as much light.
+  Differences(const TexelStatistics& s, std::span<const uint32_t> chart_of_site, bool apart)
       : independent_(s.sites, 0.0) {
+    std::vector<double> squares(s.sites, 0.0), counts(s.sites, 0.0);
     for_each_index(s.sites, 0, [&](size_t i) {
-      if (s.known[i]) independent_[i] = pooled_variance(s, chart_of_site, i) / (2.0 * s.samples[i]);
+      if (s.known[i]) independent_[i] = pooled_variance(s, chart_of_site, i, apart) / (2.0 * s.samples[i]);
     });
-    for (size_t i = 0; i < s.sites; ++i) {
-      const double half = 0.5 * (double{s.luminance[0][i]} - double{s.luminance[1][i]});
-      const bool counts = independent_[i] > 0;
-      square_.add(counts ? half * half / independent_[i] : 0.0);
-      signed_.add(counts ? half / std::sqrt(independent_[i]) : 0.0);
-      count_.add(counts ? 1.0 : 0.0);
-    }
+    if (apart) common_.assign(s.sites, 0.0);
+    for_each_index(s.sites, 0, [&](size_t i) {
+      double left = half_difference(s, i), expected = independent_[i];
+      if (apart) find_common(s, chart_of_site, i, left, expected);
+      if (!(expected > kLeastLeft * independent_[i])) return;
+      squares[i] = left * left / expected;
+      counts[i] = 1;
+    });
+    for (size_t i = 0; i < s.sites; ++i) square_.add(squares[i]), count_.add(counts[i]);
   }
   // Variance of the mean of both replicates if samples were independent.
   double independent(size_t i) const { return independent_[i]; }
+  // Variance of that mean which the difference shows to be shared; an estimate that may be negative.
+  double common(size_t i) const { return common_[i]; }
   Difference around(size_t i) const {
     Difference d;
     d.freedom = count_.around(i, kReplicateNeighbours);
-    if (!(d.freedom > 0)) return d;
-    const double mean = signed_.around(i, kReplicateNeighbours) / d.freedom;
-    d.q = d.own = square_.around(i, kReplicateNeighbours) / d.freedom;
-    if (d.freedom > 1) d.own = std::max(0.0, d.q - mean * mean) * d.freedom / (d.freedom - 1);
+    if (d.freedom > 0) d.q = square_.around(i, kReplicateNeighbours) / d.freedom;
     return d;
   }
 
  private:
-  std::vector<double> independent_;
-  RunSums square_, signed_, count_;
+  // Takes from half the difference what is common to texels alike, in proportion to their light.
+  // `expected`: the variance of what is left, if it comes of independent samples.
+  void find_common(const TexelStatistics& s, std::span<const uint32_t> chart_of_site, size_t i, double& left,
+                   double& expected) {
+    double light = 0, sum = 0, squares = 0, independent = 0, count = 0;
+    for_each_alike(s, chart_of_site, i, [&](size_t j) {
+      const double half = half_difference(s, j);
+      light += mean_of(s, j);
+      sum += half;
+      squares += half * half;
+      independent += independent_[j];
+      count += 1;
+    });
+    if (!(light > 0)) return;
+    const double part = mean_of(s, i) / light;
+    common_[i] = count > 1 ? part * part * count * (sum * sum - squares) / (count - 1)
+                           : double{s.shared.empty() ? 0.0f : s.shared[i]} * mean_of(s, i) * mean_of(s, i);
+    left -= part * sum;
+    expected = independent_[i] * (1 - 2 * part) + part * part * independent;
+  }
+
+  static constexpr double kLeastLeft = 0.1;
+  std::vector<double> independent_, common_;
+  RunSums square_, count_;
 };
 
 }  // namespace
@@ -89,18 +142,18 @@ TexelErrors estimate_errors(const TexelStatistics& s, std::span<const uint32_t> 
   TexelErrors out;
   out.mean.assign(s.sites, 0.0f);
   out.standard_error.assign(s.sites, std::numeric_limits<float>::infinity());
-  const Differences differences(s, chart_of_site);
+  const bool apart = !s.shared.empty();
+  const Differences differences(s, chart_of_site, apart);
   for_each_index(s.sites, 0, [&](size_t i) {
     if (!s.known[i]) return;
     const Difference d = differences.around(i);
     const double independent = differences.independent(i);
     // Student's t over the normal quantile at 95 %: 1 + (z^2 + 1) / (4 freedom) + ...
     const double student = 1.0 + 1.21 / std::max(1.0, d.freedom);
-    const double mean = 0.5 * (double{s.luminance[0][i]} + double{s.luminance[1][i]});
+    const double mean = mean_of(s, i);
     double variance = d.q * independent;
-    if (!s.shared.empty())
-      variance = std::max(
-          0.0, d.own * independent + shared_variance(s.shared[i] * mean * mean, d.common() * independent));
+    if (apart)
+      variance = std::max(0.0, variance + shared_variance(s.shared[i] * mean * mean, differences.common(i)));
     out.mean[i] = static_cast<float>(mean);
     out.standard_error[i] = static_cast<float>(student * std::sqrt(variance) + 0x1p-20 * std::abs(mean));
   });
@@ -109,16 +162,16 @@ TexelErrors estimate_errors(const TexelStatistics& s, std::span<const uint32_t> 
 
 std::vector<float> independent_variance(const TexelStatistics& s, std::span<const uint32_t> chart_of_site) {
   std::vector<float> out(s.sites, 0.0f);
-  const Differences differences(s, chart_of_site);
+  const Differences differences(s, chart_of_site, true);
   for_each_index(s.sites, 0, [&](size_t i) {
-    if (s.known[i]) out[i] = static_cast<float>(differences.around(i).own * differences.independent(i));
+    if (s.known[i]) out[i] = static_cast<float>(differences.around(i).q * differences.independent(i));
   });
   return out;
 }
 
 std::vector<float> neighbourhood_means(const TexelStatistics& s, std::span<const uint32_t> chart_of_site) {
   std::vector<float> out(s.sites, 0.0f);
-  const auto mean = [&](size_t j) { return 0.5 * (double{s.luminance[0][j]} + double{s.luminance[1][j]}); };
+  const auto mean = [&](size_t j) { return mean_of(s, j); };
   for_each_index(s.sites, 0, [&](size_t i) {
     if (!s.known[i]) return;
     double near = 0;
