@@ -67,8 +67,12 @@ double pooled_variance(const TexelStatistics& s, std::span<const uint32_t> chart
     const double samples = kReplicates * s.samples[i];
     const double events = std::min(effective(samples, mean_of(s, i), own),
                                    effective(samples, light, near + squares / count - light * light));
-    const double larger = std::max(own, near), differ = larger > 0 ? (near - own) / larger : 0;
-    share /= std::max(1.0, differ * differ * events / kVarianceEvents);
+    const double smaller = std::min(own, near), differ = std::abs(near - own);
+    // Of few events a variance is hardly known, and half of its neighbours' is the better estimate.
+    if (events > kFewSamples && differ > 0) {
+      const double contradicted = differ * differ * events / (smaller * smaller * kVarianceEvents);
+      share /= std::clamp(contradicted, 1.0, kReplicates * events);
+    }
   }
   return own + share * (near - own);
 }

@@ -32,8 +32,8 @@ constexpr uint32_t kReplicateNeighbours = 128;
 // With errors drawn of the caches (cache_draws.h) q is that of single texels alone, without what (A - B) / 2
 // has in common in texels alike (alike.h), and what texels share is added. A neighbourhood's variance then
 // counts the less, the less a texel's own samples are like it: the floor of a dark room has bright texels in
-// its doorway. An estimate of a variance from `e` effective samples is off by a factor of about
-// 1 + sqrt(kVarianceEvents / e).
+// its doorway. A variance of `e` effective samples is known to about
+// sqrt(kVarianceEvents / e) of itself.
 constexpr double kVarianceEvents = 8;
 TexelErrors estimate_errors(const TexelStatistics& statistics, std::span<const uint32_t> chart_of_site);
 
