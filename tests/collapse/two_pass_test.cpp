@@ -89,7 +89,7 @@ INSTANTIATE_TEST_SUITE_P(Denoise, TwoPassLight, testing::Values("off", "on"));
 TEST_P(TwoPassLight, EvenAndBlackChartsAreSmallAndHoldTheirLight) {
   // The crate's light on the plaza and the noise of 32 samples come close to what 5 % allows of L1.
   const std::string fixed =
-      std::string(" --error 0.08 --min-samples 64 --max-samples 64 --denoise ") + GetParam() + " ";
+      std::string(" --error 0.08 --min-samples 128 --max-samples 128 --denoise ") + GetParam() + " ";
   const auto with = kiln(bake("with", fixed + "--two-pass on")), without = kiln(bake("without", fixed));
   ASSERT_EQ(with.exit_status, 0) << with.output;
   ASSERT_EQ(without.exit_status, 0) << without.output;
