@@ -64,8 +64,8 @@ Expected<JobSpec> read_job(std::span<const std::byte> bytes);
 
 // Independent halves of every texel's samples; their difference measures the error.
 constexpr uint32_t kReplicates = 2;
-// Samples that are taken again, because those before ended at a rough cache, are others: noise that is the
-// same in cache after cache adds up.
+// The seed of a unit's samples. Samples that are taken again, after those of a rough cache were dropped, are
+// others: noise that is the same in cache after cache adds up.
 constexpr uint64_t replicate_seed(uint64_t job_seed, uint32_t replicate, uint32_t take) {
   return sequence_seed(job_seed, replicate + uint64_t{kReplicates} * take);
 }
@@ -78,13 +78,14 @@ struct WorkUnit {
   std::vector<uint32_t> sites{};  // indices into TexelSites
   uint32_t replicate = 0;         // below kReplicates; with `take` it selects the random sequence
   Digest cache{};                 // irradiance cache that paths end at (irradiance_cache.h); zero: none
-  uint32_t take = 0;              // how often earlier samples of these sites were dropped
+  uint32_t take = 0;              // how often samples of these sites were dropped before
   static void fields(auto& u, auto& v) {
     v(u.id);
     shape(u, v);
     v(u.take);
   }
-  // What unit_shape() hashes: all but the id, and the take if there is one.
+  // What unit_shape() hashes: all but the id; and the take unless it is 0, so that shapes are those of
+  // releases that had none.
   static void shape(auto& u, auto& v) { v(u.first_sample, u.sample_count, u.sites, u.replicate, u.cache); }
   const char* fault() const { return replicate < kReplicates ? nullptr : "its replicate does not exist"; }
 };

@@ -423,8 +423,8 @@ class Baking {
       }
       cuts_.push_back(chosen);
     }
-    for (SiteSamples& s : work) s.take = take_;
     std::vector<WorkUnit> units = cut_pass(work, cuts_[index], caches_, next_unit_);
+    for (WorkUnit& unit : units) unit.take = take_;
     order_by_gain(errors_, units);
     active_ = work.size();
     const FarmStatistics earlier = farm_.statistics();

@@ -23,13 +23,14 @@ CachedBake::CachedBake(const Scene& scene, float texels_per_metre, TransportSett
 }
 
 Expected<UnitResult> CachedBake::run(uint32_t first, uint32_t count, const IrradianceCache* cache,
-                                     uint32_t replicate) const {
+                                     uint32_t replicate, uint32_t take) const {
   constexpr size_t kRun = 64;
   std::vector<WorkUnit> units((sites() + kRun - 1) / kRun);
   for (size_t u = 0; u < units.size(); ++u) {
     units[u].first_sample = first;
     units[u].sample_count = count;
     units[u].replicate = replicate;
+    units[u].take = take;
     for (size_t s = u * kRun; s < std::min(sites(), (u + 1) * kRun); ++s)
       units[u].sites.push_back(static_cast<uint32_t>(s));
   }

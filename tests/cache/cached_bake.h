@@ -12,7 +12,7 @@ class CachedBake {
 
   // Sums of all sites in order, over samples [first, first + count) of a replicate.
   Expected<UnitResult> run(uint32_t first, uint32_t count, const IrradianceCache* cache = nullptr,
-                           uint32_t replicate = 0) const;
+                           uint32_t replicate = 0, uint32_t take = 0) const;
 
   const Scene& scene() const { return scene_; }
   const Atlas& atlas() const { return atlas_; }

@@ -174,29 +174,31 @@ TEST(Reading, CacheOfAnotherSizeIsRefused) {
   }
 }
 
-TEST(Reading, ReplicatesDrawTheirOwnSamples) {
+TEST(Reading, ReplicatesAndTakesDrawTheirOwnSamples) {
   // Whatever shape the light has, the difference of two runs of samples is noise, and so is any two such
   // differences' correlation over sites: 1 / sqrt(sites) in the standard deviation, 4 of which are 6e-5.
   const CachedBake b(facing(2, lambert(0.6f)), kTexelsPerMetre, paths());
-  const auto luminance = [&](uint32_t replicate, uint32_t first) {
-    const auto result = b.run(first, kSamples, nullptr, replicate);
+  const auto luminance = [&](uint32_t replicate, uint32_t take, uint32_t first) {
+    const auto result = b.run(first, kSamples, nullptr, replicate, take);
     std::vector<double> out;
     for (uint32_t s = 0; s < b.sites(); ++s)
       out.push_back(result->moments[s * result->plane_count + kMomentLum]);
     return out;
   };
-  const std::vector<double> a0 = luminance(0, 0), a1 = luminance(0, kSamples), b0 = luminance(1, 0),
-                            b1 = luminance(1, kSamples);
-  double ab = 0, aa = 0, bb = 0;
-  for (size_t s = 0; s < b.sites(); ++s) {
-    const double a = a0[s] - a1[s], c = b0[s] - b1[s];
-    ab += a * c;
-    aa += a * a;
-    bb += c * c;
-  }
-  ASSERT_GT(aa, 0);
   ASSERT_GT(b.sites(), 500u);
-  EXPECT_LT(std::abs(ab), 4 / std::sqrt(b.sites()) * std::sqrt(aa * bb));
+  const std::vector<double> a0 = luminance(0, 0, 0), a1 = luminance(0, 0, kSamples);
+  for (const auto [replicate, take] : {std::pair(1u, 0u), std::pair(0u, 1u), std::pair(1u, 1u)}) {
+    const std::vector<double> b0 = luminance(replicate, take, 0), b1 = luminance(replicate, take, kSamples);
+    double ab = 0, aa = 0, bb = 0;
+    for (size_t s = 0; s < b.sites(); ++s) {
+      const double a = a0[s] - a1[s], c = b0[s] - b1[s];
+      ab += a * c;
+      aa += a * a;
+      bb += c * c;
+    }
+    ASSERT_GT(aa, 0);
+    EXPECT_LT(std::abs(ab), 4 / std::sqrt(b.sites()) * std::sqrt(aa * bb)) << replicate << " " << take;
+  }
 }
 
 TEST(Reading, UnitsWithoutACacheDoNotDependOnOthers) {

@@ -71,7 +71,7 @@ std::string write_replay(const Replay& replay, const std::unordered_set<Digest>&
 Expected<Replay> read_replay(std::string_view content) {
   KILN_TRY(const auto pairs, parse_flat_json(content));
   std::map<std::string, std::string> values(pairs.begin(), pairs.end());
-  for (const char* key : {"job", "unit", "first_sample", "sample_count", "replicate", "take", "sites"})
+  for (const char* key : {"job", "unit", "first_sample", "sample_count", "replicate", "sites"})
     if (!values.count(key)) return fail(ErrorKind::kInvalidInput, text("\"{}\" is missing", key));
   Replay replay;
   KILN_TRY(const Bytes job, from_hex(values["job"]));
@@ -79,7 +79,9 @@ Expected<Replay> read_replay(std::string_view content) {
   KILN_TRY(replay.unit.id, to_number<uint64_t>("unit", values["unit"]));
   KILN_TRY(replay.unit.first_sample, to_number<uint32_t>("first_sample", values["first_sample"]));
   KILN_TRY(replay.unit.sample_count, to_number<uint32_t>("sample_count", values["sample_count"]));
-  KILN_TRY(replay.unit.take, to_number<uint32_t>("take", values["take"]));
+  if (values.count("take")) {  // files of earlier releases have none
+    KILN_TRY(replay.unit.take, to_number<uint32_t>("take", values["take"]));
+  }
   KILN_TRY(replay.unit.replicate, to_number<uint32_t>("replicate", values["replicate"]));
   if (replay.unit.replicate >= kReplicates)
     return fail(ErrorKind::kInvalidInput,

@@ -27,6 +27,11 @@ struct TexelStatistics {
   std::vector<uint8_t> known;     // [site] 0: inside geometry or without samples, so the values mean nothing
 };
 
+// Mean luminance of E of both replicates.
+inline double mean_luminance(const TexelStatistics& s, size_t site) {
+  return 0.5 * (double{s.luminance[0][site]} + double{s.luminance[1][site]});
+}
+
 // The variance of the mean of both replicates that their texels share: from the draws, `drawn`, and from the
 // replicates' difference, `found`, whose expectation is the same. Each counts by its degrees of freedom.
 inline double shared_variance(double drawn, double found) {

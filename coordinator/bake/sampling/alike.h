@@ -9,22 +9,20 @@
 namespace kiln {
 
 constexpr size_t kAlikeReach = 64;  // sites in Morton order, on either side
-// The brighter has up to this factor more light, and as much more as this many standard errors of independent
-// samples explain.
+// The brighter of two has at most this many times the light of the other, within this many standard errors.
 constexpr double kAlikeLight = 2, kAlikeErrors = 3;
 
 // Visits site i and the known sites alike. None if site i has no light.
 template <class Visit>
 void for_each_alike(const TexelStatistics& s, std::span<const uint32_t> chart_of_site, size_t i,
                     const Visit& visit) {
-  const auto light = [&](size_t j) { return 0.5 * (double{s.luminance[0][j]} + double{s.luminance[1][j]}); };
   const auto square_of_error = [&](size_t j) { return double{s.variance[j]} / (kReplicates * s.samples[j]); };
-  if (!s.known[i] || !(light(i) > 0)) return;
-  const double own = light(i), error = square_of_error(i);
+  if (!s.known[i] || !(mean_luminance(s, i) > 0)) return;
+  const double own = mean_luminance(s, i), error = square_of_error(i);
   const size_t last = std::min(s.sites, i + kAlikeReach + 1);
   for (size_t j = i > kAlikeReach ? i - kAlikeReach : 0; j < last; ++j) {
     if (!s.known[j] || chart_of_site[j] != chart_of_site[i]) continue;
-    const double other = light(j), dim = std::min(own, other),
+    const double other = mean_luminance(s, j), dim = std::min(own, other),
                  beyond = std::max(own, other) - kAlikeLight * dim;
     if (beyond <= 0 ||
         beyond * beyond <= kAlikeErrors * kAlikeErrors * 2 * std::max(error, square_of_error(j)))

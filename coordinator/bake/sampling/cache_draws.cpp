@@ -30,7 +30,7 @@ void find_shared(std::span<const uint32_t> chart_of_site, TexelStatistics& s) {
   for_each_index(s.sites, 0, [&](size_t i) {
     double light = 0, count = 0, sum[kDraws] = {}, square[kDraws] = {};
     for_each_alike(s, chart_of_site, i, [&](size_t j) {
-      light += 0.5 * (double{s.luminance[0][j]} + double{s.luminance[1][j]});
+      light += mean_luminance(s, j);
       count += 1;
       for (size_t d = 0; d < kDraws; ++d) {
         const double drawn = s.drawn[d / kCacheDraws][j * kCacheDraws + d % kCacheDraws];

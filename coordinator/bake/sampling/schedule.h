@@ -27,7 +27,6 @@ std::vector<SampleRange> ranges_of(SampleRange pass);
 struct SiteSamples {
   uint32_t site;
   SampleRange range;
-  uint32_t take = 0;  // WorkUnit::take
 };
 
 // Cuts a pass over sites (ascending: Morton order) into units of about tile_texels x 256 samples of

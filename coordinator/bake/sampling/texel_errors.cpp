@@ -32,14 +32,11 @@ void for_each_near(const TexelStatistics& s, std::span<const uint32_t> chart_of_
     if (j != i && s.known[j] && chart_of_site[j] == chart_of_site[i]) visit(j);
 }
 
-double mean_of(const TexelStatistics& s, size_t i) {
-  return 0.5 * (double{s.luminance[0][i]} + double{s.luminance[1][i]});
-}
 double half_difference(const TexelStatistics& s, size_t i) {
   return 0.5 * (double{s.luminance[0][i]} - double{s.luminance[1][i]});
 }
 
-// Samples that share light equally have the same (sum x)^2 / sum x^2 as so many of these (Kish 1965).
+// (sum x)^2 / sum x^2 of so many samples: how many equally bright ones would be worth as much (Kish 1965).
 double effective(double samples, double mean, double variance) {
   const double second = variance + mean * mean;
   return second > 0 ? samples * mean * mean / second : 0;
@@ -53,8 +50,8 @@ double pooled_variance(const TexelStatistics& s, std::span<const uint32_t> chart
   size_t neighbours = 0;
   for_each_near(s, chart_of_site, i, [&](size_t j) {
     near += double{s.variance[j]};
-    light += mean_of(s, j);
-    squares += mean_of(s, j) * mean_of(s, j);
+    light += mean_luminance(s, j);
+    squares += mean_luminance(s, j) * mean_luminance(s, j);
     ++neighbours;
   });
   if (neighbours == 0) return s.variance[i];
@@ -65,16 +62,18 @@ double pooled_variance(const TexelStatistics& s, std::span<const uint32_t> chart
   if (apart) {
     light /= count;
     const double samples = kReplicates * s.samples[i];
-    const double events = std::min(effective(samples, mean_of(s, i), own),
+    const double events = std::min(effective(samples, mean_luminance(s, i), own),
                                    effective(samples, light, near + squares / count - light * light));
     const double smaller = std::min(own, near), differ = std::abs(near - own);
-    // Of few events a variance is hardly known, and half of its neighbours' is the better estimate.
-    if (events > kFewSamples && differ > 0) {
-      const double contradicted = differ * differ * events / (smaller * smaller * kVarianceEvents);
-      share /= std::clamp(contradicted, 1.0, kReplicates * events);
-    }
+    // With few events neither variance is well known, so that they contradict each other in nothing. With
+    // more, the neighbourhood's share falls by the square of their difference over its error, but not below
+    // what n samples that met none of the neighbours' events leave of their rate p: about p / (1 + 2 n p).
+    constexpr double kHalfAnEvent = 2;
+    if (events > kFewSamples && differ > 0)
+      share /= std::clamp(differ * differ * events / (smaller * smaller * kVarianceEvents), 1.0,
+                          kHalfAnEvent * events);
   }
-  return own + share * (near - own);
+  return (1 - share) * own + share * near;
 }
 
 // How the replicates differ around a site, over what independent samples would make them differ by.
@@ -85,7 +84,7 @@ struct Difference {
 
 class Differences {
  public:
-  // `apart`: without what texels share, which is found from texels of their chart with as much light.
+  // `apart`: without what texels share, which is found from texels alike.
   Differences(const TexelStatistics& s, std::span<const uint32_t> chart_of_site, bool apart)
       : independent_(s.sites, 0.0) {
     std::vector<double> squares(s.sites, 0.0), counts(s.sites, 0.0);
@@ -114,28 +113,29 @@ class Differences {
   }
 
  private:
-  // Takes from half the difference what is common to texels alike, in proportion to their light.
-  // `expected`: the variance of what is left, if it comes of independent samples.
+  // Subtracts from `left`, half a texel's difference, what texels alike have in common: the same fraction of
+  // everyone's light. `expected`: the variance of the rest if samples are independent.
   void find_common(const TexelStatistics& s, std::span<const uint32_t> chart_of_site, size_t i, double& left,
                    double& expected) {
     double light = 0, sum = 0, squares = 0, independent = 0, count = 0;
     for_each_alike(s, chart_of_site, i, [&](size_t j) {
       const double half = half_difference(s, j);
-      light += mean_of(s, j);
+      light += mean_luminance(s, j);
       sum += half;
       squares += half * half;
       independent += independent_[j];
       count += 1;
     });
     if (!(light > 0)) return;
-    const double part = mean_of(s, i) / light;
+    const double part = mean_luminance(s, i) / light;
     common_[i] = count > 1 ? part * part * count * (sum * sum - squares) / (count - 1)
-                           : double{s.shared.empty() ? 0.0f : s.shared[i]} * mean_of(s, i) * mean_of(s, i);
+                           : double{s.shared.empty() ? 0.0f : s.shared[i]} * mean_luminance(s, i) *
+                                 mean_luminance(s, i);
     left -= part * sum;
     expected = independent_[i] * (1 - 2 * part) + part * part * independent;
   }
 
-  static constexpr double kLeastLeft = 0.1;
+  static constexpr double kLeastLeft = 0.1;  // of a texel's variance; the rest says little where less is left
   std::vector<double> independent_, common_;
   RunSums square_, count_;
 };
@@ -154,7 +154,7 @@ TexelErrors estimate_errors(const TexelStatistics& s, std::span<const uint32_t> 
     const double independent = differences.independent(i);
     // Student's t over the normal quantile at 95 %: 1 + (z^2 + 1) / (4 freedom) + ...
     const double student = 1.0 + 1.21 / std::max(1.0, d.freedom);
-    const double mean = mean_of(s, i);
+    const double mean = mean_luminance(s, i);
     double variance = d.q * independent;
     if (apart)
       variance = std::max(0.0, variance + shared_variance(s.shared[i] * mean * mean, differences.common(i)));
@@ -175,17 +175,16 @@ std::vector<float> independent_variance(const TexelStatistics& s, std::span<cons
 
 std::vector<float> neighbourhood_means(const TexelStatistics& s, std::span<const uint32_t> chart_of_site) {
   std::vector<float> out(s.sites, 0.0f);
-  const auto mean = [&](size_t j) { return mean_of(s, j); };
   for_each_index(s.sites, 0, [&](size_t i) {
     if (!s.known[i]) return;
     double near = 0;
     size_t neighbours = 0;
     for_each_near(s, chart_of_site, i, [&](size_t j) {
-      near += mean(j);
+      near += mean_luminance(s, j);
       ++neighbours;
     });
     const double own = kReplicates * s.samples[i], share = neighbours ? kMeanDoubt / (own + kMeanDoubt) : 0;
-    out[i] = static_cast<float>((1 - share) * mean(i) +
+    out[i] = static_cast<float>((1 - share) * mean_luminance(s, i) +
                                 share * near / static_cast<double>(std::max<size_t>(1, neighbours)));
   });
   return out;
@@ -197,7 +196,7 @@ std::vector<float> effective_samples(const TexelStatistics& s, std::span<const u
     if (!s.known[i]) return;
     double sum = 0, squares = 0;
     const auto add = [&](size_t j) {
-      const double mean = 0.5 * (double{s.luminance[0][j]} + double{s.luminance[1][j]});
+      const double mean = mean_luminance(s, j);
       sum += s.samples[j] * mean;
       squares += s.samples[j] * (double{s.variance[j]} + mean * mean);
     };

@@ -31,9 +31,8 @@ constexpr uint32_t kReplicateNeighbours = 128;
 
 // With errors drawn of the caches (cache_draws.h) q is that of single texels alone, without what (A - B) / 2
 // has in common in texels alike (alike.h), and what texels share is added. A neighbourhood's variance then
-// counts the less, the less a texel's own samples are like it: the floor of a dark room has bright texels in
-// its doorway. A variance of `e` effective samples is known to about
-// sqrt(kVarianceEvents / e) of itself.
+// counts less where a texel's own samples contradict it: a dark room has bright texels in its doorway. The
+// relative error of a variance of e effective samples is taken to be sqrt(kVarianceEvents / e).
 constexpr double kVarianceEvents = 8;
 TexelErrors estimate_errors(const TexelStatistics& statistics, std::span<const uint32_t> chart_of_site);
 
