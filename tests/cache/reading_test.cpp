@@ -187,7 +187,7 @@ TEST(Reading, ReplicatesAndTakesDrawTheirOwnSamples) {
   };
   ASSERT_GT(b.sites(), 500u);
   const std::vector<double> a0 = luminance(0, 0, 0), a1 = luminance(0, 0, kSamples);
-  for (const auto [replicate, take] : {std::pair(1u, 0u), std::pair(0u, 1u), std::pair(1u, 1u)}) {
+  for (const auto& [replicate, take] : {std::pair(1u, 0u), std::pair(0u, 1u), std::pair(1u, 1u)}) {
     const std::vector<double> b0 = luminance(replicate, take, 0), b1 = luminance(replicate, take, kSamples);
     double ab = 0, aa = 0, bb = 0;
     for (size_t s = 0; s < b.sites(); ++s) {
