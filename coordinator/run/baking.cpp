@@ -8,13 +8,14 @@
 #include "common/base/clock.h"
 #include "common/base/format.h"
 #include "common/base/statistics.h"
-#include "common/math/sequence.h"
 #include "coordinator/bake/merge/response_errors.h"
 #include "coordinator/bake/sampling/allocation.h"
 #include "coordinator/bake/sampling/cache_draws.h"
 #include "coordinator/bake/sampling/first_look.h"
 #include "coordinator/bake/sampling/pace.h"
 #include "coordinator/bake/sampling/schedule.h"
+#include "coordinator/bake/sampling/settling.h"
+#include "coordinator/run/bake_caches.h"
 #include "coordinator/run/nonfinite.h"
 
 namespace kiln {
@@ -57,7 +58,7 @@ class Baking {
         atlas_(task.preflight.atlas),
         nonfinite_(task.preflight.atlas, task.preflight.imported.scene),
         charts_(charts_of_sites(task.preflight.atlas)),
-        misleading_(task.misleading),
+        caches_(atlas_, charts_, task.misleading, settings_.seed, task.farm),
         z_(normal_interval(settings_.confidence)),
         target_(settings_.quantities.light ? settings_.error : settings_.visibility_error),
         budget_(task.budget),
@@ -91,19 +92,20 @@ class Baking {
 
  private:
   Expected<PassEnd> run_passes() {
-    take_ = 0;
+    takes_.assign(sums_.sites(), 0);
     skipped_.clear();
     skipped_units_ = 0;
     pass_ = 0;
     sampled_ = 0;
     caches_.clear();
     errors_ = {};
+    shared_.clear();
     response_errors_.clear();
     most_ = std::max(1u, settings_.most_samples() / kReplicates);
     least_ = std::max(1u, (settings_.min_samples + 1) / 2);
     convergence_ = {};
     unmet_ = {};
-    grew_ = false;
+    grew_ = settled_ = false;
     whole_ = true;
     later_ = -1;
     std::vector<SiteSamples> work;
@@ -125,10 +127,51 @@ class Baking {
       KILN_TRY(const PassEnd end, run_pass(std::move(work)));
       record();
       if (end != PassEnd::kComplete) return end;
-      if (!caches_.empty() && sampled_ > kRenewal * sampled_at_renewal_) renew_caches();
-      work = next_work();
+      KILN_TRY(const PassEnd planned, plan(work));
+      if (planned != PassEnd::kComplete) return planned;
     }
     return PassEnd::kComplete;
+  }
+
+  // Leaves the next work in `work`, none if the bake is done.
+  Expected<PassEnd> plan(std::vector<SiteSamples>& work) {
+    if (!settled_) {
+      settled_ = true;
+      KILN_TRY(const PassEnd end, settle());
+      if (end != PassEnd::kComplete) return end;
+    }
+    if (!caches_.empty() && sampled_ > kRenewal * sampled_at_renewal_) renew_caches();
+    work = next_work();
+    return PassEnd::kComplete;
+  }
+
+  // Takes again what sites have whose error is that of the caches.
+  Expected<PassEnd> settle() {
+    Settling settling;
+    while (!caches_.empty() && pass_ < kMaxPasses) {
+      std::vector<SiteSamples> work = settling.next({shared_, samples_, most_samples(), samples_to_come()});
+      std::erase_if(work, [&](const SiteSamples& s) { return skipped_.count(s.site) > 0; });
+      if (work.empty()) break;
+      renew_caches();
+      std::vector<uint32_t> sites;
+      for (const SiteSamples& s : work) {
+        sites.push_back(s.site);
+        ++takes_[s.site];
+      }
+      sums_.clear(sites);
+      KILN_TRY(const PassEnd end, run_pass(std::move(work)));
+      grew_ = false;
+      record();
+      if (end != PassEnd::kComplete) return end;
+    }
+    return PassEnd::kComplete;
+  }
+  double samples_to_come() const {
+    double samples = 0;
+    const std::vector<double> needed = all_needed(asked_error());
+    for (size_t site = 0; site < needed.size(); ++site)
+      samples += kReplicates * std::max(0.0, std::min<double>(needed[site], most_samples()) - samples_[site]);
+    return is_limited() ? std::min(samples, pace_.limit_left() * pace_.samples_per_second()) : samples;
   }
 
   // Coarse to fine: one sample per replicate for a stride of the texels, then finer strides, then
@@ -146,7 +189,7 @@ class Baking {
       if (look + 1 == looks.size() || end != PassEnd::kComplete) record();
       if (end == PassEnd::kTimeUp && look == 0) whole_ = false;
       if (end != PassEnd::kComplete) return end;
-      if (cache_ && look < kRoughLooks) make_rough_caches(look_stride(look + 1));
+      if (cache_ && look < kRoughLooks) caches_.make_rough(sums_, pass_, look_stride(look + 1));
     }
     budget_.set_whole(true);
     pace_.set_limit(budget_.seconds_for_passes());
@@ -166,8 +209,7 @@ class Baking {
       work = all_sites({0, std::min(least_, kFirstSamples)});
       return make_caches(samples_.front(), work, 1);
     }
-    work = next_work();
-    return PassEnd::kComplete;
+    return plan(work);
   }
 
   // There must be time to replace the dropped samples, at worst at the speed of whole paths.
@@ -182,19 +224,13 @@ class Baking {
   Expected<PassEnd> make_caches(uint32_t count, std::vector<SiteSamples>& work, uint32_t round) {
     double before = std::numeric_limits<double>::infinity();  // error of one sample, as if independent
     for (;; ++round) {
-      if (!has_time_for_caches(count, work)) {
-        work = next_work();
-        return PassEnd::kComplete;
-      }
+      if (!has_time_for_caches(count, work)) return plan(work);
       renew_caches();
       const double rms = reached_error(state(), ErrorNorm::kMeanSquare, 1), now = rms * std::sqrt(count);
-      if (round > 1 && now > kSettled * before) {
-        work = next_work();
-        return PassEnd::kComplete;
-      }
+      if (round > 1 && now > kSettled * before) return plan(work);
       before = now;
       sums_.clear();
-      ++take_;
+      for (uint32_t& take : takes_) ++take;
       grew_ = false;
       report_.passes.back().kept = false;
       // Counts needed by whole paths predict little about paths that end at caches.
@@ -370,45 +406,9 @@ class Baking {
 
   SampleState state() const { return {errors_.mean, errors_.standard_error, samples_}; }
 
-  // Caches from the first looks, interpolated for texels not sampled yet. Rough, but paths in a white scene
-  // that end at them take a fiftieth of the time of whole ones; better caches follow at once.
-  void make_rough_caches(uint32_t stride) {
-    caches_.clear();
-    std::vector<uint8_t> sampled(sums_.sites());
-    std::vector<IrradianceCache> caches = caches_of_latest();
-    for (uint32_t r = 0; r < kReplicates; ++r) {
-      for (uint32_t i = 0; i < sums_.sites(); ++i) sampled[i] = sums_.samples(i, r) > 0;
-      fill_between(atlas_, charts_, sampled, stride, caches[r]);
-      publish(std::move(caches[r]));
-    }
-  }
-
-  // By replicate: means of the latest samples, with errors drawn of them.
-  std::vector<IrradianceCache> caches_of_latest() const {
-    const std::vector<float> noise = independent_variance(sums_.statistics(false, false), charts_);
-    const std::vector<uint32_t> samples = sums_.replicate_samples();
-    std::vector<IrradianceCache> caches;
-    for (uint32_t r = 0; r < kReplicates; ++r) {
-      caches.push_back(sums_.cache(r));
-      const uint64_t seed = replicate_seed(settings_.seed, r, 0);
-      add_noise_draws({noise, samples, sums_.cache_samples(r)},
-                      hash_combine(static_cast<uint32_t>(seed), pass_), caches.back());
-    }
-    return caches;
-  }
-
-  // Paths do not end at texels whose mean misleads: they are traced on from there.
-  void publish(IrradianceCache cache) {
-    for (size_t site = 0; site < misleading_.size(); ++site)
-      if (misleading_[site]) cache.irradiance[site] = Vec3(-1.0f);
-    caches_.push_back(farm_.add_chunk(write_irradiance_cache(cache)));
-  }
-
   void renew_caches() {
-    caches_.clear();
     sampled_at_renewal_ = sampled_;
-    for (IrradianceCache& cache : caches_of_latest()) publish(std::move(cache));
-    sums_.renew();
+    caches_.renew(sums_, pass_);
   }
 
   Expected<PassEnd> run_pass(std::vector<SiteSamples> work) {
@@ -423,8 +423,8 @@ class Baking {
       }
       cuts_.push_back(chosen);
     }
-    std::vector<WorkUnit> units = cut_pass(work, cuts_[index], caches_, next_unit_);
-    for (WorkUnit& unit : units) unit.take = take_;
+    for (SiteSamples& s : work) s.take = takes_[s.site];
+    std::vector<WorkUnit> units = cut_pass(work, cuts_[index], caches_.digests(), next_unit_);
     order_by_gain(errors_, units);
     active_ = work.size();
     const FarmStatistics earlier = farm_.statistics();
@@ -503,6 +503,7 @@ class Baking {
     filtered_ = filters;
     errors_ = std::move(errors);
     samples_ = statistics.samples;
+    shared_ = std::move(statistics.shared);
     add_point();
   }
 
@@ -547,25 +548,26 @@ class Baking {
   const bool cache_;
   const Atlas& atlas_;
   NonfiniteLog nonfinite_;
-  const std::vector<uint32_t> charts_;      // by site
-  const std::vector<uint8_t>& misleading_;  // by site; empty: none
+  const std::vector<uint32_t> charts_;  // by site
+  BakeCaches caches_;
   const double z_;
   const double target_;  // of errors_
   TimeBudget& budget_;
   ErrorNorm norm_ = ErrorNorm::kMax;
   BakePace pace_;
   uint32_t pass_ = 0;
-  uint32_t take_ = 0;   // how often all samples were dropped
-  uint32_t least_ = 0;  // minimum samples per replicate of every texel
-  uint32_t most_ = 0;   // maximum samples per replicate of any texel
+  std::vector<uint32_t> takes_;  // by site: how often its samples were dropped
+  uint32_t least_ = 0;           // minimum samples per replicate of every texel
+  uint32_t most_ = 0;            // maximum samples per replicate of any texel
   uint64_t active_ = 0;
-  std::vector<Digest> caches_;  // by replicate; empty: none
   TexelErrors errors_;
   std::vector<TexelErrors> response_errors_;  // after the last pass
   std::vector<uint32_t> samples_;             // by site, per replicate
+  std::vector<float> shared_;                 // by site: TexelStatistics::shared; empty without caches
   ConvergenceRate convergence_;
   UnmetLight unmet_;
   bool filtered_ = false;    // the present errors are those of filtered texels
+  bool settled_ = false;     // settle() has run
   bool grew_ = false;        // the next record continues the present samples
   bool whole_ = true;        // every chart has been sampled in the first look
   double later_ = -1;        // samples of passes after the present one; negative: unknown

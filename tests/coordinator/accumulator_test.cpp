@@ -54,6 +54,51 @@ TEST(Accumulator, OrderOfArrivalAndCutChangeNoBit) {
     }
 }
 
+// Sites taken again begin from nothing, by whatever order their units come; the others keep their bits.
+TEST(Accumulator, ClearedSitesAreTakenAgainAndOthersKeepTheirs) {
+  constexpr uint32_t kSites = 9;
+  Quantities drawn;
+  drawn.cache_draws = true;
+  const MomentLayout layout(0, drawn);
+  const auto add = [&](Accumulator& sums, const WorkUnit& unit) {
+    UnitResult r;
+    r.site_count = static_cast<uint32_t>(unit.sites.size());
+    r.plane_count = static_cast<uint32_t>(layout.planes());
+    std::mt19937 random(unit.first_sample * kReplicates + unit.replicate + 100 * unit.take);
+    for (size_t i = 0; i < r.site_count * layout.planes(); ++i) r.moments.push_back(random() * 1e-7);
+    ASSERT_TRUE(sums.add(unit, r));
+  };
+  std::vector<SiteSamples> all, again;
+  for (uint32_t s = 0; s < kSites; ++s) all.push_back({s, {0, 8}});
+  const std::vector<uint32_t> cleared = {1, 4, 8};
+  for (const uint32_t s : cleared) again.push_back({s, {0, 16}, 1});
+  Accumulator sums(kSites, layout), fresh(kSites, layout), untouched(kSites, layout);
+  uint64_t id = 0;
+  for (const WorkUnit& u : cut_pass(all, 1000, {}, id)) {
+    add(sums, u);
+    add(untouched, u);
+  }
+  sums.renew();
+  fresh.renew();
+  sums.clear(cleared);
+  EXPECT_EQ(sums.samples(4), 0u);
+  EXPECT_EQ(sums.cache(0).irradiance[4], Vec3(-1.0f)) << "nothing is cached of what was dropped";
+  for (const WorkUnit& u : cut_pass(again, 1000, {}, id)) {
+    add(sums, u);
+    add(fresh, u);
+  }
+  for (uint32_t s = 0; s < kSites; ++s) {
+    const bool is_cleared = std::count(cleared.begin(), cleared.end(), s) > 0;
+    const Accumulator& expected = is_cleared ? fresh : untouched;
+    for (uint32_t r = 0; r < kReplicates; ++r) {
+      EXPECT_EQ(sums.samples(s, r), is_cleared ? 16u : 8u);
+      for (size_t p = 0; p < layout.planes(); ++p) EXPECT_EQ(sums.sum(s, p, r), expected.sum(s, p, r));
+      EXPECT_EQ(sums.cache(r).irradiance[s], expected.cache(r).irradiance[s]);
+      EXPECT_EQ(sums.cache_samples(r)[s], is_cleared ? 16u : 8u);
+    }
+  }
+}
+
 // Caches hold the light of all lights where it has a sum of its own; the map and its error keep to E, and
 // direct light is stored beside it.
 TEST(Accumulator, SumsApartGoWhereTheyBelong) {

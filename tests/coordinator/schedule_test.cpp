@@ -1,6 +1,7 @@
 #include "coordinator/bake/sampling/schedule.h"
 
 #include <cmath>
+#include <map>
 #include <set>
 #include <tuple>
 
@@ -66,6 +67,16 @@ TEST(Schedule, EveryTexelSampleAndReplicateOnceWhateverTheTile) {
     EXPECT_EQ(seen.size(), samples);
     EXPECT_EQ(id, 5 + ids.size());
   }
+}
+
+TEST(Schedule, SamplesOfOneTakeShareUnits) {
+  const std::vector<SiteSamples> work = {{0, {0, 16}}, {1, {0, 16}, 2}, {2, {0, 16}}, {3, {0, 16}, 2}};
+  uint64_t id = 0;
+  std::map<uint32_t, std::vector<uint32_t>> sites_of;  // by take
+  for (const WorkUnit& u : cut_pass(work, 1000, {}, id))
+    if (u.replicate == 0) sites_of[u.take] = u.sites;
+  EXPECT_EQ(sites_of, (std::map<uint32_t, std::vector<uint32_t>>{{0, {0, 2}}, {2, {1, 3}}}));
+  EXPECT_EQ(id, 2u * kReplicates);
 }
 
 TEST(Schedule, WithoutCachesUnitsNameNone) {

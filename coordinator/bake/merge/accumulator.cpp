@@ -73,6 +73,15 @@ void Accumulator::clear() {
   waiting_.clear();
 }
 
+void Accumulator::clear(std::span<const uint32_t> sites) {
+  for (uint32_t r = 0; r < kReplicates; ++r)
+    for (const uint32_t site : sites) {
+      samples_[r][site] = 0;
+      std::fill_n(&sums_[r][site * planes_], planes_, 0.0);
+      if (!latest_[r].empty()) latest_[r][site] = {};
+    }
+}
+
 Accumulator::Estimate Accumulator::estimate(uint32_t site) const {
   const double n = samples(site);
   Estimate e;

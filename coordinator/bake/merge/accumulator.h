@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <map>
+#include <span>
 #include <tuple>
 #include <vector>
 
@@ -58,7 +59,8 @@ class Accumulator {
   std::vector<uint32_t> cache_samples(uint32_t replicate) const;
   void renew() { ++generation_; }  // the caches were taken
 
-  void clear();  // back to the initial state
+  void clear();                                 // back to the initial state
+  void clear(std::span<const uint32_t> sites);  // of these sites; none of their sums may be held back
 
   // Means of all planes, by texel.
   Lightmap resolve(const Atlas& atlas) const;

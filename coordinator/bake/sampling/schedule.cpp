@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <map>
+#include <tuple>
 
 namespace kiln {
 
@@ -28,12 +29,14 @@ std::vector<WorkUnit> cut_pass(const std::vector<SiteSamples>& work, uint32_t ti
                                std::span<const Digest> caches, uint64_t& next_id) {
   constexpr uint64_t kMaxSites = 32768;  // per unit: keeps a result within one data frame
   std::vector<WorkUnit> units;
-  std::map<std::pair<uint32_t, uint32_t>, std::vector<uint32_t>> sites_of;  // keyed by first sample and count
+  // Keyed by first sample, count and take.
+  std::map<std::tuple<uint32_t, uint32_t, uint32_t>, std::vector<uint32_t>> sites_of;
   for (const SiteSamples& s : work)
-    if (s.range.count > 0) sites_of[{s.range.first, s.range.count}].push_back(s.site);
+    if (s.range.count > 0) sites_of[{s.range.first, s.range.count, s.take}].push_back(s.site);
   for (const auto& entry : sites_of) {
     const std::vector<uint32_t>& sites = entry.second;
-    const std::vector<SampleRange> ranges = ranges_of({entry.first.first, entry.first.second});
+    const auto [begin_sample, count, take] = entry.first;
+    const std::vector<SampleRange> ranges = ranges_of({begin_sample, count});
     const uint64_t widest = ranges.front().count;
     const size_t run = static_cast<size_t>(
         std::clamp<uint64_t>(uint64_t{tile_texels} * 256 / std::max<uint64_t>(widest, 64), 1, kMaxSites));
@@ -47,6 +50,7 @@ std::vector<WorkUnit> cut_pass(const std::vector<SiteSamples>& work, uint32_t ti
           unit.first_sample = range.first;
           unit.sample_count = range.count;
           unit.replicate = replicate;
+          unit.take = take;
           if (!caches.empty()) unit.cache = caches[replicate];
           unit.sites.assign(first, last);
           units.push_back(std::move(unit));

@@ -27,10 +27,11 @@ std::vector<SampleRange> ranges_of(SampleRange pass);
 struct SiteSamples {
   uint32_t site;
   SampleRange range;
+  uint32_t take = 0;  // WorkUnit::take
 };
 
 // Cuts a pass over sites (ascending: Morton order) into units of about tile_texels x 256 samples of
-// one replicate and one range; all ranges of a run of sites are cut alike. `caches`: the cache that
+// one replicate, one take and one range; all ranges of a run of sites are cut alike. `caches`: the cache that
 // units of each replicate name. Ids continue from next_id.
 std::vector<WorkUnit> cut_pass(const std::vector<SiteSamples>& work, uint32_t tile_texels,
                                std::span<const Digest> caches, uint64_t& next_id);
