@@ -22,10 +22,12 @@ namespace {
 struct Stub {
   // Luminance of a sample; E is once, twice and three times that.
   std::function<double(uint32_t site, uint32_t replicate, uint32_t sample)> light;
-  double drawn = 0;                // every error drawn of a sample
-  size_t rewind_at = ~size_t{0};   // call of run_pass that revokes all, when half its units are there
-  size_t time_up_at = ~size_t{0};  // call that ends without a result
-  size_t late_at = ~size_t{0};     // call that takes kLate
+  double drawn = 0;                 // every error drawn of a sample
+  uint32_t drawn_from = 0;          // of this site and those after it
+  size_t drawn_until = ~size_t{0};  // until this call of run_pass, and a quarter of it from there
+  size_t rewind_at = ~size_t{0};    // call of run_pass that revokes all, when half its units are there
+  size_t time_up_at = ~size_t{0};   // call that ends without a result
+  size_t late_at = ~size_t{0};      // call that takes kLate
   std::vector<std::vector<WorkUnit>> calls;
   std::map<Digest, Bytes> chunks;
 };
@@ -70,9 +72,14 @@ class StubJob final : public FarmJob {
         sums[kMomentLum2] += light * light;
       }
       for (size_t k = 0; layout_.quantities().cache_draws && k < kCacheDraws; ++k)
-        sums[layout_.cache_draws() + k] = unit.sample_count * stub_.drawn;
+        sums[layout_.cache_draws() + k] = drawn_of(unit, unit.sites[i]);
     }
     return r;
+  }
+
+  double drawn_of(const WorkUnit& unit, uint32_t site) const {
+    if (site < stub_.drawn_from) return 0;
+    return unit.sample_count * (stub_.calls.size() > stub_.drawn_until ? 0.25 : 1) * stub_.drawn;
   }
 
   Stub& stub_;
@@ -283,6 +290,43 @@ TEST_F(Passes, WhatOnlyMakesTheCacheIsInNoTexel) {
   EXPECT_EQ(masters(report), masters(bake(dim)));
 }
 
+// What sites have whose error is that of the caches is dropped and taken again before the large passes.
+TEST_F(Passes, SitesThatErrByTheirCachesBeginAgain) {
+  request_.settings.min_samples = 32;
+  request_.settings.max_samples = 8192;
+  request_.settings.error = 0.02;
+  Stub stub;
+  stub.light = noisy;
+  stub.drawn = 0.03;
+  const size_t sites = [&] {
+    Stub first;
+    first.light = noisy;
+    bake(first);
+    return sites_of(first.calls[0]);
+  }();
+  stub.drawn_from = static_cast<uint32_t>(sites / 2);
+  stub.drawn_until = 6;
+  const BakeReport report = bake(stub);
+  std::map<uint32_t, std::set<uint32_t>> takes;  // by site
+  std::map<uint32_t, uint32_t> samples;          // of its last take
+  std::set<std::tuple<uint32_t, uint32_t, uint32_t, uint32_t>> taken;
+  for (const auto& call : stub.calls)
+    for (const WorkUnit& unit : by_number(call))
+      for (const uint32_t site : unit.sites) {
+        if (takes[site].insert(unit.take).second) samples[site] = 0;
+        ASSERT_EQ(unit.take, *takes[site].rbegin()) << "takes follow each other";
+        samples[site] += unit.sample_count;
+        ASSERT_TRUE(taken.insert({unit.take, unit.replicate, site, unit.first_sample}).second);
+      }
+  double total = 0;
+  for (const auto& [site, count] : samples) total += count;
+  EXPECT_NEAR(report.passes.back().samples, total / static_cast<double>(sites), 1e-6) << "of the last takes";
+  // Sites in the middle of either half: what texels share is a mean over those around.
+  const size_t of_all = takes[static_cast<uint32_t>(sites / 4)].size();
+  EXPECT_EQ(of_all, dropped(report) + 1);
+  EXPECT_GT(takes[static_cast<uint32_t>(3 * sites / 4)].size(), of_all);
+}
+
 TEST_F(Passes, ARewoundJobIsBakedAsIfForTheFirstTime) {
   request_.settings.min_samples = 32;
   request_.settings.max_samples = 2000;
@@ -291,11 +335,14 @@ TEST_F(Passes, ARewoundJobIsBakedAsIfForTheFirstTime) {
     request_.settings.cache = cache;
     Stub plain;
     plain.light = noisy;
+    plain.drawn = 0.03;
+    plain.drawn_until = 4;
     const BakeReport expected = bake(plain);
     ASSERT_GE(plain.calls.size(), 3u);
     for (size_t at = 0; at < plain.calls.size(); ++at) {
-      Stub rewound;
-      rewound.light = noisy;
+      Stub rewound = plain;
+      rewound.calls.clear();
+      rewound.drawn_until = at + 1 + plain.drawn_until;
       rewound.rewind_at = at;
       const BakeReport report = bake(rewound);
       EXPECT_EQ(masters(report), masters(expected)) << "rewound in pass " << at;
@@ -310,6 +357,7 @@ TEST_F(Passes, ARewoundJobIsBakedAsIfForTheFirstTime) {
           ASSERT_EQ(a[u].sites, b[u].sites);
           ASSERT_EQ(a[u].first_sample, b[u].first_sample);
           ASSERT_EQ(a[u].cache, b[u].cache);
+          ASSERT_EQ(a[u].take, b[u].take);
         }
       }
     }
