@@ -149,7 +149,8 @@ class Baking {
   Expected<PassEnd> settle() {
     Settling settling;
     while (!caches_.empty() && pass_ < kMaxPasses) {
-      std::vector<SiteSamples> work = settling.next({shared_, samples_, most_samples(), samples_to_come()});
+      std::vector<SiteSamples> work =
+          settling.next({shared_, samples_, most_samples(), final_error() / z_, samples_to_come()});
       std::erase_if(work, [&](const SiteSamples& s) { return skipped_.count(s.site) > 0; });
       if (work.empty()) break;
       renew_caches();
@@ -328,13 +329,18 @@ class Baking {
     return settings_.source.count(settings_.quantities.light ? "error" : "visibility-error") > 0;
   }
 
+  // The error asked for, or what can be reached in the time left.
+  double final_error() const {
+    if (!is_limited()) return asked_error();
+    return affordable_error(state(), norm_, asked_error(), z_, most_samples(),
+                            pace_.limit_left() * pace_.samples_per_second(), fall(), unmet_.get());
+  }
+
   // Decided between passes from merged sums only, so every run of the job decides alike (unless
   // time is limited).
   std::vector<SiteSamples> next_work(bool may_raise = true) {
-    double error = asked_error();
+    const double error = final_error();
     if (is_limited()) {
-      error = affordable_error(state(), norm_, error, z_, most_samples(),
-                               pace_.limit_left() * pace_.samples_per_second(), fall(), unmet_.get());
       report_.complete = reached_error(state(), norm_, z_, unmet_.get()) <= target_;
       for (const TexelErrors& e : response_errors_)
         report_.complete &=

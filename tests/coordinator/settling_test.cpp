@@ -1,10 +1,12 @@
 #include "coordinator/bake/sampling/settling.h"
 
+#include <algorithm>
+
 namespace kiln {
 namespace {
 
-constexpr float kFew = 0.9f * kSettledError * kSettledError, kMuch = 0.01f * 0.01f;
-constexpr double kEnough = 1e9;
+constexpr double kError = 0.025, kSettled = kSettledPart * kError, kEnough = 1e9;
+constexpr float kFew = 0.9f * kSettled * kSettled, kMuch = 4.0f * kSettled * kSettled;
 
 std::vector<uint32_t> counts_of(const std::vector<SiteSamples>& work) {
   std::vector<uint32_t> counts;
@@ -15,7 +17,7 @@ std::vector<uint32_t> counts_of(const std::vector<SiteSamples>& work) {
 TEST(Settling, SitesWhoseErrorIsThatOfTheCachesBeginAgain) {
   const std::vector<float> shared = {kMuch, kFew, 0.0f, kMuch, kMuch};
   const std::vector<uint32_t> samples = {32, 32, 32, 0, 16};
-  const auto work = Settling().next({shared, samples, 4096, kEnough});
+  const auto work = Settling().next({shared, samples, 4096, kError, kEnough});
   ASSERT_EQ(work.size(), 2u) << "a site without samples, inside a wall, gets none";
   EXPECT_EQ(work[0].site, 0u);
   EXPECT_EQ(work[1].site, 4u);
@@ -27,38 +29,50 @@ TEST(Settling, TwiceAsManySamplesOnceABetterCacheIsNoHelp) {
   Settling settling;
   const std::vector<uint32_t> first = {32}, second = {64};
   std::vector<float> shared = {kMuch};
-  EXPECT_EQ(counts_of(settling.next({shared, first, 100, kEnough})), std::vector<uint32_t>{32});
+  EXPECT_EQ(counts_of(settling.next({shared, first, 100, kError, kEnough})), std::vector<uint32_t>{32});
   shared[0] = 0.8f * kMuch;
-  EXPECT_EQ(counts_of(settling.next({shared, first, 100, kEnough})), std::vector<uint32_t>{32});
+  EXPECT_EQ(counts_of(settling.next({shared, first, 100, kError, kEnough})), std::vector<uint32_t>{32});
   shared[0] = 0.8f * 0.9f * kMuch;
-  EXPECT_EQ(counts_of(settling.next({shared, first, 100, kEnough})), std::vector<uint32_t>{64});
+  EXPECT_EQ(counts_of(settling.next({shared, first, 100, kError, kEnough})), std::vector<uint32_t>{64});
   shared[0] = 0.8f * 0.9f * 0.9f * kMuch;
-  EXPECT_EQ(counts_of(settling.next({shared, second, 100, kEnough})), std::vector<uint32_t>{100})
+  EXPECT_EQ(counts_of(settling.next({shared, second, 100, kError, kEnough})), std::vector<uint32_t>{100})
       << "no site has more than it may have";
   shared[0] = kFew;
-  EXPECT_TRUE(settling.next({shared, second, 100, kEnough}).empty());
+  EXPECT_TRUE(settling.next({shared, second, 100, kError, kEnough}).empty());
 }
 
 TEST(Settling, RoundsTakeAShareOfTheSamplesToCome) {
   const std::vector<uint32_t> samples = {32};
   std::vector<float> shared = {kMuch};
   const double round = kReplicates * 32;
-  EXPECT_TRUE(Settling().next({shared, samples, 4096, 0.99 * round / kSettlingRound}).empty());
+  EXPECT_TRUE(Settling().next({shared, samples, 4096, kError, 0.99 * round / kSettlingRound}).empty());
   const double to_come = 1.01 * round / kSettlingRound;
   Settling settling;
   double taken = 0;
-  while (!settling.next({shared, samples, 4096, to_come}).empty()) {
+  while (!settling.next({shared, samples, 4096, kError, to_come}).empty()) {
     taken += round;
     shared[0] *= 0.8f;
   }
-  EXPECT_GT(shared[0], kSettledError * kSettledError) << "it did not end by itself";
+  EXPECT_GT(shared[0], kSettled * kSettled) << "it did not end by itself";
   EXPECT_LE(taken, kSettlingShare * to_come);
   EXPECT_GT(taken + round, kSettlingShare * to_come);
 }
 
+// A round takes its time whatever the number of its sites.
+TEST(Settling, FewSitesAloneDoNotBeginAgain) {
+  std::vector<float> shared(100, 0.0f);
+  const std::vector<uint32_t> samples(shared.size(), 32);
+  std::fill_n(shared.begin(), 24, kMuch);
+  EXPECT_TRUE(Settling().next({shared, samples, 4096, kError, kEnough}).empty());
+  std::fill_n(shared.begin(), 26, kMuch);
+  EXPECT_EQ(Settling().next({shared, samples, 4096, kError, kEnough}).size(), 26u);
+  EXPECT_TRUE(Settling().next({shared, samples, 4096, 2.1 * kError, kEnough}).empty())
+      << "what is little in the error of the whole bake";
+}
+
 TEST(Settling, NothingWithoutCaches) {
   const std::vector<uint32_t> samples = {32};
-  EXPECT_TRUE(Settling().next({{}, samples, 4096, kEnough}).empty());
+  EXPECT_TRUE(Settling().next({{}, samples, 4096, kError, kEnough}).empty());
 }
 
 }  // namespace

@@ -13,8 +13,8 @@
 
 namespace kiln {
 
-// Relative standard error by way of caches that sites may go on with.
-constexpr double kSettledError = 0.005;
+// Share of the relative standard error at the end of the bake that may come by way of the caches of now.
+constexpr double kSettledPart = 0.2;
 // A cache that leaves more of the squared error than this is no help; the next one is made of twice the
 // samples.
 constexpr double kSettlingHelps = 0.85;
@@ -25,13 +25,15 @@ struct SettlingState {
   std::span<const float> shared;      // by site: TexelStatistics::shared; empty without caches
   std::span<const uint32_t> samples;  // by site, per replicate
   uint32_t most = 0;                  // samples of a site, per replicate
+  double error = 0;                   // relative standard error of a site at the end of the bake
   double to_come = 0;                 // samples of all later passes, over sites and replicates
 };
 
 class Settling {
  public:
-  // The sites whose samples are to be dropped and taken again, by caches made of what they have now; none if
-  // all have settled, or if the rest would take too large a share of the samples to come.
+  // The sites whose samples are to be dropped and taken again, by caches made of what they have now. None if
+  // what they share is as little in the mean over all sites, since a round of a few sites takes as long as
+  // one of a map's tenth; or if they would take too large a share of the samples to come.
   std::vector<SiteSamples> next(const SettlingState& state);
 
  private:
