@@ -36,44 +36,28 @@ double half_difference(const TexelStatistics& s, size_t i) {
   return 0.5 * (double{s.luminance[0][i]} - double{s.luminance[1][i]});
 }
 
-// (sum x)^2 / sum x^2 of so many samples: how many equally bright ones would be worth as much (Kish 1965).
-double effective(double samples, double mean, double variance) {
-  const double second = variance + mean * mean;
-  return second > 0 ? samples * mean * mean / second : 0;
+// Whether two texels have about as much light, as far as so many samples of each would tell: one that missed
+// the rare bright samples of its neighbours is one of them.
+bool is_as_bright(const TexelStatistics& s, size_t i, size_t j, double samples) {
+  const double a = mean_luminance(s, i), b = mean_luminance(s, j);
+  const double beyond = std::max(a, b) - kAlikeLight * std::min(a, b);
+  const double square_of_error = std::max(double{s.variance[i]}, double{s.variance[j]}) / samples;
+  return beyond <= 0 || beyond * beyond <= kAlikeErrors * kAlikeErrors * 2 * square_of_error;
 }
 
-// Variance of one sample: half the texel's own, half its neighbourhood's. `apart`: the neighbourhood's share
-// falls where the texel's own samples contradict it.
+// Variance of one sample: half the texel's own, half its neighbourhood's. `apart`: of neighbours with about
+// as much light.
 double pooled_variance(const TexelStatistics& s, std::span<const uint32_t> chart_of_site, size_t i,
                        bool apart) {
-  double near = 0, light = 0, squares = 0;
+  double near = 0;
   size_t neighbours = 0;
   for_each_near(s, chart_of_site, i, [&](size_t j) {
+    if (apart && !is_as_bright(s, i, j, kReplicates * s.samples[i])) return;
     near += double{s.variance[j]};
-    light += mean_luminance(s, j);
-    squares += mean_luminance(s, j) * mean_luminance(s, j);
     ++neighbours;
   });
   if (neighbours == 0) return s.variance[i];
-  const auto count = static_cast<double>(neighbours);
-  const double own = s.variance[i];
-  near /= count;
-  double share = 0.5;
-  if (apart) {
-    light /= count;
-    const double samples = kReplicates * s.samples[i];
-    const double events = std::min(effective(samples, mean_luminance(s, i), own),
-                                   effective(samples, light, near + squares / count - light * light));
-    const double smaller = std::min(own, near), differ = std::abs(near - own);
-    // With few events neither variance is well known, so that they contradict each other in nothing. With
-    // more, the neighbourhood's share falls by the square of their difference over its error, but not below
-    // what n samples that met none of the neighbours' events leave of their rate p: about p / (1 + 2 n p).
-    constexpr double kHalfAnEvent = 2;
-    if (events > kFewSamples && differ > 0)
-      share /= std::clamp(differ * differ * events / (smaller * smaller * kVarianceEvents), 1.0,
-                          kHalfAnEvent * events);
-  }
-  return (1 - share) * own + share * near;
+  return 0.5 * s.variance[i] + 0.5 * near / static_cast<double>(neighbours);
 }
 
 // How the replicates differ around a site, over what independent samples would make them differ by.

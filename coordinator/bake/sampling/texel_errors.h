@@ -30,10 +30,9 @@ constexpr uint32_t kVarianceNeighbours = 24;  // on either side
 constexpr uint32_t kReplicateNeighbours = 128;
 
 // With errors drawn of the caches (cache_draws.h) q is that of single texels alone, without what (A - B) / 2
-// has in common in texels alike (alike.h), and what texels share is added. A neighbourhood's variance then
-// counts less where a texel's own samples contradict it: a dark room has bright texels in its doorway. The
-// relative error of a variance of e effective samples is taken to be sqrt(kVarianceEvents / e).
-constexpr double kVarianceEvents = 8;
+// has in common in texels alike (alike.h), and what texels share is added. S is then that of neighbours with
+// about as much light: a dark room has bright texels in its doorway. (A texel's own samples say less: those
+// that missed the rare bright ones have less light by a fifth, and a small variance.)
 TexelErrors estimate_errors(const TexelStatistics& statistics, std::span<const uint32_t> chart_of_site);
 
 // By site: variance of the mean of both replicates, but for what texels share.
