@@ -54,7 +54,7 @@ TEST(Accumulator, OrderOfArrivalAndCutChangeNoBit) {
     }
 }
 
-// Sites taken again begin from nothing, by whatever order their units come; the others keep their bits.
+// Sites taken again begin from nothing; the others keep their bits.
 TEST(Accumulator, ClearedSitesAreTakenAgainAndOthersKeepTheirs) {
   constexpr uint32_t kSites = 9;
   Quantities drawn;

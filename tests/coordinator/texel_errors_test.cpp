@@ -127,8 +127,8 @@ TEST(TexelErrors, RareBrightSamples) {
   EXPECT_GE(c.share, std::min(exact, 0.95) - 0.02 - 4 * c.scatter) << exact;
 }
 
-// With caches too: a texel that missed the bright samples of its neighbours is dimmer by a sixth, and by its
-// own 512 samples 30 times as sure as they are.
+// A texel that missed the bright samples of its neighbours is dimmer by a sixth. Its own 512 samples would
+// state a thirtieth of the error.
 TEST(TexelErrors, MissedBrightSamplesAreNoContradiction) {
   Random random(8);
   constexpr uint32_t kEach = 256;

@@ -12,6 +12,12 @@ constexpr size_t kAlikeReach = 64;  // sites in Morton order, on either side
 // The brighter of two has at most this many times the light of the other, within this many standard errors.
 constexpr double kAlikeLight = 2, kAlikeErrors = 3;
 
+// `square_of_error`: of either light.
+inline bool is_as_bright(double a, double b, double square_of_error) {
+  const double beyond = std::max(a, b) - kAlikeLight * std::min(a, b);
+  return beyond <= 0 || beyond * beyond <= kAlikeErrors * kAlikeErrors * 2 * square_of_error;
+}
+
 // Visits site i and the known sites alike. None if site i has no light.
 template <class Visit>
 void for_each_alike(const TexelStatistics& s, std::span<const uint32_t> chart_of_site, size_t i,
@@ -22,11 +28,7 @@ void for_each_alike(const TexelStatistics& s, std::span<const uint32_t> chart_of
   const size_t last = std::min(s.sites, i + kAlikeReach + 1);
   for (size_t j = i > kAlikeReach ? i - kAlikeReach : 0; j < last; ++j) {
     if (!s.known[j] || chart_of_site[j] != chart_of_site[i]) continue;
-    const double other = mean_luminance(s, j), dim = std::min(own, other),
-                 beyond = std::max(own, other) - kAlikeLight * dim;
-    if (beyond <= 0 ||
-        beyond * beyond <= kAlikeErrors * kAlikeErrors * 2 * std::max(error, square_of_error(j)))
-      visit(j);
+    if (is_as_bright(own, mean_luminance(s, j), std::max(error, square_of_error(j)))) visit(j);
   }
 }
 

@@ -1,7 +1,6 @@
-// Sites that err by what they read from the irradiance caches take their samples again before most samples
-// are given out (docs/samples.md, "Settling"). Samples of their own hardly lower that error, and the
-// allocation, which takes all of a site's error for that of its samples, would give them nearly all there
-// are.
+// Sites whose error comes from the irradiance caches drop their samples and take them again before the large
+// passes (docs/samples.md, "Settling"). More samples of their own hardly lower that error, and the
+// allocation, which sees one error for each site, would give them nearly all samples.
 #pragma once
 
 #include <cstdint>
@@ -13,9 +12,9 @@
 
 namespace kiln {
 
-// Share of the relative standard error at the end of the bake that may come by way of the caches of now.
+// A site has settled if the error it has from the caches is this part of the error at the end of the bake.
 constexpr double kSettledPart = 0.2;
-// A cache that leaves more of the squared error than this is no help; the next one is made of twice the
+// A new cache that leaves more than this of the squared error did not help; the next one gets twice the
 // samples.
 constexpr double kSettlingHelps = 0.85;
 // Shares of the samples to come that one round, and all of them, may take.
@@ -31,9 +30,9 @@ struct SettlingState {
 
 class Settling {
  public:
-  // The sites whose samples are to be dropped and taken again, by caches made of what they have now. None if
-  // what they share is as little in the mean over all sites, since a round of a few sites takes as long as
-  // one of a map's tenth; or if they would take too large a share of the samples to come.
+  // The sites that drop their samples and take them again, with caches made of what they have now. None if
+  // what these sites share is small in the mean over all sites (a round of a few sites takes long for what it
+  // brings), or if the round would take too large a share of the samples to come.
   std::vector<SiteSamples> next(const SettlingState& state);
 
  private:

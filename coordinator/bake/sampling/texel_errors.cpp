@@ -36,23 +36,17 @@ double half_difference(const TexelStatistics& s, size_t i) {
   return 0.5 * (double{s.luminance[0][i]} - double{s.luminance[1][i]});
 }
 
-// Whether two texels have about as much light, as far as so many samples of each would tell: one that missed
-// the rare bright samples of its neighbours is one of them.
-bool is_as_bright(const TexelStatistics& s, size_t i, size_t j, double samples) {
-  const double a = mean_luminance(s, i), b = mean_luminance(s, j);
-  const double beyond = std::max(a, b) - kAlikeLight * std::min(a, b);
-  const double square_of_error = std::max(double{s.variance[i]}, double{s.variance[j]}) / samples;
-  return beyond <= 0 || beyond * beyond <= kAlikeErrors * kAlikeErrors * 2 * square_of_error;
-}
-
 // Variance of one sample: half the texel's own, half its neighbourhood's. `apart`: of neighbours with about
-// as much light.
+// as much light, as far as the texel's count of samples would tell: one that missed their rare bright samples
+// is one of them.
 double pooled_variance(const TexelStatistics& s, std::span<const uint32_t> chart_of_site, size_t i,
                        bool apart) {
   double near = 0;
   size_t neighbours = 0;
+  const double samples = kReplicates * s.samples[i];
   for_each_near(s, chart_of_site, i, [&](size_t j) {
-    if (apart && !is_as_bright(s, i, j, kReplicates * s.samples[i])) return;
+    const double variance = std::max(s.variance[i], s.variance[j]);
+    if (apart && !is_as_bright(mean_luminance(s, i), mean_luminance(s, j), variance / samples)) return;
     near += double{s.variance[j]};
     ++neighbours;
   });
