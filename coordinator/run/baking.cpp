@@ -17,11 +17,13 @@
 #include "coordinator/bake/sampling/settling.h"
 #include "coordinator/run/bake_caches.h"
 #include "coordinator/run/nonfinite.h"
+#include "coordinator/run/statement.h"
 
 namespace kiln {
 namespace {
 
 constexpr uint32_t kPilotSamples = 16;  // per replicate, in a pass whose samples are dropped
+constexpr double kPilotShare = 0.05;    // of the time left that whole paths may take after the first looks
 constexpr uint32_t kFilterFrom = 8;     // samples per replicate from which passes use filtered errors
 constexpr double kFilterShare = 0.1;    // share of the time left that filtering between passes may take
 constexpr uint32_t kFirstSamples = 32;
@@ -116,11 +118,8 @@ class Baking {
       // With caches a fixed count is reached in steps too, because the first cache is the roughest.
       work = all_sites({0, cache_ ? std::min(least_, kFirstSamples) : least_});
       if (cache_) {
-        KILN_TRY(const PassEnd end, run_pass(all_sites({0, std::min(kPilotSamples, least_)})));
-        record();
+        KILN_TRY(const PassEnd end, pilot(std::min(kPilotSamples, least_), work));
         if (end != PassEnd::kComplete) return end;
-        KILN_TRY(const PassEnd made, make_caches(std::min(kPilotSamples, least_), work, 0));
-        if (made != PassEnd::kComplete) return made;
       }
     }
     while (!work.empty() && pass_ < kMaxPasses) {
@@ -208,9 +207,30 @@ class Baking {
     }
     if (cache_ && has_time_for_caches(samples_.front(), all_sites({0, std::min(least_, kFirstSamples)}))) {
       work = all_sites({0, std::min(least_, kFirstSamples)});
-      return make_caches(samples_.front(), work, 1);
+      if (!has_time_for_whole_paths(most)) return make_caches(samples_.front(), work, 1);
+      // A room hands on the error of the first caches, which were made of single samples, to all later ones.
+      drop_all();
+      caches_.clear();
+      return pilot(most, work);
     }
     return plan(work);
+  }
+  bool has_time_for_whole_paths(uint32_t count) const {
+    const double seconds = whole_path_seconds_ * kReplicates * count * static_cast<double>(sums_.sites());
+    return seconds / pace_.threads() < kPilotShare * pace_.limit_left();
+  }
+
+  // Whole paths, `count` for every site, from which the first cache is made.
+  Expected<PassEnd> pilot(uint32_t count, std::vector<SiteSamples>& work) {
+    KILN_TRY(const PassEnd end, run_pass(all_sites({0, count})));
+    record();
+    return end == PassEnd::kComplete ? make_caches(count, work, 0) : end;
+  }
+  void drop_all() {
+    sums_.clear();
+    for (uint32_t& take : takes_) ++take;
+    grew_ = false;
+    report_.passes.back().kept = false;
   }
 
   // There must be time to replace the dropped samples, at worst at the speed of whole paths.
@@ -230,10 +250,7 @@ class Baking {
       const double rms = reached_error(state(), ErrorNorm::kMeanSquare, 1), now = rms * std::sqrt(count);
       if (round > 1 && now > kSettled * before) return plan(work);
       before = now;
-      sums_.clear();
-      for (uint32_t& take : takes_) ++take;
-      grew_ = false;
-      report_.passes.back().kept = false;
+      drop_all();
       // Counts needed by whole paths predict little about paths that end at caches.
       if (round > 0) {
         const std::vector<double> needed = all_needed(asked_error());
@@ -449,6 +466,7 @@ class Baking {
     handlers.on_progress = [&](const FarmProgress& f) { progress_(progress_of(f)); };
     KILN_TRY(const PassEnd end, farm_.run_pass(std::move(units), pace_.deadline_ms(), handlers));
     const FarmStatistics later = farm_.statistics();
+    if (caches_.empty()) whole_path_seconds_ = (later.worker_seconds - earlier.worker_seconds) / samples;
     pace_.end_pass(cuts_[index], later.units - earlier.units, later.worker_seconds - earlier.worker_seconds);
     return end;
   }
@@ -513,31 +531,10 @@ class Baking {
     add_point();
   }
 
-  // Adds a point to the curve: the state of the map as a whole.
+  // Adds a point to the curve.
   void add_point() {
-    PassPoint point;
-    double samples = 0;
-    uint64_t met = 0, measured = 0, converged = 0;
-    const double black = least_mean(state(), ErrorNorm::kMeanSquare);
-    for (uint32_t site = 0; site < samples_.size(); ++site) {
-      if (samples_[site] == 0 || !std::isfinite(errors_.standard_error[site])) continue;
-      const double mean = errors_.mean[site], error = errors_.standard_error[site];
-      ++measured;
-      samples += kReplicates * samples_[site];
-      met += mean > 0;
-      if (!(mean > 0)) continue;
-      bool is_converged = z_ * error <= target_ * mean;
-      for (const TexelErrors& e : response_errors_)
-        is_converged &= z_ * e.standard_error[site] <= settings_.visibility_error;
-      converged += is_converged;
-      const double relative = error / std::max(mean, black);
-      point.worst_relative = std::max(point.worst_relative, relative);
-    }
-    point.rms_relative = reached_error(state(), ErrorNorm::kMeanSquare, 1, unmet_.get());
-    // A texel whose samples are all black has unknown error; do not count it as converged.
-    point.converged_share = measured > 0 && met == 0 ? 1 : 0;
-    if (met > 0) point.converged_share = static_cast<double>(converged) / static_cast<double>(met);
-    point.samples = measured ? samples / static_cast<double>(measured) : 0;
+    PassPoint point =
+        state_pass(state(), response_errors_, {z_, target_, settings_.visibility_error}, unmet_.get());
     point.active = active_;
     point.seconds = pace_.seconds();
     point.rays = farm_.statistics().rays;
@@ -572,12 +569,13 @@ class Baking {
   std::vector<float> shared_;                 // by site: TexelStatistics::shared; empty without caches
   ConvergenceRate convergence_;
   UnmetLight unmet_;
-  bool filtered_ = false;    // the present errors are those of filtered texels
-  bool settled_ = false;     // settle() has run
-  bool grew_ = false;        // the next record continues the present samples
-  bool whole_ = true;        // every chart has been sampled in the first look
-  double later_ = -1;        // samples of passes after the present one; negative: unknown
-  double later_passes_ = 0;  // predicted number of those passes
+  bool filtered_ = false;          // the present errors are those of filtered texels
+  bool settled_ = false;           // settle() has run
+  bool grew_ = false;              // the next record continues the present samples
+  bool whole_ = true;              // every chart has been sampled in the first look
+  double later_ = -1;              // samples of passes after the present one; negative: unknown
+  double whole_path_seconds_ = 0;  // of one thread, for a sample without caches
+  double later_passes_ = 0;        // predicted number of those passes
   double sampled_ = 0, sampled_at_renewal_ = 0;
   std::set<uint32_t> skipped_;  // sites of units that failed permanently: no more samples
   uint64_t skipped_units_ = 0;

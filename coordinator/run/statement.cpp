@@ -5,7 +5,6 @@
 #include <limits>
 
 #include "common/base/format.h"
-#include "coordinator/bake/sampling/allocation.h"
 
 namespace kiln {
 namespace {
@@ -18,6 +17,32 @@ double quantile(std::vector<double>& values, double share) {
 }
 
 }  // namespace
+
+PassPoint state_pass(const SampleState& state, std::span<const TexelErrors> responses, const Asked& asked,
+                     double unmet) {
+  PassPoint point;
+  double samples = 0;
+  uint64_t met = 0, measured = 0, converged = 0;
+  const double black = least_mean(state, ErrorNorm::kMeanSquare);
+  for (size_t site = 0; site < state.samples.size(); ++site) {
+    if (state.samples[site] == 0 || !std::isfinite(state.standard_error[site])) continue;
+    const double mean = state.mean[site], error = state.standard_error[site];
+    ++measured;
+    samples += kReplicates * state.samples[site];
+    if (!(mean > 0)) continue;
+    ++met;
+    bool is_converged = asked.z * error <= asked.target * mean;
+    for (const TexelErrors& e : responses) is_converged &= asked.z * e.standard_error[site] <= asked.response;
+    converged += is_converged;
+    point.worst_relative = std::max(point.worst_relative, error / std::max(mean, black));
+  }
+  point.rms_relative = reached_error(state, ErrorNorm::kMeanSquare, 1, unmet);
+  // A texel whose samples are all black has unknown error; do not count it as converged.
+  point.converged_share = measured > 0 && met == 0 ? 1 : 0;
+  if (met > 0) point.converged_share = static_cast<double>(converged) / static_cast<double>(met);
+  point.samples = measured ? samples / static_cast<double>(measured) : 0;
+  return point;
+}
 
 MapStatement state_map(const TexelErrors& errors, const TexelStatistics& s, double target, double z) {
   MapStatement out;

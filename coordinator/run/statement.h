@@ -2,6 +2,7 @@
 #pragma once
 
 #include "coordinator/bake/merge/accumulator.h"
+#include "coordinator/bake/sampling/allocation.h"
 #include "coordinator/bake/sampling/texel_errors.h"
 #include "coordinator/report/report.h"
 
@@ -9,6 +10,16 @@ namespace kiln {
 
 // `errors` by site, as published; z: half-width of the requested interval in standard errors.
 MapStatement state_map(const TexelErrors& errors, const TexelStatistics& statistics, double target, double z);
+
+// What is asked of every texel: intervals of z standard errors within `target` of its mean, and of each
+// response within `response`.
+struct Asked {
+  double z = 0, target = 0, response = 0;
+};
+// The map after a pass, from its samples and errors. `responses`: absolute, by site; `unmet` as of
+// needed_samples(). Time and rays are not filled in.
+PassPoint state_pass(const SampleState& state, std::span<const TexelErrors> responses, const Asked& asked,
+                     double unmet);
 
 // `errors` by site: absolute standard errors of a response. Texels that were never sampled are not
 // within any target.

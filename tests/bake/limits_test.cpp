@@ -123,6 +123,38 @@ TEST_F(Passes, ALimitedBakeLooksEverywhereFirst) {
   }
 }
 
+// The first looks end at caches of single samples, whose error a room hands on. Where whole paths take little
+// of the time, caches begin again from these, and nothing of the looks stays.
+TEST_F(Passes, ALimitedBakeBeginsAgainWithWholePathsWhereThereIsTime) {
+  request_.settings.time_limit = 1e6;
+  request_.settings.max_samples = 512;
+  request_.settings.source["max-samples"] = "test";
+  const auto whole_passes = [](const Stub& stub) {  // but for the first look
+    size_t count = 0;
+    for (size_t call = 1; call < stub.calls.size(); ++call)
+      count += stub.calls[call].front().cache == Digest{};
+    return count;
+  };
+  Stub quick, slow;
+  quick.light = slow.light = noisy;
+  const BakeReport report = bake(quick);
+  ASSERT_EQ(whole_passes(quick), 1u);
+  size_t at = 1;
+  while (quick.calls[at].front().cache != Digest{}) ++at;
+  EXPECT_EQ(sites_of(quick.calls[at]), report.plan.valid_texels);
+  for (const WorkUnit& unit : quick.calls[at]) {
+    EXPECT_EQ(unit.first_sample, 0u);
+    EXPECT_EQ(unit.take, 1u) << "its samples are not those of the looks";
+  }
+  for (size_t call = at + 1; call < quick.calls.size(); ++call)
+    for (const WorkUnit& unit : quick.calls[call]) EXPECT_GT(unit.take, 1u);
+  // A tenth of the time for a pass of 16 samples in each replicate.
+  slow.seconds =
+      0.1 * request_.settings.time_limit / (2.0 * 16 * static_cast<double>(report.plan.valid_texels));
+  bake(slow);
+  EXPECT_EQ(whole_passes(slow), 0u);
+}
+
 TEST_F(Passes, TooLittleTimeForEveryChartIsNoMap) {
   request_.settings.time_limit = 1e6;
   Stub stub;

@@ -25,6 +25,7 @@ struct Stub {
   size_t rewind_at = ~size_t{0};    // call of run_pass that revokes all, when half its units are there
   size_t time_up_at = ~size_t{0};   // call that ends without a result
   size_t late_at = ~size_t{0};      // call that takes kLate
+  double seconds = 0;               // of a worker for a sample, as it says
   std::vector<std::vector<WorkUnit>> calls;
   std::map<Digest, Bytes> chunks;
 };
@@ -51,7 +52,13 @@ class StubJob final : public FarmJob {
     if (call == stub_.late_at) std::this_thread::sleep_for(kLate);
     return call == stub_.rewind_at ? PassEnd::kRewound : PassEnd::kComplete;
   }
-  FarmStatistics statistics() override { return {}; }
+  FarmStatistics statistics() override {
+    FarmStatistics all;
+    for (const auto& call : stub_.calls)
+      for (const WorkUnit& unit : call)
+        all.worker_seconds += stub_.seconds * unit.sample_count * static_cast<double>(unit.sites.size());
+    return all;
+  }
 
  private:
   UnitResult answer(const WorkUnit& unit) const {

@@ -22,6 +22,8 @@ class BakePace {
   void end_pass(uint32_t unit_texels, uint64_t units, double worker_seconds);
   void set_thread_count(uint32_t threads) { threads_ = threads > threads_ ? threads : threads_; }
 
+  uint32_t threads() const { return threads_; }
+
   double seconds() const { return watch_.seconds(); }
   // Records the time between passes: evaluating one and planning the next.
   void end_barrier() { barrier_ = seconds() - ended_; }
