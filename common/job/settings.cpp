@@ -303,10 +303,12 @@ const Setting kTable[] = {
        return store_word(b.materials, s, {"full", "diffuse"});
      },
      [](const B& b) { return b.materials; }},
-    {"error", "E", "", "a texel stops when its confidence interval is within E of its mean; 0.05 or 5%",
+    {"error", "E", "",
+     "relative error at --confidence to bake to, of the map as a whole or of every texel (--error-norm); "
+     "0.05 or 5%",
      [](B& b, S s) { return store_share(b.error, s, 1e-6, 10); },
      [](const B& b) { return print_share(b.error); }},
-    {"confidence", "C", "", "confidence level of that interval",
+    {"confidence", "C", "", "confidence level at which --error holds",
      [](B& b, S s) { return store_share(b.confidence, s, 0.01, 0.999999); },
      [](const B& b) { return print(b.confidence); }},
     {"error-norm", "WORD", "",

@@ -15,13 +15,20 @@ std::string percent(double share) {
   return std::isfinite(share) ? text("{:.1f} %", 100 * share) : "unknown";
 }
 
+/// Says that --error is reached, and of what: a map can be within it as a whole while many of its texels are
+/// not.
+const char* reached_text(const BakeReport& r) {
+  if (stopped_by(r) != "error") return "";
+  if (r.settings.error_norm != "mean-square") return "; --error is reached";
+  return "; the map as a whole is within --error (--error-norm max asks every texel)";
+}
+
 void print_light(const BakeReport& r) {
   const MapStatement& m = r.statement;
   std::printf("relative error: median %s, 95th percentile %s\n", percent(m.median_relative).c_str(),
               percent(m.p95_relative).c_str());
   std::printf("%s of texels within %g %% at %g %% confidence%s\n", percent(m.within_target).c_str(),
-              100 * r.settings.error, 100 * r.settings.confidence,
-              stopped_by(r) == "error" ? "; --error is reached" : "");
+              100 * r.settings.error, 100 * r.settings.confidence, reached_text(r));
 }
 
 void print_statement(const BakeReport& r) {
