@@ -13,6 +13,8 @@
 #include <thread>
 #include <vector>
 
+#include "common/base/clock.h"
+
 namespace kiln {
 namespace {
 
@@ -76,6 +78,31 @@ void parallel_for(size_t count, const std::function<void(size_t)>& body, unsigne
     run();
   }
   if (thrown) std::rethrow_exception(thrown);
+}
+
+double foretold_seconds(double seconds, size_t asked, size_t count, unsigned threads) {
+  const size_t n = threads ? threads : hardware_threads();
+  const auto turns = [&](size_t indices) { return static_cast<double>((indices + n - 1) / n); };
+  return asked > 0 ? seconds * turns(count) / turns(asked) : 0;
+}
+
+bool parallel_for_within(double most_seconds, size_t count, const std::function<void(size_t)>& body,
+                         unsigned threads) {
+  // One index in 64 if there are many, one in four at most if there are few.
+  constexpr size_t kAsked = 64, kEnough = 16, kMostAsked = 4;
+  const size_t stride = std::clamp(count / kEnough, kMostAsked, kAsked),
+               asked = (count + stride - 1) / stride;
+  const Stopwatch watch;
+  parallel_for(
+      asked, [&](size_t i) { body(i * stride); }, threads);
+  if (foretold_seconds(watch.seconds(), asked, count, threads) > most_seconds) return false;
+  parallel_for(
+      count,
+      [&](size_t i) {
+        if (i % stride) body(i);
+      },
+      threads);
+  return true;
 }
 
 }  // namespace kiln

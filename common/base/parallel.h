@@ -18,6 +18,15 @@ uint64_t memory_bytes();
 // one throws, the rest is left and the first exception reaches the caller.
 void parallel_for(size_t count, const std::function<void(size_t)>& body, unsigned threads = 0);
 
+// Seconds that `count` indices take if `asked` of them took `seconds`, both on up to `threads` threads (0:
+// all) and all alike.
+double foretold_seconds(double seconds, size_t asked, size_t count, unsigned threads = 0);
+
+// As parallel_for, for bodies that take about as long as each other; or, where some of the indices, spread
+// over all, foretell that the whole would take more than `most_seconds`, for these alone, and returns false.
+bool parallel_for_within(double most_seconds, size_t count, const std::function<void(size_t)>& body,
+                         unsigned threads = 0);
+
 // Calls body(begin, end) for runs that cover [0, count): for bodies with costly set-up or little work per
 // index.
 constexpr size_t kParallelRun = 1024;

@@ -36,7 +36,7 @@ std::vector<uint8_t> misleading_sites(const BakeRun& run, const SurfaceGraph* su
   const std::optional<SiteGeometry> own =
       surface ? std::nullopt : std::optional(site_geometry(scene, atlas, 0));
   const auto hidden =
-      half_hidden_sites(scene, atlas, surface ? surface->sites : *own, 0, run.budget.views_seconds());
+      half_hidden_sites(scene, atlas, surface ? surface->sites : *own, 0, run.budget.hidden_seconds());
   if (!hidden) {
     run.report.notes.push_back({ImportNote::Kind::kIgnored,
                                 "paths end at texels that are half hidden too: the time limit left no time "

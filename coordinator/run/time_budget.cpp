@@ -15,6 +15,7 @@ constexpr double kNeighboursPerSite = 2e-6;                          // at least
 constexpr double kMinForPasses = 0.05;                               // share of the limit
 constexpr double kPlanesShare = 2.5;        // time for all planes relative to luminance
 constexpr double kViewsShare = 0.05;        // share of the limit
+constexpr double kHiddenShare = 0.15;       // the same: what the cache leaks otherwise, no sample takes back
 constexpr double kDenoiseShare = 0.15;      // maximum share of the limit: with less time it is coarser
 constexpr double kFillPerSite = 3e-6;       // without the denoiser, which fills too
 constexpr double kResolvePerSite = 1.0e-6;  // means, errors, fill and dilate
@@ -100,6 +101,11 @@ void TimeBudget::surface_is(double joined_share) {
 double TimeBudget::views_seconds() const {
   const double limit = request_.settings.time_limit;
   return limit > 0 ? kViewsShare * limit : std::numeric_limits<double>::infinity();
+}
+
+double TimeBudget::hidden_seconds() const {
+  const double limit = request_.settings.time_limit;
+  return limit > 0 ? kHiddenShare * limit : std::numeric_limits<double>::infinity();
 }
 
 double TimeBudget::denoise_seconds(uint32_t levels) const {

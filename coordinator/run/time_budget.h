@@ -27,6 +27,8 @@ class TimeBudget {
   bool take_time_for_denoiser();
   // Maximum time for finding what texels see (link_by_view); infinite without a limit.
   double views_seconds() const;
+  // The same for finding texels that mislead paths (half_hidden_sites).
+  double hidden_seconds() const;
   // Whether files are written the quick way: textures with effort fast, masters uncompressed.
   bool is_quick() const { return quick_; }
   // Until every texel has a sample, sampling has priority over joined seams and large pictures.

@@ -125,6 +125,31 @@ TEST(Parallel, EveryIndexOnce) {
   for (int h : hits) EXPECT_EQ(h, 1);
 }
 
+// A few indices foretell the time of all. One of 36 that took a second alone stands for 18 turns of two
+// threads.
+TEST(Parallel, ForetellsTheTimeOfAllFromSome) {
+  EXPECT_EQ(foretold_seconds(1.0, 1, 36, 2), 18.0);
+  EXPECT_EQ(foretold_seconds(1.0, 2, 36, 2), 18.0);
+  EXPECT_EQ(foretold_seconds(1.0, 3, 36, 2), 9.0);
+  EXPECT_EQ(foretold_seconds(1.0, 1, 1, 8), 1.0);
+  EXPECT_EQ(foretold_seconds(1.0, 0, 0, 2), 0.0);
+}
+
+TEST(Parallel, AllIndicesOrSomeIfTimeIsShort) {
+  for (const size_t count : {0, 1, 3, 5, 36, 64, 1000, 100000}) {
+    std::vector<int> hits(count);
+    const auto hit = [&](size_t i) { ++hits[i]; };
+    EXPECT_TRUE(parallel_for_within(1e9, count, hit, 2));
+    EXPECT_EQ(std::count(hits.begin(), hits.end(), 1), static_cast<ptrdiff_t>(count));
+    std::fill(hits.begin(), hits.end(), 0);
+    if (count == 0) continue;
+    EXPECT_FALSE(parallel_for_within(-1.0, count, hit, 2));
+    const ptrdiff_t asked = std::count(hits.begin(), hits.end(), 1);
+    EXPECT_GT(asked, 0);
+    EXPECT_LE(asked, static_cast<ptrdiff_t>((count + 3) / 4));
+  }
+}
+
 TEST(Statistics, NormalInterval) {
   EXPECT_NEAR(normal_interval(0.95), 1.9599639845400545, 1e-12);
   EXPECT_NEAR(normal_interval(0.6826894921370859), 1.0, 1e-12);

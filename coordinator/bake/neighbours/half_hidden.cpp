@@ -106,15 +106,7 @@ std::optional<std::vector<uint8_t>> half_hidden_sites(const Scene& scene, const 
     for (size_t i = run * kParallelRun; i < std::min(n, (run + 1) * kParallelRun); ++i)
       out[i] = is_half_hidden(rays, scene, atlas, static_cast<uint32_t>(i), sites.texel_size[i]);
   };
-  // Timing one run in this many predicts the total.
-  constexpr size_t kAsked = 64;
-  const double began = watch.seconds();
-  parallel_for((runs + kAsked - 1) / kAsked, [&](size_t i) { look(i * kAsked); }, threads);
-  if (began + (watch.seconds() - began) * kAsked > most_seconds) return std::nullopt;
-  const auto look_at_others = [&](size_t run) {
-    if (run % kAsked) look(run);
-  };
-  parallel_for(runs, look_at_others, threads);
+  if (!parallel_for_within(most_seconds - watch.seconds(), runs, look, threads)) return std::nullopt;
   return out;
 }
 

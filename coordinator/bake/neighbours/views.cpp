@@ -194,17 +194,7 @@ std::optional<ViewLinks> link_by_view(const Scene& scene, const SiteGeometry& si
       }
     }
   };
-  // Timing one run in this many predicts the total.
-  constexpr size_t kAsked = 64;
-  const double began = watch.seconds();
-  parallel_for((runs + kAsked - 1) / kAsked, [&](size_t i) { look(i * kAsked); }, threads);
-  if (began + (watch.seconds() - began) * kAsked > most_seconds) return std::nullopt;
-  parallel_for(
-      runs,
-      [&](size_t run) {
-        if (run % kAsked) look(run);
-      },
-      threads);
+  if (!parallel_for_within(most_seconds - watch.seconds(), runs, look, threads)) return std::nullopt;
   std::vector<uint8_t> keeps(links.link.size());
   for_each_index(n, threads, [&](size_t i) {
     for (uint32_t l = links.first[i]; l < links.first[i + 1]; ++l)
