@@ -139,7 +139,9 @@ TEST(Denoise, IsTheSameForAnyNumberOfThreads) {
   EXPECT_EQ(one.standard_error, plain.standard_error);
 }
 
-// The order of sites (of charts, of objects) decides the order of sums alone.
+// The order of sites (of charts, of objects) decides the order of sums, and which sites are asked for the
+// variance that is usual: 257 of them, whose noise is alike here, tell it within 9 %. It has at most 16 / 20
+// of the say in what is stated: of two such, four standard deviations of the error are 20 %.
 TEST(Denoise, DoesNotDependOnTheOrderOfSites) {
   const MadeSurface wall(test::wall_of_eight().scene, 6);
   const Field field = [](const Vec3& p) { return 2 + std::sin(p.x) + (p.y > 1 ? 1.0 : 0.0); };
@@ -169,7 +171,7 @@ TEST(Denoise, DoesNotDependOnTheOrderOfSites) {
   const Denoised a = wall.denoise(s), b = denoise(shuffled, kBounds, sites, links, 2);
   for (uint32_t i = 0; i < s.sites; ++i) {
     ASSERT_NEAR(a.luminance[i], b.luminance[to[i]], 1e-5);
-    ASSERT_NEAR(a.standard_error[i], b.standard_error[to[i]], 1e-5);
+    ASSERT_NEAR(a.standard_error[i], b.standard_error[to[i]], 0.2 * a.standard_error[i]);
   }
 }
 
@@ -430,6 +432,29 @@ TEST(Denoise, DoesNotTrustTheLuckOfFewTexels) {
     ratio += a * a / (double{d.standard_error[i]} * d.standard_error[i]) / static_cast<double>(order.size());
   }
   EXPECT_NEAR(ratio, 1, 0.25);
+}
+
+// Low-discrepancy samples err less than independent ones, whose variance is all that is known of a texel:
+// what is stated of measured and filtered light is true all the same. The few texels with independent samples
+// that count among 257 overstate the variance by 5 %, and the measured variance in the denominator adds as
+// much again.
+TEST(Denoise, StatesTheErrorOfSamplesThatAreBetterThanIndependent) {
+  const MadeSurface wall(test::wall_of_eight().scene, 4);
+  constexpr double kBetter = 4;
+  double raw = 0, ratio = 0, sites = 0;
+  for (uint64_t seed = 0; seed < 8; ++seed) {
+    TexelStatistics s = noisy(wall.sites, constant(2), constant(0.1), 50 + seed);
+    for (float& v : s.variance) v *= static_cast<float>(kBetter);
+    const Denoised d = wall.denoise(s);
+    for (size_t i = 0; i < s.sites; ++i) {
+      const double off = mean_luminance(s, i) - 2 * kShare;
+      raw += off * off / (double{d.raw_error[i]} * d.raw_error[i]);
+    }
+    const Squares q = squares(wall.sites, s, d, constant(2));
+    ratio += q.ratio, sites += q.sites;
+  }
+  EXPECT_NEAR(raw / sites, 1, 0.1);
+  EXPECT_LT(ratio / sites, 1.1);  // of even light the estimate of the bias overstates: 0.5, measured
 }
 
 // A baked room, many seeds: on no chart is the mean squared error above raw, beyond what the seeds' own

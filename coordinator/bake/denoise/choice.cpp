@@ -10,6 +10,7 @@
 #include <cstring>
 
 #include "common/base/parallel.h"
+#include "coordinator/bake/lightmap/run_sums.h"
 
 namespace kiln {
 namespace {
@@ -38,9 +39,14 @@ constexpr double kExpectedBias[kLevels] = {0, 0.02, 0.05, 0.1, 0.1};
 // the gain by 0 to 5 %.
 constexpr double kCommon = 5;
 
-// Weight, in texels, of the assumption of independent samples in the measured dependence: with few texels
-// (charts of four) the measurement may find no noise by chance, and sampling would stop there.
-constexpr double kDoubtTexels = 4;
+// The variance of a window's texels over that of independent samples is measured. With few texels (charts of
+// four) the measurement may find no noise by chance, and sampling would stop there. So some texels more
+// count, in the choice of filter with independent samples: a filter is to take away too much noise rather
+// than leave some. What is stated would be up to twice the variance by that, where low-discrepancy samples do
+// much better than independent ones: there they have the variance that is usual for this many sites on either
+// side.
+constexpr double kDoubtTexels = 4, kUsualTexels = 16;
+constexpr size_t kUsualSites = 128;
 
 // The remaining bias after the steps to the quadratic surface and between the last planes, where curvature is
 // constant.
@@ -133,6 +139,20 @@ Terms terms_of(const Candidates& c, size_t j) {
   return t;
 }
 
+// By site: measured variance over that of independent samples, usual around it.
+std::vector<float> usual_factors(const Candidates& c, const std::vector<Terms>& terms) {
+  RunSums noise, count;
+  for (size_t i = 0; i < terms.size(); ++i) {
+    noise.add(c.known[i] ? double{terms[i].noise} : 0.0);
+    count.add(c.known[i] ? 1 : 0);
+  }
+  std::vector<float> out(terms.size());
+  for (size_t i = 0; i < terms.size(); ++i)
+    out[i] = static_cast<float>((noise.around(i, kUsualSites) + kDoubtTexels) /
+                                (count.around(i, kUsualSites) + kDoubtTexels));
+  return out;
+}
+
 // Weighted sums of terms and of their squares.
 class Pool {
  public:
@@ -193,6 +213,7 @@ Choice choose(const Candidates& c, const SiteGeometry& sites, const SurfaceLinks
   Choice out;
   out.level.assign(c.known.size(), 0);
   out.factor.assign(c.known.size(), 0);
+  out.stated_factor.assign(c.known.size(), 0);
   out.bias.assign(c.known.size(), {});
   out.found.assign(c.known.size(), 0);
   out.shared.assign(c.known.size(), 0);
@@ -200,6 +221,7 @@ Choice choose(const Candidates& c, const SiteGeometry& sites, const SurfaceLinks
   for_each_index(c.known.size(), threads, [&](size_t i) {
     if (c.known[i]) terms[i] = terms_of(c, i);
   });
+  const std::vector<float> usual = usual_factors(c, terms);
   for_each_run(c.known.size(), threads, [&](size_t begin, size_t end) {
     SurfaceKernel kernel(sites, links, c.known);
     for (size_t i = begin; i < end; ++i) {
@@ -216,6 +238,8 @@ Choice choose(const Candidates& c, const SiteGeometry& sites, const SurfaceLinks
       // Variance with low-discrepancy sampling relative to independent samples.
       const double factor = (wide.noise() + kDoubtTexels) / (wide.weight() + kDoubtTexels);
       out.factor[i] = static_cast<float>(factor);
+      out.stated_factor[i] = static_cast<float>((wide.noise() + kUsualTexels * double{usual[i]}) /
+                                                (wide.weight() + kUsualTexels));
       const double prior = c.prior[i], light = 0.5 * (double{c.value[0][kQuadratic - 1][i]} +
                                                       double{c.value[1][kQuadratic - 1][i]});
       const double dark_errors = kAloneDark * factor,
@@ -243,7 +267,7 @@ Choice choose(const Candidates& c, const SiteGeometry& sites, const SurfaceLinks
   });
   SharedError shared(c);
   for (size_t i = 0; i < c.known.size(); ++i)
-    if (c.known[i]) shared.add(c, i, out.factor[i]);
+    if (c.known[i]) shared.add(c, i, out.stated_factor[i]);
   for_each_index(c.known.size(), threads, [&](size_t i) {
     if (!c.known[i]) return;
     out.found[i] = static_cast<float>(shared.found(c, i));

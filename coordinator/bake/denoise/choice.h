@@ -8,11 +8,12 @@
 namespace kiln {
 
 struct Choice {
-  std::vector<uint8_t> level;                    // by site: level with the lowest estimated risk
-  std::vector<float> factor;                     // by site: measured variance around it, over `prior`
+  std::vector<uint8_t> level;        // by site: level with the lowest estimated risk
+  std::vector<float> factor;         // by site: measured variance around it, over `prior`; for the choice
+  std::vector<float> stated_factor;  // the same for what is stated
   std::vector<std::array<float, kLevels>> bias;  // by site: estimated magnitude of the bias, at least 0
   std::vector<float>
-      found,   // by site: its part that is in the replicates' difference, and in `factor` with it
+      found,   // by site: its part that is in the replicates' difference, and in the factors with it
       shared;  // by site: variance of error common to the whole neighbourhood, which no filter lowers
 };
 

@@ -84,7 +84,7 @@ void put_errors(const Candidates& c, const Choice& choice, const Blend& blend, s
   }
   for (size_t q = 0; q < blend.window().size(); ++q)
     variance += blend.weights()[q] * blend.weights()[q] * double{c.prior[blend.window()[q]]};
-  const double factor = choice.factor[i], gain = c.gain[i], spikes = value * double{c.gain_error[i]};
+  const double factor = choice.stated_factor[i], gain = c.gain[i], spikes = value * double{c.gain_error[i]};
   // What is measured has the part in the replicates' difference already.
   const double measured = std::max(0.0, double{choice.shared[i]} - double{choice.found[i]});
   const double shared = (1 - blend.shares()[0]) * double{choice.shared[i]} + blend.shares()[0] * measured;

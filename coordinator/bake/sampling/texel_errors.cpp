@@ -5,23 +5,11 @@
 
 #include "common/base/parallel.h"
 #include "common/math/vec.h"
+#include "coordinator/bake/lightmap/run_sums.h"
 #include "coordinator/bake/sampling/alike.h"
 
 namespace kiln {
 namespace {
-
-// Sums over runs of the order, from prefix sums.
-class RunSums {
- public:
-  void add(double value) { sums_.push_back(sums_.back() + value); }
-  double around(size_t i, size_t reach) const {
-    const size_t count = sums_.size() - 1;
-    return sums_[std::min(count, i + reach + 1)] - sums_[i > reach ? i - reach : 0];
-  }
-
- private:
-  std::vector<double> sums_ = {0.0};
-};
 
 // Known sites of the same chart near site i, excluding i.
 template <class Visit>
