@@ -18,6 +18,15 @@ void BakeCaches::make_rough(const Accumulator& sums, uint32_t pass, uint32_t str
   }
 }
 
+void BakeCaches::leave_out(std::span<const uint32_t> sites) {
+  left_out_.insert(left_out_.end(), sites.begin(), sites.end());
+}
+
+void BakeCaches::begin() {
+  clear();
+  left_out_.clear();
+}
+
 void BakeCaches::renew(Accumulator& sums, uint32_t pass) {
   clear();
   for (IrradianceCache& cache : of_latest(sums, pass)) publish(std::move(cache));
@@ -42,6 +51,7 @@ std::vector<IrradianceCache> BakeCaches::of_latest(const Accumulator& sums, uint
 void BakeCaches::publish(IrradianceCache cache) {
   for (size_t site = 0; site < misleading_.size(); ++site)
     if (misleading_[site]) cache.irradiance[site] = Vec3(-1.0f);
+  for (const uint32_t site : left_out_) cache.irradiance[site] = Vec3(-1.0f);
   digests_.push_back(farm_.add_chunk(write_irradiance_cache(cache)));
 }
 

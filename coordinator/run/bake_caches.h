@@ -21,6 +21,9 @@ class BakeCaches {
   std::span<const Digest> digests() const { return digests_; }
   bool empty() const { return digests_.empty(); }
   void clear() { digests_.clear(); }
+  // From now on paths go on at these sites, as at misleading ones; `begin` forgets them.
+  void leave_out(std::span<const uint32_t> sites);
+  void begin();
 
   // From the first looks, interpolated for texels that they did not sample. Rough, but paths in a white scene
   // that end there take a fiftieth of the time of whole ones; better caches follow at once. `pass`: passes so
@@ -36,6 +39,7 @@ class BakeCaches {
   const Atlas& atlas_;
   const std::span<const uint32_t> charts_;
   const std::span<const uint8_t> misleading_;
+  std::vector<uint32_t> left_out_;
   const uint64_t seed_;
   FarmJob& farm_;
   std::vector<Digest> digests_;

@@ -99,7 +99,7 @@ class Baking {
     skipped_units_ = 0;
     pass_ = 0;
     sampled_ = 0;
-    caches_.clear();
+    caches_.begin();
     errors_ = {};
     shared_.clear();
     response_errors_.clear();
@@ -152,6 +152,7 @@ class Baking {
           settling.next({shared_, samples_, most_samples(), final_error() / z_, samples_to_come()});
       std::erase_if(work, [&](const SiteSamples& s) { return skipped_.count(s.site) > 0; });
       if (work.empty()) break;
+      caches_.leave_out(settling.left_out());
       renew_caches();
       std::vector<uint32_t> sites;
       for (const SiteSamples& s : work) {

@@ -70,6 +70,29 @@ TEST(Settling, FewSitesAloneDoNotBeginAgain) {
       << "what is little in the error of the whole bake";
 }
 
+// A nearly closed cavity keeps the error of its first cache, however many samples the next ones are made of.
+TEST(Settling, FewSitesThatNoCacheHelpsAreLeftOutOfThem) {
+  const std::vector<uint32_t> samples(100, 32);
+  std::vector<float> shared(samples.size(), 0.0f);
+  shared[7] = shared[50] = 1000 * kMuch;
+  const SettlingState state{shared, samples, 4096, kError, kEnough};
+  Settling settling;
+  EXPECT_EQ(counts_of(settling.next(state)), (std::vector<uint32_t>{32, 32}));
+  EXPECT_TRUE(settling.left_out().empty());
+  EXPECT_EQ(counts_of(settling.next(state)), (std::vector<uint32_t>{32, 32}))
+      << "by other paths, no more of them";
+  EXPECT_EQ(settling.left_out(), (std::vector<uint32_t>{7, 50}));
+  EXPECT_TRUE(settling.next(state).empty()) << "they do not come again";
+  EXPECT_TRUE(settling.left_out().empty());
+
+  shared[51] = 1000 * kMuch;
+  Settling more;
+  more.next(state);
+  EXPECT_EQ(counts_of(more.next(state)), (std::vector<uint32_t>{64, 64, 64}))
+      << "a room of sites is not left out";
+  EXPECT_TRUE(more.left_out().empty());
+}
+
 TEST(Settling, NothingWithoutCaches) {
   const std::vector<uint32_t> samples = {32};
   EXPECT_TRUE(Settling().next({{}, samples, 4096, kError, kEnough}).empty());

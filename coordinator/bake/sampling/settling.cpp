@@ -6,17 +6,21 @@ namespace kiln {
 
 std::vector<SiteSamples> Settling::next(const SettlingState& state) {
   std::vector<SiteSamples> work;
+  left_out_.clear();
+  is_out_.resize(state.shared.size(), 0);
   const double settled = kSettledPart * kSettledPart * state.error * state.error;
   double now = 0, taken = 0, sampled = 0;
   for (uint32_t site = 0; site < state.shared.size(); ++site) {
     if (state.samples[site] == 0) continue;
     ++sampled;
-    if (!(state.shared[site] > settled)) continue;
+    if (is_out_[site] || !(state.shared[site] > settled)) continue;
     now += double{state.shared[site]};
     work.push_back({site, {0, state.samples[site]}});
   }
   if (!(now > settled * sampled)) return {};
-  const uint32_t factor = now < kSettlingHelps * before_ ? 1 : 2;
+  const bool helps = now < kSettlingHelps * before_;
+  const bool leaves_out = !helps && static_cast<double>(work.size()) <= kLeftOut * sampled;
+  const uint32_t factor = helps || leaves_out ? 1 : 2;
   before_ = now;
   for (SiteSamples& s : work) {
     s.range.count = std::min(factor * s.range.count, state.most);
@@ -24,6 +28,11 @@ std::vector<SiteSamples> Settling::next(const SettlingState& state) {
   }
   taken_ += taken;
   if (taken > kSettlingRound * state.to_come || taken_ > kSettlingShare * state.to_come) work.clear();
+  for (const SiteSamples& s : work) {
+    if (!leaves_out) break;
+    left_out_.push_back(s.site);
+    is_out_[s.site] = 1;
+  }
   return work;
 }
 

@@ -20,6 +20,10 @@ constexpr double kSettlingHelps = 0.85;
 // Shares of the samples to come that one round, and all of them, may take.
 constexpr double kSettlingRound = 0.1, kSettlingShare = 0.25;
 
+// Where no cache helps and no more than this share of the sites is left, what they read is mostly their own:
+// a nearly closed cavity hands on all of the error that its first cache had.
+constexpr double kLeftOut = 0.02;
+
 struct SettlingState {
   std::span<const float> shared;      // by site: TexelStatistics::shared; empty without caches
   std::span<const uint32_t> samples;  // by site, per replicate
@@ -34,10 +38,15 @@ class Settling {
   // what these sites share is small in the mean over all sites (a round of a few sites takes long for what it
   // brings), or if the round would take too large a share of the samples to come.
   std::vector<SiteSamples> next(const SettlingState& state);
+  // Of these, the sites to leave out of the caches from now on, so that paths go on there. They do not come
+  // again.
+  const std::vector<uint32_t>& left_out() const { return left_out_; }
 
  private:
   double before_ = std::numeric_limits<double>::infinity();  // squared error, summed over these sites
   double taken_ = 0;
+  std::vector<uint32_t> left_out_;  // by the last call
+  std::vector<uint8_t> is_out_;     // by site
 };
 
 }  // namespace kiln
