@@ -230,6 +230,24 @@ TEST(Denoise, StatesWhatTexelsShareByWayOfCaches) {
   }
 }
 
+// It is a part of each texel's own light, whatever a wide filter makes of the bright ones beside it.
+TEST(Denoise, StatesAPartOfItsOwnLightInADarkTexelBesideBrightOnes) {
+  const MadeSurface wall(test::wall_of_eight().scene, 8);
+  const Field step = [](const Vec3& p) { return p.y > 1 ? 2.0 : 0.01; };
+  TexelStatistics s = noisy(wall.sites, step, constant(1e-5), 12);
+  constexpr double kPart = 0.2;
+  s.shared.assign(s.sites, static_cast<float>(kPart * kPart));
+  const Denoised d = wall.denoise(s);
+  size_t dark = 0;
+  for (size_t i = 0; i < s.sites; ++i) {
+    // Eight draws in nine are of the caches; the ninth, the replicates' difference, shows nothing.
+    EXPECT_NEAR(d.standard_error[i] / d.luminance[i], kPart * std::sqrt(8 / 9.0), 0.02)
+        << wall.sites.position[i].y;
+    dark += d.luminance[i] < 0.1;
+  }
+  EXPECT_GT(dark, 50u);
+}
+
 // A site without extent, or with light that is no number, has nobody to be filtered with; but it is not
 // perfect for that.
 TEST(Denoise, StatesTheErrorOfWhatItCannotFilter) {

@@ -79,19 +79,19 @@ class SharedError {
     s.noise += fixed(weight * weight * std::min(relative, 1.0));
   }
 
-  // Variance by the difference, minus half a standard error.
-  double found(const Candidates& c, size_t i) const {
+  // Relative variance by the difference, minus half a standard error.
+  double found(size_t i) const {
     const Sums& s = sums_[piece_[i]];
     if (s.weight <= 0) return 0;
     const double weight = plain(s.weight);
     // The square of a normal variable has variance 2 s^4; windows overlap.
     const double noise = s.squares > 0 ? plain(s.noise) / plain(s.squares) : 0;
     const double error = noise * std::sqrt(2.0 * kFootprint * plain(s.squares)) / weight;
-    return std::max(0.0, plain(s.excess) / weight - 0.5 * error) * square_of_light(c, i);
+    return std::max(0.0, plain(s.excess) / weight - 0.5 * error);
   }
   // With the errors drawn of the caches, which are many draws where the difference is one.
   double of(const Candidates& c, size_t i, double found) const {
-    return c.shared.empty() ? found : shared_variance(c.shared[i] * square_of_light(c, i), found);
+    return c.shared.empty() ? found : shared_variance(double{c.shared[i]}, found);
   }
 
  private:
@@ -270,7 +270,7 @@ Choice choose(const Candidates& c, const SiteGeometry& sites, const SurfaceLinks
     if (c.known[i]) shared.add(c, i, out.stated_factor[i]);
   for_each_index(c.known.size(), threads, [&](size_t i) {
     if (!c.known[i]) return;
-    out.found[i] = static_cast<float>(shared.found(c, i));
+    out.found[i] = static_cast<float>(shared.found(i));
     out.shared[i] = static_cast<float>(shared.of(c, i, double{out.found[i]}));
   });
   return out;

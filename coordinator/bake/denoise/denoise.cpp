@@ -85,9 +85,11 @@ void put_errors(const Candidates& c, const Choice& choice, const Blend& blend, s
   for (size_t q = 0; q < blend.window().size(); ++q)
     variance += blend.weights()[q] * blend.weights()[q] * double{c.prior[blend.window()[q]]};
   const double factor = choice.stated_factor[i], gain = c.gain[i], spikes = value * double{c.gain_error[i]};
-  // What is measured has the part in the replicates' difference already.
-  const double measured = std::max(0.0, double{choice.shared[i]} - double{choice.found[i]});
-  const double shared = (1 - blend.shares()[0]) * double{choice.shared[i]} + blend.shares()[0] * measured;
+  // What is measured has the part in the replicates' difference already. Both are parts of the texel's own
+  // light: beside a bright texel a wide filter's light is a hundred times that of a dark one.
+  const double square = value * value, measured = square * std::max(0.0f, choice.shared[i] - choice.found[i]);
+  const double shared =
+      (1 - blend.shares()[0]) * square * double{choice.shared[i]} + blend.shares()[0] * measured;
   out.luminance[i] = static_cast<float>(std::max(0.0, value) * gain * c.scale);
   out.standard_error[i] = static_cast<float>(
       std::sqrt(gain * gain * (factor * variance + shared + bias * bias) + spikes * spikes) * c.scale);
