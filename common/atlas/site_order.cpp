@@ -8,8 +8,6 @@
 namespace kiln {
 namespace {
 
-constexpr size_t kChunk = 4096;
-
 Vec3 world_position(const Scene& scene, const SitePick& pick) {
   const Instance& instance = scene.instances[pick.instance];
   const Mesh& mesh = scene.meshes[instance.mesh];
@@ -56,13 +54,13 @@ uint64_t morton_code(const Bounds& bounds, const Vec3& position) {
   return code;
 }
 
-void reorder(TexelSites& sites, const std::vector<std::pair<uint64_t, uint32_t>>& order) {
+void reorder(TexelSites& sites, const std::vector<uint32_t>& order) {
   TexelSites out;
   out.texel.reserve(sites.size());
   out.words.reserve(sites.words.size());
   out.first_word.reserve(sites.first_word.size());
   out.first_word.push_back(0);
-  for (const auto& [code, i] : order) {
+  for (const uint32_t i : order) {
     out.texel.push_back(sites.texel[i]);
     out.words.insert(out.words.end(), sites.words.begin() + sites.first_word[i],
                      sites.words.begin() + sites.first_word[i + 1]);
@@ -73,25 +71,26 @@ void reorder(TexelSites& sites, const std::vector<std::pair<uint64_t, uint32_t>>
 
 }  // namespace
 
+std::vector<uint32_t> morton_order(const std::vector<Vec3>& positions, unsigned threads) {
+  const Bounds bounds = bounds_of(positions);
+  std::vector<std::pair<uint64_t, uint32_t>> codes(positions.size());
+  for_each_index(codes.size(), threads, [&](size_t i) {
+    codes[i] = {morton_code(bounds, positions[i]), static_cast<uint32_t>(i)};
+  });
+  std::sort(codes.begin(), codes.end());
+  std::vector<uint32_t> order;
+  order.reserve(codes.size());
+  for (const auto& [code, i] : codes) order.push_back(i);
+  return order;
+}
+
 void order_sites(const Scene& scene, Atlas& atlas, unsigned threads) {
-  const size_t count = atlas.sites.size();
-  std::vector<Vec3> positions(count);
-  const auto chunked = [&](const auto& body) {
-    parallel_for((count + kChunk - 1) / kChunk,
-                 [&](size_t chunk) {
-                   for (size_t i = chunk * kChunk; i < std::min(count, (chunk + 1) * kChunk); ++i) body(i);
-                 },
-                 threads);
-  };
-  chunked([&](size_t i) {
+  std::vector<Vec3> positions(atlas.sites.size());
+  for_each_index(positions.size(), threads, [&](size_t i) {
     positions[i] = world_position(scene, pick_site(atlas, static_cast<uint32_t>(i), 0.0f));
   });
-  const Bounds bounds = bounds_of(positions);
   // Sites arrive in order of texel, so the index breaks ties by texel.
-  std::vector<std::pair<uint64_t, uint32_t>> order(count);
-  chunked([&](size_t i) { order[i] = {morton_code(bounds, positions[i]), static_cast<uint32_t>(i)}; });
-  std::sort(order.begin(), order.end());
-  reorder(atlas.sites, order);
+  reorder(atlas.sites, morton_order(positions, threads));
 }
 
 }  // namespace kiln

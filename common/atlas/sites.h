@@ -18,6 +18,10 @@ constexpr uint32_t kContactPoints = 4;
 // Fills atlas.sites, in order of texel, from charts and placements. Error: more words than can be indexed.
 Expected<SiteOverlap> find_sites(Atlas& atlas, unsigned threads);
 
+// Indices of the positions in Morton order, so that neighbours in the list are near each other; ties by
+// index.
+std::vector<uint32_t> morton_order(const std::vector<Vec3>& positions, unsigned threads);
+
 // Puts atlas.sites into Morton order of the world position of each texel's first point; ties by texel.
 void order_sites(const Scene& scene, Atlas& atlas, unsigned threads);
 

@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "common/atlas/sites.h"
 #include "common/base/parallel.h"
 #include "coordinator/bake/lightmap/run_sums.h"
 
@@ -139,17 +140,20 @@ Terms terms_of(const Candidates& c, size_t j) {
   return t;
 }
 
-// By site: measured variance over that of independent samples, usual around it.
-std::vector<float> usual_factors(const Candidates& c, const std::vector<Terms>& terms) {
+// By site: measured variance over that of independent samples, usual around it. In an order of its own,
+// because joined texels have another than sites.
+std::vector<float> usual_factors(const Candidates& c, const std::vector<Terms>& terms,
+                                 const std::vector<Vec3>& position, unsigned threads) {
+  const std::vector<uint32_t> order = morton_order(position, threads);
   RunSums noise, count;
-  for (size_t i = 0; i < terms.size(); ++i) {
+  for (const uint32_t i : order) {
     noise.add(c.known[i] ? double{terms[i].noise} : 0.0);
     count.add(c.known[i] ? 1 : 0);
   }
   std::vector<float> out(terms.size());
-  for (size_t i = 0; i < terms.size(); ++i)
-    out[i] = static_cast<float>((noise.around(i, kUsualSites) + kDoubtTexels) /
-                                (count.around(i, kUsualSites) + kDoubtTexels));
+  for (size_t k = 0; k < order.size(); ++k)
+    out[order[k]] = static_cast<float>((noise.around(k, kUsualSites) + kDoubtTexels) /
+                                       (count.around(k, kUsualSites) + kDoubtTexels));
   return out;
 }
 
@@ -221,7 +225,7 @@ Choice choose(const Candidates& c, const SiteGeometry& sites, const SurfaceLinks
   for_each_index(c.known.size(), threads, [&](size_t i) {
     if (c.known[i]) terms[i] = terms_of(c, i);
   });
-  const std::vector<float> usual = usual_factors(c, terms);
+  const std::vector<float> usual = usual_factors(c, terms, sites.position, threads);
   for_each_run(c.known.size(), threads, [&](size_t begin, size_t end) {
     SurfaceKernel kernel(sites, links, c.known);
     for (size_t i = begin; i < end; ++i) {
