@@ -40,12 +40,11 @@ constexpr double kExpectedBias[kLevels] = {0, 0.02, 0.05, 0.1, 0.1};
 // the gain by 0 to 5 %.
 constexpr double kCommon = 5;
 
-// The variance of a window's texels over that of independent samples is measured. With few texels (charts of
-// four) the measurement may find no noise by chance, and sampling would stop there. So some texels more
-// count, in the choice of filter with independent samples: a filter is to take away too much noise rather
-// than leave some. What is stated would be up to twice the variance by that, where low-discrepancy samples do
-// much better than independent ones: there they have the variance that is usual for this many sites on either
-// side.
+// The variance of a window's texels, relative to that of independent samples, is measured. A chart of four
+// texels may show no noise by chance, and sampling would stop there, so more texels are added to the mean.
+// For the choice of filter these have independent samples: too much smoothing does less harm than noise that
+// stays. What is stated would be up to twice the true variance that way, because low-discrepancy samples do
+// much better than independent ones; there the added texels have the mean of this many sites on either side.
 constexpr double kDoubtTexels = 4, kUsualTexels = 16;
 constexpr size_t kUsualSites = 128;
 
