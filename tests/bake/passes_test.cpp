@@ -195,6 +195,36 @@ TEST_F(Passes, SitesThatErrByTheirCachesBeginAgain) {
   EXPECT_GT(takes[static_cast<uint32_t>(3 * sites / 4)].size(), of_all);
 }
 
+// A few whose error no cache lowers are left out of the caches; where paths end before is not changed.
+TEST_F(Passes, FewSitesThatDoNotSettleAreLeftOutOfTheCaches) {
+  request_.settings.min_samples = 32;
+  request_.settings.max_samples = 8192;
+  request_.settings.error = 0.02;
+  request_.settings.texels_per_metre = 20;
+  Stub first;
+  first.light = noisy;
+  bake(first);
+  const size_t sites = sites_of(first.calls[0]);
+  Stub stub;
+  stub.light = noisy;
+  stub.drawn = 1;
+  stub.drawn_from = static_cast<uint32_t>(sites - sites / 200);
+  bake(stub);
+  const auto left_out = [&](const std::vector<WorkUnit>& call) {
+    std::set<uint32_t> out;
+    const auto cache = read_irradiance_cache(stub.chunks.at(call.front().cache), sites);
+    for (uint32_t site = 0; cache && site < sites; ++site)
+      if (cache->irradiance[site].x < 0) out.insert(site);
+    return out;
+  };
+  const std::set<uint32_t> early = left_out(stub.calls[1]), late = left_out(stub.calls.back());
+  EXPECT_GT(late.size(), early.size());
+  EXPECT_LE(late.size(), early.size() + sites / 50);
+  EXPECT_FALSE(early.count(static_cast<uint32_t>(sites - 1)));
+  EXPECT_TRUE(late.count(static_cast<uint32_t>(sites - 1)));
+  EXPECT_EQ(late.count(static_cast<uint32_t>(sites / 2)), early.count(static_cast<uint32_t>(sites / 2)));
+}
+
 uint32_t most_takes(const Stub& stub) {
   uint32_t most = 0;
   for (const auto& call : stub.calls)
