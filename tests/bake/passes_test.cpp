@@ -195,7 +195,7 @@ TEST_F(Passes, SitesThatErrByTheirCachesBeginAgain) {
   EXPECT_GT(takes[static_cast<uint32_t>(3 * sites / 4)].size(), of_all);
 }
 
-// A few whose error no cache lowers are left out of the caches; where paths end before is not changed.
+// A few sites whose error no cache lowers are left out of later caches.
 TEST_F(Passes, FewSitesThatDoNotSettleAreLeftOutOfTheCaches) {
   request_.settings.min_samples = 32;
   request_.settings.max_samples = 8192;
