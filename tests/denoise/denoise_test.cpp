@@ -6,6 +6,7 @@
 #include <numeric>
 #include <random>
 
+#include "coordinator/bake/denoise/choice.h"
 #include "coordinator/bake/neighbours/surface_window.h"
 #include "tests/analytic/scene_maker.h"
 #include "tests/denoise/fields.h"
@@ -244,6 +245,30 @@ TEST(Denoise, StatesAPartOfItsOwnLightInADarkTexelBesideBrightOnes) {
     dark += d.luminance[i] < 0.1;
   }
   EXPECT_GT(dark, 50u);
+}
+
+// One texel of a window has met next to nothing, and any light that a filter brings there is many times its
+// noise. What the texels around it make of that is no multiple of their own noise, but at most four times
+// what the filter changes there.
+TEST(Denoise, TakesNoBiasFromTheRatioOfTwoNoises) {
+  const MadeSurface wall(test::wall_of_eight().scene, 8);
+  Candidates c = find_candidates(noisy(wall.sites, constant(1), constant(0.1), 7), wall.sites, wall.links, 2);
+  const size_t dark = wall.sites.size() / 2;
+  c.prior[dark] = 1e-14f * c.prior[dark];
+  double largest = 0;
+  for (uint32_t k = 1; k < kLevels; ++k)
+    for (uint32_t r = 0; r < kReplicates; ++r) {
+      c.value[r][0][dark] = 0;
+      largest = std::max(largest, double{c.value[r][k][dark]});
+    }
+  const Choice choice = choose(c, wall.sites, wall.links, 2);
+  size_t beside = 0;
+  for (size_t i = 0; i < wall.sites.size(); ++i) {
+    if (i == dark || !(length(wall.sites.position[i] - wall.sites.position[dark]) < 0.2f)) continue;
+    ++beside;
+    for (uint32_t k = 1; k < kLevels; ++k) EXPECT_LT(choice.bias[i][k], 4 * largest) << k;
+  }
+  EXPECT_GT(beside, 3u);
 }
 
 // A site without extent, or with light that is no number, has nobody to be filtered with; but it is not

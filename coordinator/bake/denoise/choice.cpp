@@ -3,9 +3,10 @@
 // the square of the bias, without t and without a term to subtract (two-buffer estimates: Rousselle 2012,
 // section 4; Bitterli 2016, section 5.2 - there (f(A) - B)^2 less the variance of B, which has twice the
 // noise). The variance of f is known. Both are averaged over the window in units of `prior`, so that a bright
-// texel at its rim does not dominate dim ones.
+// texel at its rim does not dominate dim ones. Nor may a dark one (kMostScale).
 #include "coordinator/bake/denoise/choice.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
@@ -26,6 +27,11 @@ constexpr double kAloneDark = 12;
 constexpr double kFewBeside = 1;
 constexpr double kFewAlone = 8;  // samples: of fewer, coincidences of rare bright ones are no surprise; that
                                  // all samples of both replicates are dark is one as rare as it looks
+
+// A site's squared bias is at most this many times that of a texel with less noise. The prior of a texel that
+// met almost no light is 1e-10 of its neighbour's, and any light that a filter brings there is 1e10 of its
+// priors: a site beside it would state an error a thousand times its light.
+constexpr float kMostScale = 16;
 
 // A bias counts only beyond this many standard errors: in the choice of filter, and in the reported error.
 constexpr double kChoiceErrors = 1.0, kStatedErrors = 0.25;
@@ -159,9 +165,14 @@ std::vector<float> usual_factors(const Candidates& c, const std::vector<Terms>& 
 // Weighted sums of terms and of their squares.
 class Pool {
  public:
-  void add(float w, const Terms& terms) {
+  // `scale`: of the squared biases, at most 1.
+  void add(float w, const Terms& terms, float scale) {
     float t[kTerms];
     std::memcpy(t, &terms, sizeof t);
+    if (scale < 1) {
+      const float root = std::sqrt(scale);
+      for (size_t i = 1; i < kTerms; ++i) t[i] *= i <= 2 * kLevels ? scale : root;
+    }
     weight_ += w;
     squares_ += w * w;
     for (size_t i = 0; i < kTerms; ++i) {
@@ -235,8 +246,10 @@ Choice choose(const Candidates& c, const SiteGeometry& sites, const SurfaceLinks
       Pool wide, beside;
       for (size_t q = 0; q < window.size(); ++q) {
         const Terms& of = terms[window[q]];
-        wide.add(static_cast<float>(kernel.falloff(q, kPooled)), of);
-        if (const double w = kernel.falloff(q, kBesideTexels); w > 0) beside.add(static_cast<float>(w), of);
+        const float scale = std::min(1.0f, kMostScale * c.prior[window[q]] / c.prior[i]);
+        wide.add(static_cast<float>(kernel.falloff(q, kPooled)), of, scale);
+        if (const double w = kernel.falloff(q, kBesideTexels); w > 0)
+          beside.add(static_cast<float>(w), of, scale);
       }
       // Variance with low-discrepancy sampling relative to independent samples.
       const double factor = (wide.noise() + kDoubtTexels) / (wide.weight() + kDoubtTexels);
