@@ -165,11 +165,13 @@ def rooms_table(options):
         brute, kiln = (points_of(c) for c in r["curves"])
         found = [crossing(points, TARGETS[0]) for points in (brute, kiln)]
         seconds, error = kiln[-1]
+        # The ratio is 0 where the reference errs by more than the bake.
         last = [run for run in r["runs"] if run["budget"] == r["curves"][1]["points"][-1]["budget"]]
         rows.append("| %s | %s | %g | %d | %d | %s | %s | %s%.1f | relMSE %.2g in %.3g s | %.1f | %s |" % (
             r["name"], r["materials"], r["density"], last[0]["texels"], r["texels"], time_text(found[0]), time_text(found[1]),
             "≈ " if "≈ " in (found[0][0], found[1][0]) else "", found[0][1] / found[1][1], error, seconds,
-            crossing(brute, error)[1] / seconds, mean_and_range([run["error_ratio"] for run in last])))
+            crossing(brute, error)[1] / seconds, mean_and_range([run["error_ratio"] for run in last])
+            if all(run["error_ratio"] > 0 for run in last) else ""))
     return rows
 
 
