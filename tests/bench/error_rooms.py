@@ -78,7 +78,7 @@ def rooms(bench):
         # maps wrong there.
         full = ["--repeats", bench.options.repeats, "--reference-samples", bench.options.room_reference, "--reference-error",
                 ROOM_REFERENCE_ERROR, "--errors", ROOM_ERRORS]
-        how = ["--reference-share", share_of(name, density)]
+        how = ["--reference-share", 1 if bench.options.quick else share_of(name, density)]
         curves, limits = [], (bench.limit, bench.limit if bench.options.quick else bench.options.room_seconds)
         for one, limit in zip(ROOM_SETS, limits):  # the second finds the first one's reference
             result = json.loads(run([bench.options.kiln, "bench", path, "-o",
@@ -108,7 +108,7 @@ def limits(bench):
             label = "before" if options.bakes_with else "now"
             result = {"room": room, "materials": materials, "density": density, "version": label,
                       "kiln": [limited_bake(bench, path, {**own, "time-limit": limit, "seed": seed + 1}, halves)
-                               for limit in ((5, 10) if options.quick else LIMITS) for seed in range(options.repeats)]}
+                               for limit in ((10, 20) if options.quick else LIMITS) for seed in range(options.repeats)]}
             if not options.bakes_with:
                 result["others"] = floor_of(bench, path, own, halves, materials == "lambert" and room in MADE_ROOMS)
             keep(options, "limits", "%s %s %g %s" % (room, materials, density, label), result)
@@ -148,7 +148,7 @@ def texel(bench):
         chosen = argparse.Namespace(**{**vars(options), "scenes": [room], "materials": ["default"],
                                        "densities": options.densities or TEXEL_DENSITIES})
         for _, _, density, path, own in rooms_of(chosen):
-            limit = {"time-limit": 5} if options.quick else {}
+            limit = {"time-limit": 20} if options.quick else {}
             _, r = bench.bake(path, {**own, "error": 0.05, "confidence": 0.95, "error-norm": "max", **limit})
             keep(options, "texel", "%s %g" % (room, density), {
                 "room": room, "density": density, "texels": r["atlas"]["valid_texels"],
