@@ -248,8 +248,7 @@ TEST(Denoise, StatesAPartOfItsOwnLightInADarkTexelBesideBrightOnes) {
 }
 
 // One texel of a window has met next to nothing, and any light that a filter brings there is many times its
-// noise. What the texels around it make of that is no multiple of their own noise, but at most four times
-// what the filter changes there.
+// noise. The bias of the texels around it is at most four times that light, whatever the ratio of the noises.
 TEST(Denoise, TakesNoBiasFromTheRatioOfTwoNoises) {
   const MadeSurface wall(test::wall_of_eight().scene, 8);
   Candidates c = find_candidates(noisy(wall.sites, constant(1), constant(0.1), 7), wall.sites, wall.links, 2);

@@ -3,7 +3,7 @@
 // the square of the bias, without t and without a term to subtract (two-buffer estimates: Rousselle 2012,
 // section 4; Bitterli 2016, section 5.2 - there (f(A) - B)^2 less the variance of B, which has twice the
 // noise). The variance of f is known. Both are averaged over the window in units of `prior`, so that a bright
-// texel at its rim does not dominate dim ones. Nor may a dark one (kMostScale).
+// texel at its rim does not dominate dim ones; kMostScale keeps a dark one from dominating brighter ones.
 #include "coordinator/bake/denoise/choice.h"
 
 #include <algorithm>
@@ -28,9 +28,9 @@ constexpr double kFewBeside = 1;
 constexpr double kFewAlone = 8;  // samples: of fewer, coincidences of rare bright ones are no surprise; that
                                  // all samples of both replicates are dark is one as rare as it looks
 
-// A site's squared bias is at most this many times that of a texel with less noise. The prior of a texel that
-// met almost no light is 1e-10 of its neighbour's, and any light that a filter brings there is 1e10 of its
-// priors: a site beside it would state an error a thousand times its light.
+// What a texel of less noise says of a site's squared bias counts at most this many times. The prior of a
+// texel that has met almost no light may be 1e-10 of the site's; whatever light a filter brings there is then
+// worth 1e10 of its priors, and the site would state an error a million times its light.
 constexpr float kMostScale = 16;
 
 // A bias counts only beyond this many standard errors: in the choice of filter, and in the reported error.
@@ -165,7 +165,7 @@ std::vector<float> usual_factors(const Candidates& c, const std::vector<Terms>& 
 // Weighted sums of terms and of their squares.
 class Pool {
  public:
-  // `scale`: of the squared biases, at most 1.
+  // `scale`: factor on the squared biases, at most 1.
   void add(float w, const Terms& terms, float scale) {
     float t[kTerms];
     std::memcpy(t, &terms, sizeof t);
