@@ -27,12 +27,13 @@ constexpr double kPilotShare = 0.05;    // of the time left that whole paths may
 constexpr uint32_t kFilterFrom = 8;     // samples per replicate from which passes use filtered errors
 constexpr double kFilterShare = 0.1;    // share of the time left that filtering between passes may take
 constexpr uint32_t kFirstSamples = 32;
-constexpr size_t kRoughLooks = 2;     // number of looks followed by caches of partial data
-constexpr uint32_t kMaxRounds = 4;    // of passes that only improve the cache
-constexpr double kRoughCache = 0.1;   // rms relative error above which it is made again
-constexpr double kSettled = 0.9;      // a better cache that leaves more of the error than this is no help
-constexpr double kRoundShare = 0.25;  // share of all predicted samples that one round may take
-constexpr double kGrowth = 4;         // a texel's samples grow by at most this factor per pass
+constexpr size_t kRoughLooks = 2;       // number of looks followed by caches of partial data
+constexpr uint32_t kMaxRounds = 4;      // of passes that only improve the cache
+constexpr double kRoughCache = 0.1;     // rms relative error above which it is made again
+constexpr double kSettled = 0.9;        // a better cache that leaves more of the error than this is no help
+constexpr double kRoundShare = 0.25;    // share of all predicted samples that one round may take
+constexpr double kMostUnsettled = 0.2;  // share of unsettled sites below which only those begin again
+constexpr double kGrowth = 4;           // a texel's samples grow by at most this factor per pass
 constexpr uint32_t kMaxPasses = 64;
 constexpr double kRenewal = 1.5;  // caches are renewed once total samples have grown by this factor
 constexpr double kSureToRenew = 2;
@@ -118,7 +119,7 @@ class Baking {
       // With caches a fixed count is reached in steps too, because the first cache is the roughest.
       work = all_sites({0, cache_ ? std::min(least_, kFirstSamples) : least_});
       if (cache_) {
-        KILN_TRY(const PassEnd end, pilot(std::min(kPilotSamples, least_), work));
+        KILN_TRY(const PassEnd end, pilot(std::clamp(least_ / 2, 1u, kPilotSamples), work));
         if (end != PassEnd::kComplete) return end;
       }
     }
@@ -148,8 +149,7 @@ class Baking {
   Expected<PassEnd> settle() {
     Settling settling;
     while (!caches_.empty() && pass_ < kMaxPasses) {
-      std::vector<SiteSamples> work =
-          settling.next({shared_, samples_, most_samples(), final_error() / z_, samples_to_come()});
+      std::vector<SiteSamples> work = settling.next(settling_state());
       std::erase_if(work, [&](const SiteSamples& s) { return skipped_.count(s.site) > 0; });
       if (work.empty()) break;
       caches_.leave_out(settling.left_out());
@@ -166,6 +166,9 @@ class Baking {
       if (end != PassEnd::kComplete) return end;
     }
     return PassEnd::kComplete;
+  }
+  SettlingState settling_state() const {
+    return {shared_, samples_, most_samples(), final_error() / z_, samples_to_come()};
   }
   double samples_to_come() const {
     double samples = 0;
@@ -212,7 +215,7 @@ class Baking {
       // A room hands on the error of the first caches, which were made of single samples, to all later ones.
       drop_all();
       caches_.clear();
-      return pilot(most, work);
+      return pilot(std::clamp(most_ / 2, 1u, kPilotSamples), work);
     }
     return plan(work);
   }
@@ -231,7 +234,7 @@ class Baking {
     sums_.clear();
     for (uint32_t& take : takes_) ++take;
     grew_ = false;
-    report_.passes.back().kept = false;
+    for (PassPoint& pass : report_.passes) pass.kept = false;
   }
 
   // There must be time to replace the dropped samples, at worst at the speed of whole paths.
@@ -240,32 +243,37 @@ class Baking {
     return !(pace_.limit_left() * pace_.samples_per_second() < kSureToRenew * next);
   }
 
-  // Starting from `count` samples of every site, repeats as often as needed: makes a cache, then
-  // runs a pass whose paths end at it. None of these samples last, but those of a pass that a better cache
-  // did not help. `round`: 0 if the present samples are of whole paths. `work`: the work that follows.
-  Expected<PassEnd> make_caches(uint32_t count, std::vector<SiteSamples>& work, uint32_t round) {
+  // From `have` samples of every site, as often as needed: makes a cache, then runs a pass that ends at it.
+  // All samples last if few sites err by the caches (those settle); else none do, but those of a pass that a
+  // better cache did not help. `round`: 0 if the present samples are of whole paths. `work`: what follows.
+  Expected<PassEnd> make_caches(uint32_t have, std::vector<SiteSamples>& work, uint32_t round) {
     double before = std::numeric_limits<double>::infinity();  // error of one sample, as if independent
-    for (;; ++round) {
+    if (round == 0 && 2 * have > most_samples()) return plan(work);
+    for (uint32_t count = have;; ++round) {
       if (!has_time_for_caches(count, work)) return plan(work);
       renew_caches();
-      const double rms = reached_error(state(), ErrorNorm::kMeanSquare, 1), now = rms * std::sqrt(count);
+      const double rms = reached_error(state(), ErrorNorm::kMeanSquare, 1), now = rms * std::sqrt(have);
       if (round > 1 && now > kSettled * before) return plan(work);
       before = now;
-      drop_all();
       // Counts needed by whole paths predict little about paths that end at caches.
       if (round > 0) {
+        if (unsettled_share(settling_state()) < kMostUnsettled) return plan(work);
         const std::vector<double> needed = all_needed(asked_error());
         const uint32_t more = std::min(2 * count, least_);
         const bool enough =
             rms <= kRoughCache || round == kMaxRounds ||
             kReplicates * more * static_cast<double>(sums_.sites()) > kRoundShare * all_of(needed);
+        drop_all();
         predict_remaining(needed, enough ? work : all_sites({0, more}), 0);
         if (enough) return PassEnd::kComplete;
         count = more;
+        have = 0;
       }
-      KILN_TRY(const PassEnd end, run_pass(all_sites({0, count})));
+      KILN_TRY(const PassEnd end, run_pass(all_sites({have, count})));
+      grew_ = false;  // by other paths than before
       record();
       if (end != PassEnd::kComplete) return end;
+      have += count;
     }
   }
 
@@ -314,12 +322,6 @@ class Baking {
     later_passes_ = work.empty() ? 0 : std::ceil(std::log(growth) / std::log(kGrowth));
     const double seconds = pace_.seconds_for(now + later_, later_passes_);
     if (seconds >= 0) report_.passes.back().seconds_left = seconds + budget_.seconds_after();
-  }
-
-  static double samples_of(const std::vector<SiteSamples>& work) {
-    double samples = 0;
-    for (const SiteSamples& s : work) samples += kReplicates * s.range.count;
-    return samples;
   }
 
   std::vector<SiteSamples> all_sites(SampleRange range) const {
@@ -382,6 +384,8 @@ class Baking {
       most_ *= 4;
       return next_work(false);
     }
+    if (response_errors_.empty() && is_vain(work, state(), norm_, asked_error(), z_, unmet_.get()))
+      work.clear();
     predict_remaining(needed, work, 1);
     return work;
   }

@@ -147,6 +147,41 @@ TEST(Allocation, BlackAndUnknownTexelsNeedNothing) {
 
 // Texels that met no light get what lowers the sum of squares as much for a sample as elsewhere: with an
 // expected square of `unmet` for every factor e, unmet / n = (deviation / n)^2.
+TEST(Allocation, WhatPartOfTheSquaredErrorIsThatOfSomeSites) {
+  Texels t;
+  t.add(1, 1, 100).add(2, 6, 100).add(0, 0, 50);  // relative errors 0.1 and 0.3, and none met
+  const SiteSamples first{0, {100, 10}}, second{1, {100, 10}}, third{2, {50, 10}};
+  const auto share = [&](const std::vector<SiteSamples>& work, double unmet) {
+    return error_share(t.state(), work, unmet);
+  };
+  EXPECT_NEAR(share({first}, 0), 0.1, 1e-6);
+  EXPECT_NEAR(share({first, second}, 0), 1, 1e-6);
+  EXPECT_EQ(share({third}, 0), 0);
+  EXPECT_EQ(share({}, 0), 0);
+  constexpr double kUnmet = 0.01;
+  const double all = std::pow(reached_error(t.state(), ErrorNorm::kMeanSquare, 1, kUnmet), 2) * 2;
+  EXPECT_NEAR(share({second}, kUnmet), 0.09 / all, 1e-6);
+  EXPECT_NEAR(share({third}, kUnmet), 1 - 0.1 / all, 1e-6);
+  EXPECT_EQ(error_share(Texels().state(), {}), 0);
+}
+
+TEST(Allocation, APassIsVainIfTheOthersHaveTooMuchOfTheError) {
+  Texels t;
+  t.add(1, 1, 100).add(1, 0.05, 100);  // relative errors 0.1 and 0.005
+  const std::vector<SiteSamples> most = {{0, {100, 10}}}, least = {{1, {100, 10}}};
+  const double others = 0.1 / std::sqrt(2);
+  const auto vain = [&](const std::vector<SiteSamples>& work, double asked,
+                        ErrorNorm norm = ErrorNorm::kMeanSquare) {
+    return is_vain(work, t.state(), norm, asked, 1);
+  };
+  EXPECT_TRUE(vain(least, 0.99 * others));
+  EXPECT_FALSE(vain(least, 1.01 * others)) << "without the error of these it is reached";
+  EXPECT_FALSE(vain(most, 0.001)) << "these have most of the error";
+  EXPECT_FALSE(vain(least, 0)) << "a bake without a target uses its time";
+  EXPECT_FALSE(vain({}, 0.99 * others));
+  EXPECT_FALSE(vain(least, 0.001, ErrorNorm::kMax)) << "every texel counts";
+}
+
 TEST(Allocation, TexelsThatMetNoLightGetSamplesToo) {
   Texels t = three();
   t.add(0, 0, 50).add(1e-9f, 1e-9, 50).add(0, 0, 50);

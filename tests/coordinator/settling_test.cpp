@@ -34,11 +34,30 @@ TEST(Settling, TwiceAsManySamplesOnceABetterCacheIsNoHelp) {
   EXPECT_EQ(counts_of(settling.next({shared, first, 100, kError, kEnough})), std::vector<uint32_t>{32});
   shared[0] = 0.8f * 0.9f * kMuch;
   EXPECT_EQ(counts_of(settling.next({shared, first, 100, kError, kEnough})), std::vector<uint32_t>{64});
-  shared[0] = 0.8f * 0.9f * 0.9f * kMuch;
+  shared[0] = 0.8f * 0.9f * 0.8f * kMuch;
+  EXPECT_EQ(counts_of(settling.next({shared, second, 100, kError, kEnough})), std::vector<uint32_t>{64});
+  shared[0] = 0.8f * 0.9f * 0.8f * 0.9f * kMuch;
   EXPECT_EQ(counts_of(settling.next({shared, second, 100, kError, kEnough})), std::vector<uint32_t>{100})
       << "no site has more than it may have";
   shared[0] = kFew;
   EXPECT_TRUE(settling.next({shared, second, 100, kError, kEnough}).empty());
+}
+
+TEST(Settling, EndsWhereTwiceAsManySamplesDoNotHelp) {
+  Settling settling;
+  const std::vector<float> shared = {kMuch};
+  const std::vector<uint32_t> samples = {32};
+  const SettlingState state{shared, samples, 4096, kError, kEnough};
+  EXPECT_EQ(counts_of(settling.next(state)), std::vector<uint32_t>{32});
+  EXPECT_EQ(counts_of(settling.next(state)), std::vector<uint32_t>{64});
+  EXPECT_TRUE(settling.next(state).empty());
+}
+
+TEST(Settling, ShareOfSitesThatHaveNotSettled) {
+  const std::vector<float> shared = {kMuch, kFew, 0.0f, kMuch, kMuch};
+  const std::vector<uint32_t> samples = {32, 32, 32, 0, 16};
+  EXPECT_DOUBLE_EQ(unsettled_share({shared, samples, 4096, kError, kEnough}), 0.5);
+  EXPECT_EQ(unsettled_share({{}, samples, 4096, kError, kEnough}), 0.0);
 }
 
 TEST(Settling, RoundsTakeAShareOfTheSamplesToCome) {
@@ -85,11 +104,10 @@ TEST(Settling, FewSitesThatNoCacheHelpsAreLeftOutOfThem) {
   EXPECT_TRUE(settling.next(state).empty()) << "they do not come again";
   EXPECT_TRUE(settling.left_out().empty());
 
-  shared[51] = 1000 * kMuch;
+  for (const size_t site : {8, 51, 52, 53}) shared[site] = 1000 * kMuch;
   Settling more;
   more.next(state);
-  EXPECT_EQ(counts_of(more.next(state)), (std::vector<uint32_t>{64, 64, 64}))
-      << "a room of sites is not left out";
+  EXPECT_EQ(counts_of(more.next(state)), std::vector<uint32_t>(6, 64)) << "a room of sites is not left out";
   EXPECT_TRUE(more.left_out().empty());
 }
 

@@ -14,6 +14,10 @@ bool is_lit(const SampleState& s, size_t i) {
   return s.samples[i] > 0 && s.mean[i] > 0 && std::isfinite(s.standard_error[i]);
 }
 
+double relative_error(const SampleState& s, size_t i, double floor) {
+  return s.standard_error[i] / std::max<double>(s.mean[i], floor);
+}
+
 // Below this share of the least mean that counts, a texel is as good as black, however little its error is.
 constexpr double kUnmetShare = 0.1;
 bool has_met_no_light(const SampleState& s, size_t i, double floor) {
@@ -176,13 +180,33 @@ double reached_error(const SampleState& s, ErrorNorm norm, double z, double unme
   for (size_t i = 0; i < s.mean.size(); ++i) {
     if (has_met_no_light(s, i, floor)) squares += unmet_square(s.samples[i], unmet);
     if (!is_lit(s, i)) continue;
-    const double relative = s.standard_error[i] / std::max<double>(s.mean[i], floor);
+    const double relative = relative_error(s, i, floor);
     worst = std::max(worst, relative);
     squares += relative * relative;
     ++count;
   }
   if (count == 0) return 0;
   return z * (norm == ErrorNorm::kMeanSquare ? std::sqrt(squares / static_cast<double>(count)) : worst);
+}
+
+double error_share(const SampleState& s, std::span<const SiteSamples> work, double unmet) {
+  const double floor = least_mean(s, ErrorNorm::kMeanSquare);
+  const auto square = [&](size_t i) {
+    const double relative = is_lit(s, i) ? relative_error(s, i, floor) : 0;
+    return relative * relative + (has_met_no_light(s, i, floor) ? unmet_square(s.samples[i], unmet) : 0);
+  };
+  double all = 0, part = 0;
+  for (size_t i = 0; i < s.mean.size(); ++i) all += square(i);
+  for (const SiteSamples& w : work) part += square(w.site);
+  return all > 0 ? part / all : 0;
+}
+
+bool is_vain(std::span<const SiteSamples> work, const SampleState& s, ErrorNorm norm, double asked, double z,
+             double unmet) {
+  constexpr double kShare = 0.01;
+  if (norm != ErrorNorm::kMeanSquare || work.empty() || !(asked > 0)) return false;
+  const double share = error_share(s, work, unmet);
+  return share < kShare && reached_error(s, norm, z, unmet) * std::sqrt(1 - share) > asked;
 }
 
 }  // namespace kiln

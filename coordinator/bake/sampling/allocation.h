@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/base/status.h"
+#include "coordinator/bake/sampling/schedule.h"
 
 namespace kiln {
 
@@ -78,5 +79,15 @@ double affordable_error(const SampleState& state, ErrorNorm norm, double error, 
 
 // The present value of the norm, z included, to compare with the target error.
 double reached_error(const SampleState& state, ErrorNorm norm, double z, double unmet = 0);
+
+// What part of the squared error in the norm kMeanSquare is the error of the sites of `work`; 0 without error
+// or light.
+double error_share(const SampleState& state, std::span<const SiteSamples> work, double unmet = 0);
+
+// Whether, in the norm kMeanSquare, sites that get no more samples have nearly all of the error, and alone
+// more than is asked for (they are at their bound): a pass of few texels takes as long as a look at the whole
+// map.
+bool is_vain(std::span<const SiteSamples> work, const SampleState& state, ErrorNorm norm, double asked,
+             double z, double unmet = 0);
 
 }  // namespace kiln

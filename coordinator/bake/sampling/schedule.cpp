@@ -18,6 +18,12 @@ uint32_t sample_count(double needed) {
   return (least + step - 1) / step * step;
 }
 
+double samples_of(std::span<const SiteSamples> work) {
+  double samples = 0;
+  for (const SiteSamples& s : work) samples += kReplicates * s.range.count;
+  return samples;
+}
+
 std::vector<SampleRange> ranges_of(SampleRange pass) {
   std::vector<SampleRange> ranges;
   for (uint32_t done = 0; done < pass.count; done += kRangeSamples)

@@ -29,6 +29,8 @@ struct SiteSamples {
   SampleRange range;
   uint32_t take = 0;  // WorkUnit::take
 };
+// Over sites and replicates.
+double samples_of(std::span<const SiteSamples> work);
 
 // Cuts a pass over sites (ascending: Morton order) into units of about tile_texels x 256 samples of
 // one replicate, one take and one range; all ranges of a run of sites are cut alike. `caches`: the cache that

@@ -3,13 +3,30 @@
 #include <algorithm>
 
 namespace kiln {
+namespace {
+
+double settled_square(const SettlingState& s) {
+  return kSettledPart * kSettledPart * s.error * s.error;
+}
+
+}  // namespace
+
+double unsettled_share(const SettlingState& state) {
+  size_t sampled = 0, unsettled = 0;
+  for (size_t site = 0; site < state.shared.size(); ++site) {
+    if (state.samples[site] == 0) continue;
+    ++sampled;
+    unsettled += double{state.shared[site]} > settled_square(state);
+  }
+  return sampled ? static_cast<double>(unsettled) / static_cast<double>(sampled) : 0;
+}
 
 std::vector<SiteSamples> Settling::next(const SettlingState& state) {
   std::vector<SiteSamples> work;
   left_out_.clear();
   is_out_.resize(state.shared.size(), 0);
-  const double settled = kSettledPart * kSettledPart * state.error * state.error;
-  double now = 0, taken = 0, sampled = 0;
+  const double settled = settled_square(state);
+  double now = 0, sampled = 0;
   for (uint32_t site = 0; site < state.shared.size(); ++site) {
     if (state.samples[site] == 0) continue;
     ++sampled;
@@ -20,12 +37,12 @@ std::vector<SiteSamples> Settling::next(const SettlingState& state) {
   if (!(now > settled * sampled)) return {};
   const bool helps = now < kSettlingHelps * before_;
   const bool leaves_out = !helps && static_cast<double>(work.size()) <= kLeftOut * sampled;
-  const uint32_t factor = helps || leaves_out ? 1 : 2;
+  if (!helps && !leaves_out && doubled_) return {};
+  doubled_ = !helps && !leaves_out;
+  const uint32_t factor = doubled_ ? 2 : 1;
   before_ = now;
-  for (SiteSamples& s : work) {
-    s.range.count = std::min(factor * s.range.count, state.most);
-    taken += double{kReplicates} * s.range.count;
-  }
+  for (SiteSamples& s : work) s.range.count = std::min(factor * s.range.count, state.most);
+  const double taken = samples_of(work);
   taken_ += taken;
   if (taken > kSettlingRound * state.to_come || taken_ > kSettlingShare * state.to_come) work.clear();
   for (const SiteSamples& s : work) {

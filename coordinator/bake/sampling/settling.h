@@ -22,7 +22,7 @@ constexpr double kSettlingRound = 0.1, kSettlingShare = 0.25;
 
 // Where no cache helps and no more than this share of the sites is left, what they read is mostly their own:
 // a nearly closed cavity hands on all of the error that its first cache had.
-constexpr double kLeftOut = 0.02;
+constexpr double kLeftOut = 0.05;
 
 struct SettlingState {
   std::span<const float> shared;      // by site: TexelStatistics::shared; empty without caches
@@ -31,6 +31,9 @@ struct SettlingState {
   double error = 0;                   // relative standard error of a site at the end of the bake
   double to_come = 0;                 // samples of all later passes, over sites and replicates
 };
+
+// Share of the sampled sites that have not settled; 0 without caches.
+double unsettled_share(const SettlingState& state);
 
 class Settling {
  public:
@@ -45,6 +48,7 @@ class Settling {
  private:
   double before_ = std::numeric_limits<double>::infinity();  // squared error, summed over these sites
   double taken_ = 0;
+  bool doubled_ = false;            // the last round had twice the samples
   std::vector<uint32_t> left_out_;  // by the last call
   std::vector<uint8_t> is_out_;     // by site
 };
