@@ -119,7 +119,7 @@ class Baking {
       // With caches a fixed count is reached in steps too, because the first cache is the roughest.
       work = all_sites({0, cache_ ? std::min(least_, kFirstSamples) : least_});
       if (cache_) {
-        KILN_TRY(const PassEnd end, pilot(std::clamp(least_ / 2, 1u, kPilotSamples), work));
+        KILN_TRY(const PassEnd end, pilot(std::min(kPilotSamples, least_), work));
         if (end != PassEnd::kComplete) return end;
       }
     }
@@ -215,7 +215,7 @@ class Baking {
       // A room hands on the error of the first caches, which were made of single samples, to all later ones.
       drop_all();
       caches_.clear();
-      return pilot(std::clamp(most_ / 2, 1u, kPilotSamples), work);
+      return pilot(most, work);
     }
     return plan(work);
   }
@@ -243,37 +243,34 @@ class Baking {
     return !(pace_.limit_left() * pace_.samples_per_second() < kSureToRenew * next);
   }
 
-  // From `have` samples of every site, as often as needed: makes a cache, then runs a pass that ends at it.
-  // All samples last if few sites err by the caches (those settle); else none do, but those of a pass that a
-  // better cache did not help. `round`: 0 if the present samples are of whole paths. `work`: what follows.
-  Expected<PassEnd> make_caches(uint32_t have, std::vector<SiteSamples>& work, uint32_t round) {
+  // Starting from `count` samples of every site, repeats as often as needed: makes a cache, then runs a pass
+  // whose paths end at it. The first such pass lasts if few sites err by the caches (those settle), and one
+  // that a better cache did not help. `round`: 0 if the present samples are of whole paths. `work`: what
+  // follows.
+  Expected<PassEnd> make_caches(uint32_t count, std::vector<SiteSamples>& work, uint32_t round) {
     double before = std::numeric_limits<double>::infinity();  // error of one sample, as if independent
-    if (round == 0 && 2 * have > most_samples()) return plan(work);
-    for (uint32_t count = have;; ++round) {
+    for (;; ++round) {
       if (!has_time_for_caches(count, work)) return plan(work);
       renew_caches();
-      const double rms = reached_error(state(), ErrorNorm::kMeanSquare, 1), now = rms * std::sqrt(have);
+      const double rms = reached_error(state(), ErrorNorm::kMeanSquare, 1), now = rms * std::sqrt(count);
       if (round > 1 && now > kSettled * before) return plan(work);
+      if (round == 1 && unsettled_share(settling_state()) < kMostUnsettled) return plan(work);
       before = now;
+      drop_all();
       // Counts needed by whole paths predict little about paths that end at caches.
       if (round > 0) {
-        if (unsettled_share(settling_state()) < kMostUnsettled) return plan(work);
         const std::vector<double> needed = all_needed(asked_error());
         const uint32_t more = std::min(2 * count, least_);
         const bool enough =
             rms <= kRoughCache || round == kMaxRounds ||
             kReplicates * more * static_cast<double>(sums_.sites()) > kRoundShare * all_of(needed);
-        drop_all();
         predict_remaining(needed, enough ? work : all_sites({0, more}), 0);
         if (enough) return PassEnd::kComplete;
         count = more;
-        have = 0;
       }
-      KILN_TRY(const PassEnd end, run_pass(all_sites({have, count})));
-      grew_ = false;  // by other paths than before
+      KILN_TRY(const PassEnd end, run_pass(all_sites({0, count})));
       record();
       if (end != PassEnd::kComplete) return end;
-      have += count;
     }
   }
 

@@ -37,9 +37,7 @@ std::vector<SiteSamples> Settling::next(const SettlingState& state) {
   if (!(now > settled * sampled)) return {};
   const bool helps = now < kSettlingHelps * before_;
   const bool leaves_out = !helps && static_cast<double>(work.size()) <= kLeftOut * sampled;
-  if (!helps && !leaves_out && doubled_) return {};
-  doubled_ = !helps && !leaves_out;
-  const uint32_t factor = doubled_ ? 2 : 1;
+  const uint32_t factor = helps || leaves_out ? 1 : 2;
   before_ = now;
   for (SiteSamples& s : work) s.range.count = std::min(factor * s.range.count, state.most);
   const double taken = samples_of(work);

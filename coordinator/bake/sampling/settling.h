@@ -22,7 +22,7 @@ constexpr double kSettlingRound = 0.1, kSettlingShare = 0.25;
 
 // Where no cache helps and no more than this share of the sites is left, what they read is mostly their own:
 // a nearly closed cavity hands on all of the error that its first cache had.
-constexpr double kLeftOut = 0.05;
+constexpr double kLeftOut = 0.02;
 
 struct SettlingState {
   std::span<const float> shared;      // by site: TexelStatistics::shared; empty without caches
@@ -48,7 +48,6 @@ class Settling {
  private:
   double before_ = std::numeric_limits<double>::infinity();  // squared error, summed over these sites
   double taken_ = 0;
-  bool doubled_ = false;            // the last round had twice the samples
   std::vector<uint32_t> left_out_;  // by the last call
   std::vector<uint8_t> is_out_;     // by site
 };
