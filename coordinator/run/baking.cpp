@@ -244,9 +244,9 @@ class Baking {
   }
 
   // Starting from `count` samples of every site, repeats as often as needed: makes a cache, then runs a pass
-  // whose paths end at it. The first such pass lasts if few sites err by the caches (those settle), and one
-  // that a better cache did not help. `round`: 0 if the present samples are of whole paths. `work`: what
-  // follows.
+  // whose paths end at it. The first such pass lasts if another would follow but few sites err by the caches
+  // (those settle), and so does one that a better cache did not help. `round`: 0 if the present samples are
+  // of whole paths. `work`: what follows.
   Expected<PassEnd> make_caches(uint32_t count, std::vector<SiteSamples>& work, uint32_t round) {
     double before = std::numeric_limits<double>::infinity();  // error of one sample, as if independent
     for (;; ++round) {
@@ -254,9 +254,8 @@ class Baking {
       renew_caches();
       const double rms = reached_error(state(), ErrorNorm::kMeanSquare, 1), now = rms * std::sqrt(count);
       if (round > 1 && now > kSettled * before) return plan(work);
-      if (round == 1 && unsettled_share(settling_state()) < kMostUnsettled) return plan(work);
       before = now;
-      drop_all();
+      const bool settles = round == 1 && unsettled_share(settling_state()) < kMostUnsettled;
       // Counts needed by whole paths predict little about paths that end at caches.
       if (round > 0) {
         const std::vector<double> needed = all_needed(asked_error());
@@ -264,9 +263,13 @@ class Baking {
         const bool enough =
             rms <= kRoughCache || round == kMaxRounds ||
             kReplicates * more * static_cast<double>(sums_.sites()) > kRoundShare * all_of(needed);
+        if (settles && !enough) return plan(work);
+        drop_all();
         predict_remaining(needed, enough ? work : all_sites({0, more}), 0);
         if (enough) return PassEnd::kComplete;
         count = more;
+      } else {
+        drop_all();
       }
       KILN_TRY(const PassEnd end, run_pass(all_sites({0, count})));
       record();
