@@ -23,13 +23,14 @@ import subprocess
 import sys
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+import by_brightness  # noqa: E402
 import error_scenes  # noqa: E402
 from error_common import (ARCADE, CACHED_REFERENCE, COMPARE, REFERENCE, ROOT, TARGETS, Bench, arguments_of,  # noqa: E402
                           crossing, keep, kept, percent, points_of, real_options, root_mean, run, time_text)
 from error_rooms import (ROOM_MATERIALS, ROOM_REFERENCE, limits, limits_table, rooms, rooms_table, texel,  # noqa: E402
                          texel_table)
 
-PARTS = ("bias", "calibration", "foretold", "curves", "texel", "others", "rooms", "limits")
+PARTS = ("bias", "light", "calibration", "foretold", "curves", "texel", "others", "rooms", "limits")
 OF_ROOMS = {"texel": texel, "rooms": rooms, "limits": limits}  # error_rooms.py
 # Samples of the whole paths that the part `bias` holds against references.
 EXACT = {"cornell": 4096, "ajar": 4096, "keyhole": 8192, "lights1000": 4096, "courtyard": 8192, "caustic": 4096,
@@ -38,6 +39,7 @@ REAL = {"staircase": 2, "living-room": 3}  # texels per metre
 ARCADE_DENSITY = 1
 CALIBRATED = {"plain": {"cache": "off", "denoise": "off"}, "cache": {"cache": "on", "denoise": "off"},
               "all": {"cache": "on", "denoise": "on"}}
+LIGHT_SEEDS = 8  # times the repeats: bakes to 5 % of a fifth of a percent's bias
 FORETOLD_AT = 0.1  # of the time that was taken
 OF_OTHERS = ("cornell", "courtyard", "ajar")
 
@@ -79,6 +81,22 @@ def bias(bench, name, path, own):
         "mean": halves[0]["mean_b"], "bias": statistics.mean(h["bias"] for h in halves),
         "halves": abs(halves[0]["bias"] - halves[1]["bias"]) / 2, "bias_error": halves[0]["bias_error"],
         "rel_mse": statistics.mean(h["rel_mse"] for h in halves)})
+
+
+def light(bench, name, path, own):
+    """What bakes to 5 % have of the reference's light, before the denoiser and after it."""
+    halves = bench.reference(name, path, own)
+    maps = [by_brightness.luminance(by_brightness.in_folder(half, "irradiance.exr")) for half in halves]
+    result = {"measured": [], "denoised": []}
+    for seed in range(2 if bench.options.quick else LIGHT_SEEDS * bench.options.repeats):
+        out, _ = bench.bake(path, {**own, "basis": "irradiance", "seams": "off", "dilate": 0, "error": 0.05, "seed": seed + 1,
+                                   "cache": "on", "denoise": "on"})
+        valid = [all(v) for v in zip(*(by_brightness.measured(folder) for folder in (out, *halves)))]
+        truth = sum((a + b) / 2 for a, b, v in zip(*maps, valid) if v)
+        for kind, file, prefix in (("measured", "measured.exr", "E."), ("denoised", "irradiance.exr", "")):
+            values = by_brightness.luminance(by_brightness.in_folder(out, file), prefix)
+            result[kind].append(sum(e for e, v in zip(values, valid) if v) / truth - 1)
+    keep(bench.options, "light", name, result)
 
 
 def calibration(bench, name, path, own):
@@ -195,6 +213,16 @@ def bias_table(options):
     return rows
 
 
+def light_table(options):
+    rows = ["| scene | seeds | light measured | after the denoiser |", "|---|---|---|---|"]
+    results = kept(options, "light")
+    for name in [s for s in REFERENCE if s in results]:
+        errors = [results[name][kind] for kind in ("measured", "denoised")]
+        rows.append("| %s | %d | %s |" % (name, len(errors[0]), " | ".join(
+            "%+.2f ± %.2f %%" % (100 * statistics.mean(e), 100 * statistics.stdev(e) / math.sqrt(len(e))) for e in errors)))
+    return rows
+
+
 def foretold_table(options):
     rows = ["| scene | settings | seconds taken | foretold / taken, least | median | most |", "|---|---|---|---|---|---|"]
     results = kept(options, "foretold")
@@ -271,7 +299,7 @@ def write_page(options):
     with open(options.template) as file:
         text = file.read()
     folder = os.path.dirname(os.path.abspath(options.page))
-    sections = {"machine": machine_line(options), "bias": bias_table(options),
+    sections = {"machine": machine_line(options), "bias": bias_table(options), "light": light_table(options),
                 "calibration": calibration_table(options), "foretold": foretold_table(options),
                 "curves": curves_section(options, folder), "times": times_table(options), "texel": texel_table(options),
                 "others": others_table(options), "rooms": rooms_table(options), "limits": limits_table(options)}
