@@ -255,22 +255,19 @@ class Baking {
       const double rms = reached_error(state(), ErrorNorm::kMeanSquare, 1), now = rms * std::sqrt(count);
       if (round > 1 && now > kSettled * before) return plan(work);
       before = now;
-      const bool settles = round == 1 && unsettled_share(settling_state()) < kMostUnsettled;
-      // Counts needed by whole paths predict little about paths that end at caches.
+      bool enough = false;
       if (round > 0) {
+        // Counts needed by whole paths predict little about paths that end at caches.
         const std::vector<double> needed = all_needed(asked_error());
         const uint32_t more = std::min(2 * count, least_);
-        const bool enough =
-            rms <= kRoughCache || round == kMaxRounds ||
-            kReplicates * more * static_cast<double>(sums_.sites()) > kRoundShare * all_of(needed);
-        if (settles && !enough) return plan(work);
-        drop_all();
+        enough = rms <= kRoughCache || round == kMaxRounds ||
+                 kReplicates * more * static_cast<double>(sums_.sites()) > kRoundShare * all_of(needed);
+        if (!enough && round == 1 && unsettled_share(settling_state()) < kMostUnsettled) return plan(work);
         predict_remaining(needed, enough ? work : all_sites({0, more}), 0);
-        if (enough) return PassEnd::kComplete;
         count = more;
-      } else {
-        drop_all();
       }
+      drop_all();
+      if (enough) return PassEnd::kComplete;
       KILN_TRY(const PassEnd end, run_pass(all_sites({0, count})));
       record();
       if (end != PassEnd::kComplete) return end;

@@ -39,7 +39,7 @@ REAL = {"staircase": 2, "living-room": 3}  # texels per metre
 ARCADE_DENSITY = 1
 CALIBRATED = {"plain": {"cache": "off", "denoise": "off"}, "cache": {"cache": "on", "denoise": "off"},
               "all": {"cache": "on", "denoise": "on"}}
-LIGHT_SEEDS = 8  # times the repeats: bakes to 5 % of a fifth of a percent's bias
+LIGHT_SEEDS = 8  # for each repeat, so that a bias of 0.2 % shows
 FORETOLD_AT = 0.1  # of the time that was taken
 OF_OTHERS = ("cornell", "courtyard", "ajar")
 
@@ -84,7 +84,7 @@ def bias(bench, name, path, own):
 
 
 def light(bench, name, path, own):
-    """What bakes to 5 % have of the reference's light, before the denoiser and after it."""
+    """Mean E of bakes to 5 % over that of the reference, less one, before and after the denoiser."""
     halves = bench.reference(name, path, own)
     maps = [by_brightness.luminance(by_brightness.in_folder(half, "irradiance.exr")) for half in halves]
     result = {"measured": [], "denoised": []}
@@ -214,7 +214,7 @@ def bias_table(options):
 
 
 def light_table(options):
-    rows = ["| scene | seeds | light measured | after the denoiser |", "|---|---|---|---|"]
+    rows = ["| scene | seeds | before the denoiser | after it |", "|---|---|---|---|"]
     results = kept(options, "light")
     for name in [s for s in REFERENCE if s in results]:
         errors = [results[name][kind] for kind in ("measured", "denoised")]

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <functional>
+#include <numeric>
 #include <random>
 
 #include "coordinator/bake/denoise/denoise.h"
@@ -65,7 +66,7 @@ inline TexelStatistics noisy(const SiteGeometry& sites, const Field& field, cons
 inline const double kShare = luminance(Vec3(1, 0.5f, 0.25f));
 
 struct Squares {
-  double raw = 0, denoised = 0, ratio = 0, sum = 0, sites = 0;
+  double raw = 0, denoised = 0, ratio = 0, sites = 0;
 };
 inline Squares squares(const SiteGeometry& sites, const TexelStatistics& s, const Denoised& d,
                        const Field& field) {
@@ -76,7 +77,6 @@ inline Squares squares(const SiteGeometry& sites, const TexelStatistics& s, cons
     q.raw += raw * raw;
     q.denoised += after * after;
     q.ratio += after * after / (double{d.standard_error[i]} * d.standard_error[i]);
-    q.sum += after;
     q.sites += 1;
   }
   return q;
@@ -85,6 +85,13 @@ inline Squares squares(const SiteGeometry& sites, const TexelStatistics& s, cons
 inline const Field kNone = [](const Vec3&) { return 0.0; };
 inline Field constant(double v) {
   return [v](const Vec3&) { return v; };
+}
+
+inline double sum_of(const std::vector<float>& values) {
+  return std::accumulate(values.begin(), values.end(), 0.0);
+}
+inline double sum_of_measured(const TexelStatistics& s) {
+  return 0.5 * (sum_of(s.luminance[0]) + sum_of(s.luminance[1]));
 }
 
 }  // namespace kiln::test

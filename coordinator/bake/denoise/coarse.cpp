@@ -11,6 +11,7 @@
 #include "common/math/frame.h"
 #include "coordinator/bake/denoise/bounds.h"
 #include "coordinator/bake/denoise/dark.h"
+#include "coordinator/bake/denoise/sums.h"
 #include "coordinator/bake/neighbours/pieces.h"
 #include "coordinator/bake/neighbours/surface_window.h"
 
@@ -455,6 +456,14 @@ Denoised run(const TexelStatistics& statistics, std::span<const DirectionBound> 
   return Refinement(coarse, from, statistics, bounds, sites, joined, threads).run();
 }
 
+Denoised run_parted(const TexelStatistics& statistics, std::span<const DirectionBound> bounds, bool planes,
+                    const SiteGeometry& sites, const SurfaceLinks& links, uint32_t levels, unsigned threads) {
+  const SurfaceLinks parted = part_dark(statistics, sites, links, threads);
+  Denoised out = run(statistics, bounds, planes, sites, parted, levels, threads);
+  if (levels > 0) restore_sums(statistics, parted, out);
+  return out;
+}
+
 }  // namespace
 
 double share_of_large_pieces(const SurfaceLinks& links) {
@@ -477,12 +486,12 @@ uint32_t denoise_levels(const TexelStatistics& statistics) {
 Denoised denoise_joined(const TexelStatistics& statistics, std::span<const DirectionBound> bounds,
                         const SiteGeometry& sites, const SurfaceLinks& links, uint32_t levels,
                         unsigned threads) {
-  return run(statistics, bounds, true, sites, part_dark(statistics, sites, links, threads), levels, threads);
+  return run_parted(statistics, bounds, true, sites, links, levels, threads);
 }
 
 Denoised denoise_joined_luminance(const TexelStatistics& statistics, const SiteGeometry& sites,
                                   const SurfaceLinks& links, uint32_t levels, unsigned threads) {
-  return run(statistics, {}, false, sites, part_dark(statistics, sites, links, threads), levels, threads);
+  return run_parted(statistics, {}, false, sites, links, levels, threads);
 }
 
 }  // namespace kiln

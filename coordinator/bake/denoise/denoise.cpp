@@ -7,6 +7,7 @@
 #include "common/base/parallel.h"
 #include "coordinator/bake/denoise/bounds.h"
 #include "coordinator/bake/denoise/choice.h"
+#include "coordinator/bake/denoise/sums.h"
 
 namespace kiln {
 namespace {
@@ -124,39 +125,6 @@ void mix_planes(const TexelStatistics& s, const Candidates& c, const Blend& blen
     out[p] = static_cast<float>(c.gain[i] * (0.5 * (keep[0] * own[0][p] + keep[1] * own[1][p]) + sum[p]));
 }
 
-// A regression gives away what a texel has, but not once in all: the weights that others have for it sum to
-// one only on average, and a bias has a sign (peaks are lowered). What a piece of surface lost or won that
-// way is given back to its filtered texels, by their light, so that its sum is that of the samples. This adds
-// next to no noise: the sum had it before too.
-void restore_sums(const TexelStatistics& s, const Candidates& c, Denoised& out) {
-  constexpr uint32_t kMinSites = 64;    // of fewer, the sum errs about as much as a filtered texel
-  constexpr double kMostChange = 0.25;  // more is no filter's bias
-  struct Sum {
-    double lost = 0, filtered = 0;
-    uint32_t count = 0;
-  };
-  std::vector<Sum> sums(s.sites);
-  for (size_t i = 0; i < s.sites; ++i) {
-    if (!c.known[i]) continue;
-    Sum& sum = sums[c.piece[i]];
-    const double measured = 0.5 * (double{c.value[0][0][i]} + double{c.value[1][0][i]}) * c.gain[i] * c.scale;
-    sum.lost += measured - out.luminance[i];
-    sum.filtered += double{out.strength[i]} * out.luminance[i];
-    ++sum.count;
-  }
-  for (size_t i = 0; i < s.sites; ++i) {
-    if (!c.known[i]) continue;
-    const Sum& sum = sums[c.piece[i]];
-    if (sum.count < kMinSites || !(sum.filtered > 0)) continue;
-    const double change = std::clamp(sum.lost / sum.filtered, -kMostChange, kMostChange);
-    const auto factor = static_cast<float>(1 + change * out.strength[i]);
-    out.luminance[i] *= factor;
-    out.standard_error[i] *= factor;
-    if (out.mean.empty()) continue;
-    for (size_t p = i * s.planes; p < (i + 1) * s.planes; ++p) out.mean[p] *= factor;
-  }
-}
-
 // Bounds the reported error: a texel is never off by more than the brightest texel, and a filter chosen for
 // its lower error has no higher one over a chart.
 void hold_errors(const Candidates& c, const SiteGeometry& sites, Denoised& out) {
@@ -239,7 +207,7 @@ Denoised run(const TexelStatistics& s, std::span<const DirectionBound> bounds, b
       }
     }
   });
-  restore_sums(s, candidates, out);
+  restore_sums(s, links, out);
   hold_errors(candidates, sites, out);
   for_each_run(s.sites, threads, [&](size_t begin, size_t end) {
     SurfaceWindow around(sites, links);
