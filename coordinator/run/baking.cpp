@@ -22,7 +22,7 @@
 namespace kiln {
 namespace {
 
-constexpr uint32_t kPilotSamples = 16;  // per replicate, in a pass whose samples are dropped
+constexpr uint32_t kLimitedPilot = 16;  // samples per replicate of the looks within a time limit
 constexpr double kPilotShare = 0.05;    // of the time left that whole paths may take after the first looks
 constexpr uint32_t kFilterFrom = 8;     // samples per replicate from which passes use filtered errors
 constexpr double kFilterShare = 0.1;    // share of the time left that filtering between passes may take
@@ -119,7 +119,7 @@ class Baking {
       // With caches a fixed count is reached in steps too, because the first cache is the roughest.
       work = all_sites({0, cache_ ? std::min(least_, kFirstSamples) : least_});
       if (cache_) {
-        KILN_TRY(const PassEnd end, pilot(std::min(kPilotSamples, least_), work));
+        KILN_TRY(const PassEnd end, pilot(std::min(pilot_samples(sums_.sites()), least_), work));
         if (end != PassEnd::kComplete) return end;
       }
     }
@@ -197,7 +197,7 @@ class Baking {
     }
     budget_.set_whole(true);
     pace_.set_limit(budget_.seconds_for_passes());
-    const uint32_t most = std::min(kPilotSamples, most_);
+    const uint32_t most = std::min(kLimitedPilot, most_);
     for (uint32_t have = 1;;) {
       if (cache_) renew_caches();
       if (have == most) break;

@@ -32,6 +32,12 @@ TEST(Schedule, CountsOfWhatIsNoCountOfSamples) {
   EXPECT_EQ(sample_count(1e300), 1u << 30);
 }
 
+TEST(Schedule, LargeMapsBeginWithFewerWholePaths) {
+  const std::pair<size_t, uint32_t> expected[] = {{1, 16},      {65'535, 16}, {65'536, 8},
+                                                  {131'071, 8}, {131'072, 4}, {size_t{1} << 40, 4}};
+  for (const auto& [sites, samples] : expected) EXPECT_EQ(pilot_samples(sites), samples) << sites;
+}
+
 TEST(Schedule, RangesDependOnThePassAlone) {
   const auto ranges = ranges_of({4096, 4096});
   ASSERT_EQ(ranges.size(), 4u);

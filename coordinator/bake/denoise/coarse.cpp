@@ -18,7 +18,7 @@
 namespace kiln {
 namespace {
 
-constexpr uint32_t kMaxForTwo = 8, kMaxForOne = 32;  // samples of a replicate
+constexpr uint32_t kMaxForTwo = 8, kMaxForOne = 24;  // samples of a replicate
 constexpr uint32_t kMinPiece = 256;   // connected sites: texels of smaller pieces are not merged
 constexpr float kJoinCosine = 0.97f;  // between normals of merged texels
 constexpr double kDetailErrors = 1;   // standard errors that detail must exceed

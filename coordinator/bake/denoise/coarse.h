@@ -6,7 +6,7 @@
 namespace kiln {
 
 // The best number of merge levels for these samples: 2 up to 8 samples per replicate (of the median texel), 1
-// up to 32, then 0 (docs/denoising.md, "Joined texels").
+// up to 24, then 0 (docs/denoising.md, "Joined texels").
 uint32_t denoise_levels(const TexelStatistics& statistics);
 
 // Share of sites on surfaces whose texels may be merged: on others denoise_joined takes as long as denoise(),

@@ -18,6 +18,14 @@ uint32_t sample_count(double needed) {
   return (least + step - 1) / step * step;
 }
 
+uint32_t pilot_samples(size_t sites) {
+  constexpr uint32_t kMost = 16, kLeast = 4;
+  constexpr uint64_t kManyInAll = 1u << 19;
+  uint32_t count = kMost;
+  while (count > kLeast && uint64_t{sites} * (count / 2) >= kManyInAll) count /= 2;
+  return count;
+}
+
 double samples_of(std::span<const SiteSamples> work) {
   double samples = 0;
   for (const SiteSamples& s : work) samples += kReplicates * s.range.count;

@@ -19,6 +19,10 @@ struct SampleRange {
 // texels of a pass share few ranges. (Flux steps by a tenth of the budget.)
 uint32_t sample_count(double needed);
 
+// Samples per replicate of the first pass, whose whole paths make the first caches and are then dropped: 16;
+// 8 from 65,536 sites and 4 from 131,072, where a texel sees so many others that their noise averages out.
+uint32_t pilot_samples(size_t sites);
+
 // A pass is summed in ranges of at most this many samples, on whichever machine.
 constexpr uint32_t kRangeSamples = 1024;
 std::vector<SampleRange> ranges_of(SampleRange pass);
