@@ -22,7 +22,7 @@
 namespace kiln {
 namespace {
 
-constexpr uint32_t kLimitedPilot = 16;  // samples per replicate of the looks within a time limit
+constexpr uint32_t kLimitedPilot = 16;  // per replicate, of all looks, or of the pilot after them
 constexpr double kPilotShare = 0.05;    // of the time left that whole paths may take after the first looks
 constexpr uint32_t kFilterFrom = 8;     // samples per replicate from which passes use filtered errors
 constexpr double kFilterShare = 0.1;    // share of the time left that filtering between passes may take

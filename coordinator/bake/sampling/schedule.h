@@ -20,7 +20,8 @@ struct SampleRange {
 uint32_t sample_count(double needed);
 
 // Samples per replicate of the first pass, whose whole paths make the first caches and are then dropped: 16;
-// 8 from 65,536 sites and 4 from 131,072, where a texel sees so many others that their noise averages out.
+// 8 from 65,536 sites and 4 from 131,072, which takes fewer rays to the same error (docs/performance.md).
+// Bakes with a time limit begin otherwise (first_look.h).
 uint32_t pilot_samples(size_t sites);
 
 // A pass is summed in ranges of at most this many samples, on whichever machine.
