@@ -89,6 +89,38 @@ TEST(SceneRays, MeetWhatEveryTriangleOneByOneSays) {
   EXPECT_GT(hits, 500u);
 }
 
+// Boxes small and large, so that few or many triangles reach into them, and planes below the rays in them.
+TEST(SceneRays, NearAPlaceMeetWhatTheyMeetInTheScene) {
+  const Scene scene = many_places();
+  const SceneRays rays(scene);
+  Random random(7);
+  const auto number = [&] { return static_cast<float>(random.next() * 2 - 1); };
+  const auto triple = [&] { return Vec3(number(), number(), number()); };
+  size_t empty = 0, blocked = 0, above = 0;
+  for (int k = 0; k < 8000; ++k) {
+    const Vec3 centre = triple() * Vec3(6, 3, 3), half(0.05f + std::abs(number()) * (k % 10 ? 0.5f : 5.0f));
+    const bool has_plane = k % 2;
+    const DVec3 normal = has_plane ? normalize(DVec3(triple())) : DVec3(0.0);
+    const double offset = has_plane ? dot(normal, DVec3(centre)) : 0.0;
+    BoxNode box;
+    box.add(centre - half);
+    box.add(centre + half);
+    const SceneRays::Near near = rays.near(box, normal, offset);
+    empty += near.empty();
+    for (int r = 0; r < 16; ++r) {
+      const Vec3 from = centre + triple() * half, to = centre + triple() * half;
+      if (dot(normal, DVec3(from)) < offset || dot(normal, DVec3(to)) < offset) continue;
+      const bool in_scene = rays.is_blocked(from, to - from, 1);
+      blocked += in_scene;
+      above += has_plane && in_scene;
+      EXPECT_EQ(near.is_blocked(from, to - from, 1), in_scene) << k;
+    }
+  }
+  EXPECT_GT(empty, 300u);
+  EXPECT_GT(blocked, 1000u);
+  EXPECT_GT(above, 200u);
+}
+
 TEST(Rasteriser, ShowsWhatRaysThroughItsPixelsMeet) {
   const Scene scene = many_places();
   const SceneRays rays(scene);

@@ -1,7 +1,10 @@
 #include "coordinator/bake/neighbours/half_hidden.h"
 
+#include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <span>
 
 #include "common/base/clock.h"
@@ -35,36 +38,81 @@ Vec3 lifted(const SitePoint& point, float size) {
   return at + Vec3(point.normal) * std::max(kLift * size, 4 * 0x1p-23f * place);
 }
 
-// How many of the directions are free.
-int openness(const SceneRays& rays, const SitePoint& point, float size) {
-  const Vec3 from = lifted(point, size);
+std::array<Vec3, std::size(kDirections)> directions_at(const SitePoint& point) {
   const Frame frame{Vec3(point.normal)};
-  int open = 0;
-  for (const auto& [x, y] : kDirections) {
-    const Vec3 direction = frame.to_world({x, y, std::sqrt(1 - x * x - y * y)});
-    open += !rays.is_blocked(from, direction, kReach * size);
+  std::array<Vec3, std::size(kDirections)> directions;
+  for (size_t i = 0; i < directions.size(); ++i) {
+    const auto& [x, y] = kDirections[i];
+    directions[i] = frame.to_world({x, y, std::sqrt(1 - x * x - y * y)});
   }
+  return directions;
+}
+
+// How many of the directions are free.
+int openness(const SceneRays::Near& near, const SitePoint& point, float size) {
+  const Vec3 from = lifted(point, size);
+  int open = 0;
+  for (const Vec3& direction : directions_at(point)) open += !near.is_blocked(from, direction, kReach * size);
   return open;
+}
+
+// Of a texel's points: those whose openness is compared. From the first to the last: these climb in both
+// coordinates (points of a Hammersley set, site_point).
+const SitePoint& compared_point(std::span<const SitePoint> points, int i) {
+  return points[static_cast<size_t>(i) * (points.size() - 1) / (kPoints - 1)];
+}
+
+Vec3 above(const SitePoint& point, float size) {
+  return Vec3(point.position + point.normal * double{kOver * size});
+}
+
+// A plane below all rays from a texel's points. Where these have several normals, none: a normal of 0.
+struct Floor {
+  DVec3 normal{0.0};
+  double offset = 0;
+};
+Floor floor_of(std::span<const SitePoint> points, float size) {
+  const DVec3& normal = points.front().normal;
+  double offset = std::numeric_limits<double>::infinity();
+  for (const SitePoint& p : points) {
+    if (p.normal != normal) return {};
+    offset = std::min(offset, dot(normal, DVec3(lifted(p, size))));
+  }
+  return {normal, offset};
+}
+
+// Around the lines of is_parted().
+BoxNode around_lines(std::span<const SitePoint> points, float size) {
+  BoxNode box;
+  for (const SitePoint& p : points) {
+    box.add(lifted(p, size));
+    box.add(above(p, size));
+  }
+  return box;
+}
+// Around the rays of openness() from the compared points.
+BoxNode around_rays(std::span<const SitePoint> points, float size) {
+  BoxNode box;
+  for (int i = 0; i < kPoints; ++i) {
+    const SitePoint& point = compared_point(points, i);
+    const Vec3 from = lifted(point, size);
+    box.add(from);
+    for (const Vec3& direction : directions_at(point)) box.add(from + kReach * size * direction);
+  }
+  return box;
 }
 
 // Whether something parts a texel's points, or covers some of them and not others: they are tied together by
 // lines from each to the next, a little above the surface, and down to the points. The points are spread
 // evenly and each is far from the next, so that whatever stands across the texel meets a line.
-bool is_parted(const SceneRays& rays, std::span<const SitePoint> points, float size) {
-  const auto above = [&](const SitePoint& p) { return Vec3(p.position + p.normal * double{kOver * size}); };
-  BoxNode box;
-  for (const SitePoint& p : points) {
-    box.add(lifted(p, size));
-    box.add(above(p));
-  }
-  if (!rays.may_hold(box)) return false;
+bool is_parted(const SceneRays::Near& near, std::span<const SitePoint> points, float size) {
   size_t covered = 0;
-  Vec3 last = above(points[0]);
+  Vec3 last = above(points[0], size);
   for (size_t i = 0; i < points.size(); ++i) {
-    const Vec3 point = lifted(points[i], size), here = above(points[i]);
-    covered += rays.is_blocked(point, here - point, 1.0f);
+    const Vec3 point = lifted(points[i], size), here = above(points[i], size);
+    covered += near.is_blocked(point, here - point, 1.0f);
     if (covered > 0 && covered <= i) return true;
-    if (here != last && rays.is_blocked(last, here - last, 1.0f)) return true;
+    if (here != last && near.is_blocked(last, here - last, 1.0f)) return true;
     last = here;
   }
   return false;
@@ -80,11 +128,15 @@ bool is_half_hidden(const SceneRays& rays, const Scene& scene, const Atlas& atla
     points[i] = point_on_site(scene, atlas, site, (static_cast<float>(i) + 0.5f) / static_cast<float>(count));
     if (points[i].normal == DVec3(0.0)) return false;
   }
-  if (is_parted(rays, {points, count}, size)) return true;
+  const std::span<const SitePoint> all(points, count);
+  const Floor floor = floor_of(all, size);
+  const SceneRays::Near beside = rays.near(around_lines(all, size), floor.normal, floor.offset);
+  if (!beside.empty() && is_parted(beside, all, size)) return true;
+  const SceneRays::Near near = rays.near(around_rays(all, size), floor.normal, floor.offset);
+  if (near.empty()) return false;
   int sum = 0, squares = 0;
   for (int i = 0; i < kPoints; ++i) {
-    // From the first to the last: these climb in both coordinates (points of a Hammersley set, site_point).
-    const int open = openness(rays, points[static_cast<size_t>(i) * (count - 1) / (kPoints - 1)], size);
+    const int open = openness(near, compared_point(all, i), size);
     sum += open;
     squares += open * open;
   }

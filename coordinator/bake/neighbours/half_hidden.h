@@ -16,8 +16,8 @@ namespace kiln {
 // the points, so that they see two sides of it, or covers some of them: a closed cavity is lit by the corner
 // of a texel that reaches out of it (straddling.h finds exactly what atlas.contacts knows of).
 //
-// 32 short rays a site, and up to 127 more where something is near the surface. Returns nullopt if that would
-// take more than `most_seconds`. Independent of the number of threads.
+// 32 short rays a site if anything is within their length, and up to 127 more if it is near the surface.
+// Returns nullopt if that would take more than `most_seconds`. Independent of the number of threads.
 std::optional<std::vector<uint8_t>> half_hidden_sites(const Scene& scene, const Atlas& atlas,
                                                       const SiteGeometry& sites, unsigned threads,
                                                       double most_seconds);

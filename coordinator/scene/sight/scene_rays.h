@@ -2,6 +2,7 @@
 // share. Plain float arithmetic, the same on every machine. Light transport uses Embree.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <limits>
 #include <vector>
@@ -45,8 +46,11 @@ class SceneRays {
   }
   // Whether there is a surface before `far`, from either side.
   bool is_blocked(const Vec3& origin, const Vec3& direction, float far) const;
-  // Whether a triangle's bounding box may reach into this box: false only if no triangle does.
-  bool may_hold(const BoxNode& box) const;
+  // For many short rays in one place.
+  class Near;
+  // What rays may meet that stay within this box and above the plane dot(normal, x) = offset: triangles whose
+  // bounding boxes reach into it, and of which a corner is not below.
+  Near near(const BoxNode& box, const DVec3& normal, double offset) const;
 
  private:
   struct Triangle {
@@ -77,6 +81,30 @@ class SceneRays {
   std::vector<MeshTree> meshes_;
   std::vector<BoxNode> top_;
   std::vector<Place> places_;  // in the order of the leaves of top_
+};
+
+class SceneRays::Near {
+ public:
+  bool empty() const { return count_ == 0; }
+  // As SceneRays::is_blocked.
+  bool is_blocked(const Vec3& origin, const Vec3& direction, float far) const;
+
+ private:
+  friend SceneRays;
+  static constexpr size_t kMost = 64;  // with more, rays walk through the tree
+  explicit Near(const SceneRays& rays) : rays_(rays) {}
+  bool add(const Place& place, const Triangle& triangle) {
+    if (count_ == kMost) return false;
+    places_[count_] = &place;
+    triangles_[count_++] = triangle;
+    return true;
+  }
+
+  const SceneRays& rays_;
+  bool is_full_ = false;
+  size_t count_ = 0;
+  std::array<const Place*, kMost> places_;
+  std::array<Triangle, kMost> triangles_;
 };
 
 // Distance at which a ray enters the box; infinite if it does not before `far`.
@@ -203,31 +231,55 @@ bool SceneRays::any_leaf(const std::vector<BoxNode>& nodes, const BoxNode& box, 
   return false;
 }
 
-inline bool SceneRays::may_hold(const BoxNode& box) const {
-  return any_leaf(top_, box, [&](const BoxNode& top) {
+inline SceneRays::Near SceneRays::near(const BoxNode& box, const DVec3& normal, double offset) const {
+  Near near(*this);
+  near.is_full_ = any_leaf(top_, box, [&](const BoxNode& top) {
     for (uint32_t i = top.first; i < top.first + top.count; ++i) {
       const Place& place = places_[i];
-      const MeshTree& mesh = meshes_[scene_.instances[place.instance].mesh];
+      const Instance& instance = scene_.instances[place.instance];
+      const MeshTree& mesh = meshes_[instance.mesh];
       BoxNode own;  // around the box's corners in the mesh's space
       for (int corner = 0; corner < 8; ++corner)
         own.add(transform_point(place.to_mesh,
                                 {corner & 1 ? box.high.x : box.low.x, corner & 2 ? box.high.y : box.low.y,
                                  corner & 4 ? box.high.z : box.low.z}));
-      const auto has = [&](const BoxNode& node) {
+      const Mat4x3& m = instance.to_world;
+      const DVec3 across(dot(normal, DVec3(m[0])), dot(normal, DVec3(m[1])), dot(normal, DVec3(m[2])));
+      const double least = offset - dot(normal, DVec3(m[3]));
+      const auto is_full = [&](const BoxNode& node) {
         for (uint32_t k = node.first; k < node.first + node.count; ++k) {
           const Triangle& t = mesh.triangles[k];
           BoxNode around;
-          around.add(t.corner);
-          around.add(t.corner + t.edge1);
-          around.add(t.corner + t.edge2);
-          if (around.overlaps(own)) return true;
+          bool is_above = false;
+          for (const Vec3& corner : {t.corner, t.corner + t.edge1, t.corner + t.edge2}) {
+            around.add(corner);
+            is_above |= dot(across, DVec3(corner)) >= least;
+          }
+          if (is_above && around.overlaps(own) && !near.add(place, t)) return true;
         }
         return false;
       };
-      if (any_leaf(mesh.nodes, own, has)) return true;
+      if (any_leaf(mesh.nodes, own, is_full)) return true;
     }
     return false;
   });
+  return near;
+}
+
+inline bool SceneRays::Near::is_blocked(const Vec3& origin, const Vec3& direction, float far) const {
+  if (is_full_) return rays_.is_blocked(origin, direction, far);
+  const Place* place = nullptr;
+  Vec3 o, d;
+  for (size_t i = 0; i < count_; ++i) {
+    if (places_[i] != place) {
+      place = places_[i];
+      o = transform_point(place->to_mesh, origin);
+      d = transform_vector(place->to_mesh, direction);
+    }
+    RayHit hit;
+    if (meets(triangles_[i], o, d, far, hit)) return true;
+  }
+  return false;
 }
 
 }  // namespace kiln
