@@ -24,6 +24,10 @@ struct BakeRun {
 // The surface that the denoiser filters over, with links between texels that see the same things.
 SurfaceGraph find_surface(const BakeRun& run);
 
+// Luminance and error of every texel, filtered over the surface; the error is infinite where nothing is
+// known. `levels`: of joined texels (coordinator/bake/denoise/coarse.h).
+TexelErrors filtered_errors(const TexelStatistics& statistics, const SurfaceGraph& surface, uint32_t levels);
+
 // By site: 1 where the mean over a texel is not what paths meet that arrive there; empty without caches.
 // `surface`: as found before, or null.
 std::vector<uint8_t> misleading_sites(const BakeRun& run, const SurfaceGraph* surface);

@@ -16,6 +16,7 @@
 #include "coordinator/bake/sampling/schedule.h"
 #include "coordinator/bake/sampling/settling.h"
 #include "coordinator/run/bake_caches.h"
+#include "coordinator/run/bake_stages.h"
 #include "coordinator/run/nonfinite.h"
 #include "coordinator/run/statement.h"
 
@@ -39,13 +40,6 @@ constexpr double kRenewal = 1.5;  // caches are renewed once total samples have 
 constexpr double kSureToRenew = 2;
 constexpr double kStragglers = 0.01;  // share of all samples so far
 constexpr double kMinPassSeconds = 0.02;
-
-TexelErrors filtered_errors(const TexelStatistics& statistics, const SurfaceGraph& surface, uint32_t levels) {
-  Denoised d = denoise_joined_luminance(statistics, surface.sites, surface.links, levels, 0);
-  for (size_t i = 0; i < statistics.sites; ++i)
-    if (!statistics.known[i]) d.standard_error[i] = std::numeric_limits<float>::infinity();
-  return {std::move(d.luminance), std::move(d.standard_error)};
-}
 
 class Baking {
  public:
@@ -145,36 +139,33 @@ class Baking {
     return PassEnd::kComplete;
   }
 
-  // Takes again what sites have whose error is that of the caches.
+  // Takes again what sites have whose error is that of the caches. The map's errors are found after the last
+  // round: filtering takes longer than a round of few sites.
   Expected<PassEnd> settle() {
     Settling settling;
-    while (!caches_.empty() && pass_ < kMaxPasses) {
+    PassEnd end = PassEnd::kComplete;
+    uint32_t rounds = 0;
+    for (; end == PassEnd::kComplete && !caches_.empty() && pass_ < kMaxPasses; ++rounds) {
       std::vector<SiteSamples> work = settling.next(settling_state());
       std::erase_if(work, [&](const SiteSamples& s) { return skipped_.count(s.site) > 0; });
       if (work.empty()) break;
       caches_.leave_out(settling.left_out());
       renew_caches();
-      std::vector<uint32_t> sites;
-      for (const SiteSamples& s : work) {
-        sites.push_back(s.site);
-        ++takes_[s.site];
-      }
-      sums_.clear(sites);
-      KILN_TRY(const PassEnd end, run_pass(std::move(work)));
-      grew_ = false;
-      record();
-      if (end != PassEnd::kComplete) return end;
+      drop(work);
+      KILN_TRY(end, run_pass(std::move(work)));
+      record_round();
     }
-    return PassEnd::kComplete;
+    if (rounds == 0) return end;
+    report_.passes.pop_back();
+    grew_ = false;
+    record();
+    return end;
   }
   SettlingState settling_state() const {
     return {shared_, samples_, most_samples(), final_error() / z_, samples_to_come()};
   }
   double samples_to_come() const {
-    double samples = 0;
-    const std::vector<double> needed = all_needed(asked_error());
-    for (size_t site = 0; site < needed.size(); ++site)
-      samples += kReplicates * std::max(0.0, std::min<double>(needed[site], most_samples()) - samples_[site]);
+    const double samples = missing_samples(all_needed(asked_error()), state(), most_samples());
     return is_limited() ? std::min(samples, pace_.limit_left() * pace_.samples_per_second()) : samples;
   }
 
@@ -230,6 +221,11 @@ class Baking {
     record();
     return end == PassEnd::kComplete ? make_caches(count, work, 0) : end;
   }
+  void drop(const std::vector<SiteSamples>& work) {
+    std::vector<uint32_t> sites;
+    for (const SiteSamples& s : work) sites.push_back(s.site), ++takes_[s.site];
+    sums_.clear(sites);
+  }
   void drop_all() {
     sums_.clear();
     for (uint32_t& take : takes_) ++take;
@@ -259,9 +255,12 @@ class Baking {
       if (round > 0) {
         // Counts needed by whole paths predict little about paths that end at caches.
         const std::vector<double> needed = all_needed(asked_error());
+        const std::vector<uint32_t> none(needed.size());
         const uint32_t more = std::min(2 * count, least_);
         enough = rms <= kRoughCache || round == kMaxRounds ||
-                 kReplicates * more * static_cast<double>(sums_.sites()) > kRoundShare * all_of(needed);
+                 kReplicates * more * static_cast<double>(sums_.sites()) >
+                     kRoundShare * missing_samples(needed, {errors_.mean, errors_.standard_error, none},
+                                                   most_samples());
         if (!enough && round == 1 && unsettled_share(settling_state()) < kMostUnsettled) return plan(work);
         predict_remaining(needed, enough ? work : all_sites({0, more}), 0);
         count = more;
@@ -292,12 +291,6 @@ class Baking {
     double missing = 0;
     for (const uint32_t have : samples_) missing += count > have ? count - have : 0;
     return kReplicates * missing < pace_.limit_left() * pace_.samples_per_second();
-  }
-  // Total samples over sites and replicates.
-  double all_of(const std::vector<double>& needed) const {
-    double sum = 0;
-    for (const double n : needed) sum += kReplicates * std::min<double>(n, most_samples());
-    return sum;
   }
   // Filters narrow as samples come, so denoised errors fall more slowly.
   double fall() const { return surface_ ? convergence_.get() : 1; }
@@ -488,8 +481,7 @@ class Baking {
     return b;
   }
 
-  // Filtering a large map takes as long as a pass. With little time, or few samples, passes are
-  // planned from unfiltered errors.
+  // With little time, or few samples, passes are planned from unfiltered errors.
   bool should_filter(const TexelStatistics& statistics, uint32_t levels) const {
     if (!surface_) return false;
     if (!is_limited()) return true;
@@ -533,7 +525,18 @@ class Baking {
     add_point();
   }
 
-  // Adds a point to the curve.
+  // After a round of settling: the errors stay those of before.
+  void record_round() {
+    TexelStatistics statistics = sums_.statistics(false);
+    find_shared(charts_, statistics);
+    take(statistics);
+  }
+  void take(TexelStatistics& statistics) {
+    samples_ = std::move(statistics.samples);
+    shared_ = std::move(statistics.shared);
+    add_point();
+  }
+
   void add_point() {
     PassPoint point =
         state_pass(state(), response_errors_, {z_, target_, settings_.visibility_error}, unmet_.get());

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "common/base/clock.h"
 #include "common/base/parallel.h"
@@ -106,6 +107,13 @@ void resolve_responses(const BakeRun& run, const Accumulator& sums, std::span<co
 }
 
 }  // namespace
+
+TexelErrors filtered_errors(const TexelStatistics& statistics, const SurfaceGraph& surface, uint32_t levels) {
+  Denoised d = denoise_joined_luminance(statistics, surface.sites, surface.links, levels, 0);
+  for (size_t i = 0; i < statistics.sites; ++i)
+    if (!statistics.known[i]) d.standard_error[i] = std::numeric_limits<float>::infinity();
+  return {std::move(d.luminance), std::move(d.standard_error)};
+}
 
 Lightmap resolve_map(const BakeRun& run, const Accumulator& sums, const SurfaceGraph* surface,
                      std::span<const ChartLight> light, Baked& baked) {

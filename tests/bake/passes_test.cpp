@@ -197,6 +197,18 @@ TEST_F(Passes, SitesThatErrByTheirCachesBeginAgain) {
   const size_t of_all = takes[static_cast<uint32_t>(sites / 4)].size();
   EXPECT_EQ(of_all, dropped(report) + 1);
   EXPECT_GT(takes[static_cast<uint32_t>(3 * sites / 4)].size(), of_all);
+  // The map's errors are found after the last of these rounds.
+  std::vector<size_t> rounds;
+  for (size_t i = 0; i < stub.calls.size(); ++i)
+    if (stub.calls[i].front().first_sample == 0 && sites_of(stub.calls[i]) < sites) rounds.push_back(i);
+  ASSERT_GE(rounds.size(), 3u);
+  ASSERT_EQ(report.passes.size(), stub.calls.size());
+  const double before = report.passes[rounds.front() - 1].rms_relative;
+  for (const size_t i : rounds)
+    if (i == rounds.back())
+      EXPECT_LT(report.passes[i].rms_relative, 0.9 * before);
+    else
+      EXPECT_EQ(report.passes[i].rms_relative, before);
 }
 
 // A few sites whose error no cache lowers are left out of later caches.

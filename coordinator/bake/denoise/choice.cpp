@@ -223,7 +223,8 @@ double smooth_bias(const Pool& pool, uint32_t k, double errors) {
 
 }  // namespace
 
-Choice choose(const Candidates& c, const SiteGeometry& sites, const SurfaceLinks& links, unsigned threads) {
+Choice choose(const Candidates& c, const SiteGeometry& sites, const SurfaceLinks& links, unsigned threads,
+              KeptWindows* kept) {
   Choice out;
   out.level.assign(c.known.size(), 0);
   out.factor.assign(c.known.size(), 0);
@@ -237,7 +238,7 @@ Choice choose(const Candidates& c, const SiteGeometry& sites, const SurfaceLinks
   });
   const std::vector<float> usual = usual_factors(c, terms, sites.position, threads);
   for_each_run(c.known.size(), threads, [&](size_t begin, size_t end) {
-    SurfaceKernel kernel(sites, links, c.known);
+    SurfaceKernel kernel(sites, links, c.known, kept);
     for (size_t i = begin; i < end; ++i) {
       if (!c.known[i]) continue;
       constexpr float kPooled = kBandwidth[kLevels - 1];

@@ -27,12 +27,12 @@ using Shares = std::array<double, kLevels>;
 class Blend {
  public:
   Blend(const Candidates& candidates, const Choice& choice, const SiteGeometry& sites,
-        const SurfaceLinks& links)
+        const SurfaceLinks& links, KeptWindows& kept)
       : candidates_(candidates),
         choice_(choice),
         sites_(sites),
         near_(sites, links),
-        kernel_(sites, links, candidates.known) {}
+        kernel_(sites, links, candidates.known, &kept) {}
 
   // Computes the weights of a known site.
   void enter(uint32_t site) {
@@ -180,8 +180,9 @@ void fill_site(const Candidates& c, const SiteGeometry& sites, SurfaceWindow& ar
 Denoised run(const TexelStatistics& s, std::span<const DirectionBound> bounds, bool planes,
              const SiteGeometry& sites, const SurfaceLinks& links, unsigned threads) {
   KILN_CHECK(s.planes <= kMaxPlanes && s.sites == sites.size());
-  const Candidates candidates = find_candidates(s, sites, links, threads);
-  const Choice choice = choose(candidates, sites, links, threads);
+  KeptWindows kept(s.sites);
+  const Candidates candidates = find_candidates(s, sites, links, threads, &kept);
+  const Choice choice = choose(candidates, sites, links, threads, &kept);
   Denoised out;
   out.luminance.assign(s.sites, 0);
   out.standard_error.assign(s.sites, 0);
@@ -190,7 +191,7 @@ Denoised run(const TexelStatistics& s, std::span<const DirectionBound> bounds, b
   out.filled.assign(s.sites, 0);
   if (planes) out.mean = ZeroedVector<float>(s.sites * s.planes);
   for_each_run(s.sites, threads, [&](size_t begin, size_t end) {
-    Blend blend(candidates, choice, sites, links);
+    Blend blend(candidates, choice, sites, links, kept);
     for (size_t i = begin; i < end; ++i) {
       if (candidates.known[i]) {
         blend.enter(static_cast<uint32_t>(i));

@@ -43,13 +43,22 @@ size_t ring_of(float square, float size) {
 
 }  // namespace
 
+std::span<const uint32_t> SurfaceKernel::around(uint32_t site, float texels) {
+  const bool keeps = kept_ && texels == kBandwidth[kLevels - 1];
+  if (keeps)
+    if (const size_t count = kept_->find(site, around_)) return {around_.data(), count};
+  const std::span<const uint32_t> found = window_.around(site, texels * sites_.texel_size[site]);
+  if (keeps) kept_->keep(found);
+  return found;
+}
+
 void SurfaceKernel::enter(uint32_t site, float texels) {
   const Vec3 centre = sites_.position[site], normal = sites_.normal[site];
   const float size = sites_.texel_size[site];
   size_ = size;
   const Frame frame(normal);
   // Nearer sites first, so that narrow filters end early.
-  const std::span<const uint32_t> around = window_.around(site, texels * size);
+  const std::span<const uint32_t> around = this->around(site, texels);
   std::array<uint8_t, SurfaceWindow::kMax> ring;
   std::array<size_t, kRings + 1> next{};
   for (size_t i = 0; i < around.size(); ++i) {

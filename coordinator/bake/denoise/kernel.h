@@ -3,6 +3,7 @@
 
 #include <array>
 
+#include "coordinator/bake/neighbours/kept_windows.h"
 #include "coordinator/bake/neighbours/surface_window.h"
 
 namespace kiln {
@@ -19,9 +20,11 @@ class SurfaceKernel {
   static constexpr size_t kRings = 3;  // as wide as levels 1, 2 and all above
   using Weights = std::array<double, SurfaceWindow::kMax>;
 
-  // `known`: sites that take part, by site; all outlive the kernel.
-  SurfaceKernel(const SiteGeometry& sites, const SurfaceLinks& links, std::span<const uint8_t> known)
-      : sites_(sites), known_(known), window_(sites, links) {}
+  // `known`: sites that take part, by site. `kept`: the widest windows of these sites and links; null: they
+  // are found each time. All outlive the kernel.
+  SurfaceKernel(const SiteGeometry& sites, const SurfaceLinks& links, std::span<const uint8_t> known,
+                KeptWindows* kept)
+      : sites_(sites), known_(known), window_(sites, links), kept_(kept) {}
 
   // Builds the window up to `texels` texels around a site. Unknown sites are skipped; only a known site has
   // weights.
@@ -45,12 +48,15 @@ class SurfaceKernel {
   }
 
  private:
+  std::span<const uint32_t> around(uint32_t site, float texels);
   void linear(float texels, size_t count, Weights& out) const;
   void quadratic(float texels, size_t count, Weights& out) const;
 
   const SiteGeometry& sites_;
   std::span<const uint8_t> known_;
   SurfaceWindow window_;
+  KeptWindows* const kept_;
+  std::array<uint32_t, SurfaceWindow::kMax> around_{};
   double size_ = 0;  // metres a texel measures
   size_t count_ = 0;
   std::array<size_t, kRings> end_{};  // of rings in the window

@@ -28,7 +28,10 @@ void for_each_alike(const TexelStatistics& s, std::span<const uint32_t> chart_of
   const size_t last = std::min(s.sites, i + kAlikeReach + 1);
   for (size_t j = i > kAlikeReach ? i - kAlikeReach : 0; j < last; ++j) {
     if (!s.known[j] || chart_of_site[j] != chart_of_site[i]) continue;
-    if (is_as_bright(own, mean_luminance(s, j), std::max(error, square_of_error(j)))) visit(j);
+    const double light = mean_luminance(s, j);
+    // Most are, whatever their errors.
+    if (is_as_bright(own, light, 0) || is_as_bright(own, light, std::max(error, square_of_error(j))))
+      visit(j);
   }
 }
 

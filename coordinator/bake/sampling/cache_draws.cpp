@@ -28,22 +28,27 @@ void find_shared(std::span<const uint32_t> chart_of_site, TexelStatistics& s) {
   s.shared.assign(s.sites, 0.0f);
   constexpr size_t kDraws = kReplicates * kCacheDraws;
   for_each_index(s.sites, 0, [&](size_t i) {
-    double light = 0, count = 0, sum[kDraws] = {}, square[kDraws] = {};
+    double light = 0, count = 0, sum[kReplicates][kCacheDraws] = {}, square[kReplicates][kCacheDraws] = {};
     for_each_alike(s, chart_of_site, i, [&](size_t j) {
       light += mean_luminance(s, j);
       count += 1;
-      for (size_t d = 0; d < kDraws; ++d) {
-        const double drawn = s.drawn[d / kCacheDraws][j * kCacheDraws + d % kCacheDraws];
-        sum[d] += drawn;
-        square[d] += drawn * drawn;
+      for (size_t r = 0; r < kReplicates; ++r) {
+        const float* drawn = s.drawn[r].data() + j * kCacheDraws;
+        for (size_t k = 0; k < kCacheDraws; ++k) {
+          sum[r][k] += double{drawn[k]};
+          square[r][k] += double{drawn[k]} * double{drawn[k]};
+        }
       }
     });
     if (!(light > 0)) return;
     double variance = 0;
     for (size_t d = 0; d < kDraws; ++d) {
+      const double of_all = sum[d / kCacheDraws][d % kCacheDraws];
       // Less the noise of a mean of so many: n s^2 is the sum of squares less that of the mean, over n - 1.
-      const double shared = sum[d] * sum[d];
-      variance += count > 1 ? (count * shared - count * square[d]) / (count - 1) : shared;
+      const double shared = of_all * of_all;
+      variance += count > 1
+                      ? (count * shared - count * square[d / kCacheDraws][d % kCacheDraws]) / (count - 1)
+                      : shared;
     }
     // Each replicate's error is a half of the mean's, in light of `count` texels.
     const double relative = variance / kDraws / kReplicates / (light * light);
