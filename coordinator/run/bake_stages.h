@@ -25,8 +25,9 @@ struct BakeRun {
 SurfaceGraph find_surface(const BakeRun& run);
 
 // Luminance and error of every texel, filtered over the surface; the error is infinite where nothing is
-// known. `levels`: of joined texels (coordinator/bake/denoise/coarse.h).
-TexelErrors filtered_errors(const TexelStatistics& statistics, const SurfaceGraph& surface, uint32_t levels);
+// known. `levels`: of joined texels (coordinator/bake/denoise/coarse.h). `filters` receives those chosen.
+TexelErrors filtered_errors(const TexelStatistics& statistics, const SurfaceGraph& surface, uint32_t levels,
+                            KeptFilters& filters);
 
 // By site: 1 where the mean over a texel is not what paths meet that arrive there; empty without caches.
 // `surface`: as found before, or null.

@@ -84,7 +84,7 @@ class Baking {
           text("{} units failed on every worker that tried them and were left out; their {} "
                "texels have fewer samples or none: {}",
                skipped_units_, skipped_.size(), skip_reason_));
-    return Baked{std::move(errors_), std::move(response_errors_), whole_};
+    return Baked{std::move(errors_), std::move(response_errors_), whole_, std::move(filters_)};
   }
 
  private:
@@ -432,6 +432,7 @@ class Baking {
   Expected<PassEnd> run_pass(std::vector<SiteSamples> work) {
     // A pass that is repeated after a rewind is cut as before: its units are identified by number.
     const uint32_t index = pass_++;
+    filters_.reset();
     const double samples = samples_of(work);
     sampled_ += samples;
     if (index == cuts_.size()) {
@@ -505,7 +506,7 @@ class Baking {
     TexelErrors errors;
     if (filters) {
       const Stopwatch watch;
-      errors = filtered_errors(statistics, *surface_, levels);
+      errors = filtered_errors(statistics, *surface_, levels, filters_);
       budget_.denoise_took(watch.seconds(), levels);
     } else {
       errors = estimate_errors(statistics, charts_);
@@ -564,23 +565,22 @@ class Baking {
   ErrorNorm norm_ = ErrorNorm::kMax;
   BakePace pace_;
   uint32_t pass_ = 0;
-  std::vector<uint32_t> takes_;  // by site: how often its samples were dropped
-  uint32_t least_ = 0;           // minimum samples per replicate of every texel
-  uint32_t most_ = 0;            // maximum samples per replicate of any texel
+  std::vector<uint32_t> takes_;    // by site: how often its samples were dropped
+  uint32_t least_ = 0, most_ = 0;  // samples per replicate: every texel gets at least, and at most
   uint64_t active_ = 0;
   TexelErrors errors_;
+  KeptFilters filters_;
   std::vector<TexelErrors> response_errors_;  // after the last pass
   std::vector<uint32_t> samples_;             // by site, per replicate
   std::vector<float> shared_;                 // by site: TexelStatistics::shared; empty without caches
   ConvergenceRate convergence_;
   UnmetLight unmet_;
-  bool filtered_ = false;          // the present errors are those of filtered texels
-  bool settled_ = false;           // settle() has run
-  bool grew_ = false;              // the next record continues the present samples
-  bool whole_ = true;              // every chart has been sampled in the first look
-  double later_ = -1;              // samples of passes after the present one; negative: unknown
-  double whole_path_seconds_ = 0;  // of one thread, for a sample without caches
-  double later_passes_ = 0;        // predicted number of those passes
+  bool filtered_ = false;                 // the present errors are those of filtered texels
+  bool settled_ = false;                  // settle() has run
+  bool grew_ = false;                     // the next record continues the present samples
+  bool whole_ = true;                     // every chart has been sampled in the first look
+  double later_ = -1, later_passes_ = 0;  // samples and passes after the present one; negative: unknown
+  double whole_path_seconds_ = 0;         // of one thread, for a sample without caches
   double sampled_ = 0, sampled_at_renewal_ = 0;
   std::set<uint32_t> skipped_;  // sites of units that failed permanently: no more samples
   uint64_t skipped_units_ = 0;

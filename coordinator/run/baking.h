@@ -39,6 +39,7 @@ struct Baked {
   TexelErrors errors;                  // of light; without light, of the first response
   std::vector<TexelErrors> responses;  // in the order of the job's responses
   bool whole = true;                   // false: time was up before every chart had a sample
+  KeptFilters filters;                 // of the last pass, if it was filtered
 };
 Expected<Baked> bake_passes(const BakingTask& task);
 

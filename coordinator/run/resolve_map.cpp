@@ -39,12 +39,14 @@ void state_band_errors(Lightmap& map, const Atlas& atlas, const TexelStatistics&
 // Replaces the measured planes and their errors by the filtered ones. Returns by what factor errors
 // fell, by site.
 std::vector<float> take_denoised(Lightmap& map, const Atlas& atlas, const TexelStatistics& statistics,
-                                 const SurfaceGraph& surface, uint32_t levels, TexelErrors& errors) {
+                                 const SurfaceGraph& surface, uint32_t levels, Baked& baked) {
+  TexelErrors& errors = baked.errors;
   map.measured = map.planes;
   const auto drop = static_cast<ptrdiff_t>(map.planes.names.size() - 1);  // samples: they have a file
   map.measured.names.erase(map.measured.names.begin() + drop);
   map.measured.data.erase(map.measured.data.begin() + drop);
-  const Denoised d = denoise_joined(statistics, map.bounds, surface.sites, surface.links, levels, 0);
+  const Denoised d =
+      denoise_joined(statistics, map.bounds, surface.sites, surface.links, levels, 0, &baked.filters);
   std::vector<float> lowered(statistics.sites, 1.0f);
   for_each_index(statistics.sites, 0, [&](size_t site) {
     if (d.filled[site]) map.validity[atlas.sites.texel[site]] = Validity::kFilled;
@@ -73,7 +75,7 @@ void resolve_light(const BakeRun& run, const Accumulator& sums, const SurfaceGra
   std::vector<float> lowered;
   if (surface) {
     const uint32_t levels = std::max(denoise_levels(statistics), run.budget.denoise_levels());
-    lowered = take_denoised(map, atlas, statistics, *surface, levels, baked.errors);
+    lowered = take_denoised(map, atlas, statistics, *surface, levels, baked);
   }
   state_deviations(atlas, light, baked.errors);
   state_errors(map, atlas, baked.errors);
@@ -108,8 +110,9 @@ void resolve_responses(const BakeRun& run, const Accumulator& sums, std::span<co
 
 }  // namespace
 
-TexelErrors filtered_errors(const TexelStatistics& statistics, const SurfaceGraph& surface, uint32_t levels) {
-  Denoised d = denoise_joined_luminance(statistics, surface.sites, surface.links, levels, 0);
+TexelErrors filtered_errors(const TexelStatistics& statistics, const SurfaceGraph& surface, uint32_t levels,
+                            KeptFilters& filters) {
+  Denoised d = denoise_joined_luminance(statistics, surface.sites, surface.links, levels, 0, &filters);
   for (size_t i = 0; i < statistics.sites; ++i)
     if (!statistics.known[i]) d.standard_error[i] = std::numeric_limits<float>::infinity();
   return {std::move(d.luminance), std::move(d.standard_error)};

@@ -30,6 +30,38 @@ TEST(Joined, KeepsAConstantField) {
   }
 }
 
+// Filters chosen for the errors of a pass serve the planes of the finished map, and no other statistics.
+TEST(Joined, FiltersServeOnceMore) {
+  const MadeSurface wall(wall_of_eight().scene, 8);
+  const TexelStatistics s = noisy(
+      wall.sites, [](const Vec3& p) { return 2 + std::sin(p.x); }, constant(0.3), 8);
+  const auto with = [&](const TexelStatistics& of, uint32_t levels, KeptFilters& filters) {
+    return denoise_joined(of, kBounds, wall.sites, wall.links, levels, 2, &filters);
+  };
+  std::vector<TexelStatistics> others(6, s);
+  others[0].luminance[1][7] *= 1.5f;
+  others[1].variance[7] *= 1.5f;
+  others[2].samples[7] += 1;
+  others[3].known[7] = 0;
+  others[4].shared.assign(s.sites, 0.01f);
+  others[5].luminance[0][7] *= 1.5f;
+  for (uint32_t levels = 0; levels < 3; ++levels) {
+    KeptFilters filters;
+    denoise_joined_luminance(s, wall.sites, wall.links, levels, 2, &filters);
+    const KeptFilters of_pass = filters;
+    const Denoised of_map = with(s, levels, filters), anew = joined(wall, s, levels);
+    EXPECT_EQ(filters, of_pass) << "none are chosen again";
+    EXPECT_EQ(of_map.mean, anew.mean);
+    EXPECT_EQ(of_map.standard_error, anew.standard_error);
+    for (const TexelStatistics& other : others) {
+      KeptFilters of_others = of_pass;
+      const Denoised found = with(other, levels, of_others), expected = joined(wall, other, levels);
+      EXPECT_EQ(found.mean, expected.mean);
+      EXPECT_EQ(found.standard_error, expected.standard_error);
+    }
+  }
+}
+
 // Noise in one piece of surface: joined texels reach further, so that less of it is left, and the light of
 // all together is what was measured.
 TEST(Joined, ReachesFurtherAndKeepsTheLight) {

@@ -127,6 +127,7 @@ struct Terms {
 };
 constexpr size_t kTerms = 1 + kLevels * (2 + kReplicates);
 static_assert(sizeof(Terms) == kTerms * sizeof(float));
+constexpr size_t kLanes = (kTerms + 3) / 4 * 4;  // the rest is 0: loops over fours become vector instructions
 
 Terms terms_of(const Candidates& c, size_t j) {
   Terms t;
@@ -167,15 +168,15 @@ class Pool {
  public:
   // `scale`: factor on the squared biases, at most 1.
   void add(float w, const Terms& terms, float scale) {
-    float t[kTerms];
-    std::memcpy(t, &terms, sizeof t);
+    float t[kLanes] = {};
+    std::memcpy(t, &terms, sizeof terms);
     if (scale < 1) {
       const float root = std::sqrt(scale);
       for (size_t i = 1; i < kTerms; ++i) t[i] *= i <= 2 * kLevels ? scale : root;
     }
     weight_ += w;
     squares_ += w * w;
-    for (size_t i = 0; i < kTerms; ++i) {
+    for (size_t i = 0; i < kLanes; ++i) {
       const float weighted = w * t[i];
       sum_[i] += weighted;
       square_[i] += weighted * weighted;
@@ -205,7 +206,7 @@ class Pool {
   double beyond(size_t i, double errors) const {
     return (double{sum_[i]} - errors * std::sqrt(double{square_[i]})) / weight_;
   }
-  float weight_ = 0, squares_ = 0, sum_[kTerms] = {}, square_[kTerms] = {};
+  float weight_ = 0, squares_ = 0, sum_[kLanes] = {}, square_[kLanes] = {};
 };
 
 // The squared bias of level k, from the step between levels. Where light is smooth, the bias of a fitted

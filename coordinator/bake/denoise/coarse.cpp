@@ -444,22 +444,24 @@ class Refinement {
 };
 
 Denoised run(const TexelStatistics& statistics, std::span<const DirectionBound> bounds, bool planes,
-             const SiteGeometry& sites, const SurfaceLinks& links, uint32_t levels, unsigned threads) {
+             const SiteGeometry& sites, const SurfaceLinks& links, uint32_t levels, unsigned threads,
+             KeptFilters* filters) {
   if (levels == 0)
-    return planes ? denoise(statistics, bounds, sites, links, threads)
-                  : denoise_luminance(statistics, sites, links, threads);
+    return planes ? denoise(statistics, bounds, sites, links, threads, filters)
+                  : denoise_luminance(statistics, sites, links, threads, filters);
   const Joined joined = join(sites, links);
   const Level coarse{joined_statistics(statistics, joined, planes, threads),
                      joined_sites(sites, joined, threads), joined_links(links, joined, threads)};
   const Denoised from =
-      run(coarse.statistics, bounds, planes, coarse.sites, coarse.links, levels - 1, threads);
+      run(coarse.statistics, bounds, planes, coarse.sites, coarse.links, levels - 1, threads, filters);
   return Refinement(coarse, from, statistics, bounds, sites, joined, threads).run();
 }
 
 Denoised run_parted(const TexelStatistics& statistics, std::span<const DirectionBound> bounds, bool planes,
-                    const SiteGeometry& sites, const SurfaceLinks& links, uint32_t levels, unsigned threads) {
+                    const SiteGeometry& sites, const SurfaceLinks& links, uint32_t levels, unsigned threads,
+                    KeptFilters* filters) {
   const SurfaceLinks parted = part_dark(statistics, sites, links, threads);
-  Denoised out = run(statistics, bounds, planes, sites, parted, levels, threads);
+  Denoised out = run(statistics, bounds, planes, sites, parted, levels, threads, filters);
   if (levels > 0) restore_sums(statistics, parted, out);
   return out;
 }
@@ -485,13 +487,14 @@ uint32_t denoise_levels(const TexelStatistics& statistics) {
 
 Denoised denoise_joined(const TexelStatistics& statistics, std::span<const DirectionBound> bounds,
                         const SiteGeometry& sites, const SurfaceLinks& links, uint32_t levels,
-                        unsigned threads) {
-  return run_parted(statistics, bounds, true, sites, links, levels, threads);
+                        unsigned threads, KeptFilters* filters) {
+  return run_parted(statistics, bounds, true, sites, links, levels, threads, filters);
 }
 
 Denoised denoise_joined_luminance(const TexelStatistics& statistics, const SiteGeometry& sites,
-                                  const SurfaceLinks& links, uint32_t levels, unsigned threads) {
-  return run_parted(statistics, {}, false, sites, links, levels, threads);
+                                  const SurfaceLinks& links, uint32_t levels, unsigned threads,
+                                  KeptFilters* filters) {
+  return run_parted(statistics, {}, false, sites, links, levels, threads, filters);
 }
 
 }  // namespace kiln

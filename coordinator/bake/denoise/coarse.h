@@ -17,13 +17,15 @@ double share_of_large_pieces(const SurfaceLinks& links);
 // continuous), filters the result with denoise(), and upsamples step by step: linear interpolation of merged
 // texels, plus the part of the residual that both replicates agree on. Sites without samples are filled from
 // their surroundings; the sum of a surface is kept (sums.h). About 5 microseconds a site at 2 levels with 15
-// planes on one core. 0 levels: calls denoise(). The same bits for any number of threads.
+// planes on one core. 0 levels: calls denoise(). `filters`: as there. The same bits for any number of
+// threads.
 Denoised denoise_joined(const TexelStatistics& statistics, std::span<const DirectionBound> bounds,
                         const SiteGeometry& sites, const SurfaceLinks& links, uint32_t levels,
-                        unsigned threads);
+                        unsigned threads, KeptFilters* filters = nullptr);
 
 // The same without `mean`.
 Denoised denoise_joined_luminance(const TexelStatistics& statistics, const SiteGeometry& sites,
-                                  const SurfaceLinks& links, uint32_t levels, unsigned threads);
+                                  const SurfaceLinks& links, uint32_t levels, unsigned threads,
+                                  KeptFilters* filters = nullptr);
 
 }  // namespace kiln

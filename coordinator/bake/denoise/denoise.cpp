@@ -1,6 +1,7 @@
 #include "coordinator/bake/denoise/denoise.h"
 
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 #include "common/base/check.h"
@@ -21,6 +22,41 @@ constexpr float kChoiceTexels = 3.2f;
 constexpr double kMaxBias = 1;
 
 constexpr size_t kMaxPlanes = 64;  // of a basis; sh_l1 has 15
+
+// What filters are chosen from.
+struct ChosenFrom {
+  std::vector<float> luminance[kReplicates], variance, shared;
+  std::vector<uint32_t> samples;
+  std::vector<uint8_t> known;
+
+  explicit ChosenFrom(const TexelStatistics& s)
+      : luminance{s.luminance[0], s.luminance[1]},
+        variance(s.variance),
+        shared(s.shared),
+        samples(s.samples),
+        known(s.known) {}
+  bool is(const TexelStatistics& s) const {
+    return same(luminance[0], s.luminance[0]) && same(luminance[1], s.luminance[1]) &&
+           same(variance, s.variance) && same(shared, s.shared) && same(samples, s.samples) &&
+           same(known, s.known);
+  }
+
+ private:
+  template <class T>
+  static bool same(const std::vector<T>& a, const std::vector<T>& b) {  // by their bits: some are NaN
+    return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
+  }
+};
+
+}  // namespace
+
+struct ChosenFilters {
+  ChosenFrom from;
+  Candidates candidates;
+  Choice choice;
+};
+
+namespace {
 
 using Shares = std::array<double, kLevels>;
 
@@ -178,11 +214,17 @@ void fill_site(const Candidates& c, const SiteGeometry& sites, SurfaceWindow& ar
 }
 
 Denoised run(const TexelStatistics& s, std::span<const DirectionBound> bounds, bool planes,
-             const SiteGeometry& sites, const SurfaceLinks& links, unsigned threads) {
+             const SiteGeometry& sites, const SurfaceLinks& links, unsigned threads, KeptFilters& filters) {
   KILN_CHECK(s.planes <= kMaxPlanes && s.sites == sites.size());
   KeptWindows kept(s.sites);
-  const Candidates candidates = find_candidates(s, sites, links, threads, &kept);
-  const Choice choice = choose(candidates, sites, links, threads, &kept);
+  if (!filters || !filters->from.is(s)) {
+    Candidates found = find_candidates(s, sites, links, threads, &kept);
+    Choice chosen = choose(found, sites, links, threads, &kept);
+    filters = std::make_shared<const ChosenFilters>(
+        ChosenFilters{ChosenFrom(s), std::move(found), std::move(chosen)});
+  }
+  const Candidates& candidates = filters->candidates;
+  const Choice& choice = filters->choice;
   Denoised out;
   out.luminance.assign(s.sites, 0);
   out.standard_error.assign(s.sites, 0);
@@ -222,13 +264,16 @@ Denoised run(const TexelStatistics& s, std::span<const DirectionBound> bounds, b
 }  // namespace
 
 Denoised denoise(const TexelStatistics& statistics, std::span<const DirectionBound> bounds,
-                 const SiteGeometry& sites, const SurfaceLinks& links, unsigned threads) {
-  return run(statistics, bounds, true, sites, links, threads);
+                 const SiteGeometry& sites, const SurfaceLinks& links, unsigned threads,
+                 KeptFilters* filters) {
+  KeptFilters own;
+  return run(statistics, bounds, true, sites, links, threads, filters ? *filters : own);
 }
 
 Denoised denoise_luminance(const TexelStatistics& statistics, const SiteGeometry& sites,
-                           const SurfaceLinks& links, unsigned threads) {
-  return run(statistics, {}, false, sites, links, threads);
+                           const SurfaceLinks& links, unsigned threads, KeptFilters* filters) {
+  KeptFilters own;
+  return run(statistics, {}, false, sites, links, threads, filters ? *filters : own);
 }
 
 }  // namespace kiln

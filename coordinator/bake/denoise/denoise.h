@@ -2,6 +2,8 @@
 // replicates show that this lowers the error. docs/denoising.md has the method, sources and figures.
 #pragma once
 
+#include <memory>
+
 #include "coordinator/bake/lightmap/lightmap.h"
 #include "coordinator/bake/lightmap/texel_statistics.h"
 #include "coordinator/bake/neighbours/surface_links.h"
@@ -20,16 +22,23 @@ struct Denoised {
   std::vector<uint8_t> filled;  // [site] 1: has no samples and is filled from its neighbours on the surface
 };
 
+// Filters that were chosen for some statistics, for other planes of the same on the same surface. Takes 150
+// bytes a site.
+struct ChosenFilters;
+using KeptFilters = std::shared_ptr<const ChosenFilters>;  // null: none yet
+
 // All planes get the same weights. Sites without samples get the mean of the filtered sites around them, with
 // the larger of their errors and their spread as error. `bounds` (indices of planes; lights of them and E,
 // planes 0 to 2, are never negative) limits directions to the length of their light. The same bits for any
-// number of threads. Takes about 10 microseconds a site on one core with 15 planes, and 190 bytes a site
-// besides the result.
+// number of threads. `filters` (null: not kept): used if they are of these statistics; if not, they are
+// replaced by those chosen. Takes about 10 microseconds a site on one core with 15 planes, and 190 bytes a
+// site besides the result.
 Denoised denoise(const TexelStatistics& statistics, std::span<const DirectionBound> bounds,
-                 const SiteGeometry& sites, const SurfaceLinks& links, unsigned threads);
+                 const SiteGeometry& sites, const SurfaceLinks& links, unsigned threads,
+                 KeptFilters* filters = nullptr);
 
 // The same without `mean`, for the errors only. Slightly cheaper per site.
 Denoised denoise_luminance(const TexelStatistics& statistics, const SiteGeometry& sites,
-                           const SurfaceLinks& links, unsigned threads);
+                           const SurfaceLinks& links, unsigned threads, KeptFilters* filters = nullptr);
 
 }  // namespace kiln
