@@ -90,7 +90,7 @@ TEST(SceneRays, MeetWhatEveryTriangleOneByOneSays) {
 }
 
 // Boxes small and large, so that few or many triangles reach into them, and planes below the rays in them.
-TEST(SceneRays, NearAPlaceMeetWhatTheyMeetInTheScene) {
+TEST(SceneRays, MeetTheSameAmongNearTrianglesAsInTheScene) {
   const Scene scene = many_places();
   const SceneRays rays(scene);
   Random random(7);
@@ -105,7 +105,7 @@ TEST(SceneRays, NearAPlaceMeetWhatTheyMeetInTheScene) {
     BoxNode box;
     box.add(centre - half);
     box.add(centre + half);
-    const SceneRays::Near near = rays.near(box, normal, offset);
+    const SceneRays::NearTriangles near = rays.near_triangles(box, normal, offset);
     empty += near.empty();
     for (int r = 0; r < 16; ++r) {
       const Vec3 from = centre + triple() * half, to = centre + triple() * half;

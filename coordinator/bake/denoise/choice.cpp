@@ -127,7 +127,7 @@ struct Terms {
 };
 constexpr size_t kTerms = 1 + kLevels * (2 + kReplicates);
 static_assert(sizeof(Terms) == kTerms * sizeof(float));
-constexpr size_t kLanes = (kTerms + 3) / 4 * 4;  // the rest is 0: loops over fours become vector instructions
+constexpr size_t kLanes = (kTerms + 3) / 4 * 4;  // padded with zeros, so that the loops vectorise
 
 Terms terms_of(const Candidates& c, size_t j) {
   Terms t;

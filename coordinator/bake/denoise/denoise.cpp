@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <optional>
 
 #include "common/base/check.h"
 #include "common/base/parallel.h"
@@ -23,37 +24,25 @@ constexpr double kMaxBias = 1;
 
 constexpr size_t kMaxPlanes = 64;  // of a basis; sh_l1 has 15
 
-// What filters are chosen from.
-struct ChosenFrom {
-  std::vector<float> luminance[kReplicates], variance, shared;
-  std::vector<uint32_t> samples;
-  std::vector<uint8_t> known;
-
-  explicit ChosenFrom(const TexelStatistics& s)
-      : luminance{s.luminance[0], s.luminance[1]},
-        variance(s.variance),
-        shared(s.shared),
-        samples(s.samples),
-        known(s.known) {}
-  bool is(const TexelStatistics& s) const {
-    return same(luminance[0], s.luminance[0]) && same(luminance[1], s.luminance[1]) &&
-           same(variance, s.variance) && same(shared, s.shared) && same(samples, s.samples) &&
-           same(known, s.known);
-  }
-
- private:
-  template <class T>
-  static bool same(const std::vector<T>& a, const std::vector<T>& b) {  // by their bits: some are NaN
-    return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
-  }
-};
+template <class T>
+bool same_bits(const std::vector<T>& a, const std::vector<T>& b) {  // of floats too, some of them NaN
+  return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
+}
 
 }  // namespace
 
 struct ChosenFilters {
-  ChosenFrom from;
   Candidates candidates;
   Choice choice;
+  // Of the statistics, what the candidates do not hold as it was.
+  std::vector<float> luminance[kReplicates], variance;
+  std::vector<uint8_t> known;
+
+  bool are_of(const TexelStatistics& s) const {
+    return same_bits(luminance[0], s.luminance[0]) && same_bits(luminance[1], s.luminance[1]) &&
+           same_bits(variance, s.variance) && same_bits(candidates.shared, s.shared) &&
+           same_bits(candidates.samples, s.samples) && same_bits(known, s.known);
+  }
 };
 
 namespace {
@@ -63,12 +52,12 @@ using Shares = std::array<double, kLevels>;
 class Blend {
  public:
   Blend(const Candidates& candidates, const Choice& choice, const SiteGeometry& sites,
-        const SurfaceLinks& links, KeptWindows& kept)
+        const SurfaceLinks& links, KeptWindows* kept)
       : candidates_(candidates),
         choice_(choice),
         sites_(sites),
         near_(sites, links),
-        kernel_(sites, links, candidates.known, &kept) {}
+        kernel_(sites, links, candidates.known, kept) {}
 
   // Computes the weights of a known site.
   void enter(uint32_t site) {
@@ -216,12 +205,13 @@ void fill_site(const Candidates& c, const SiteGeometry& sites, SurfaceWindow& ar
 Denoised run(const TexelStatistics& s, std::span<const DirectionBound> bounds, bool planes,
              const SiteGeometry& sites, const SurfaceLinks& links, unsigned threads, KeptFilters& filters) {
   KILN_CHECK(s.planes <= kMaxPlanes && s.sites == sites.size());
-  KeptWindows kept(s.sites);
-  if (!filters || !filters->from.is(s)) {
-    Candidates found = find_candidates(s, sites, links, threads, &kept);
-    Choice chosen = choose(found, sites, links, threads, &kept);
-    filters = std::make_shared<const ChosenFilters>(
-        ChosenFilters{ChosenFrom(s), std::move(found), std::move(chosen)});
+  std::optional<KeptWindows> kept;  // only where several loops read them
+  if (!filters || !filters->are_of(s)) {
+    kept.emplace(s.sites);
+    Candidates found = find_candidates(s, sites, links, threads, &*kept);
+    Choice chosen = choose(found, sites, links, threads, &*kept);
+    filters = std::make_shared<const ChosenFilters>(ChosenFilters{
+        std::move(found), std::move(chosen), {s.luminance[0], s.luminance[1]}, s.variance, s.known});
   }
   const Candidates& candidates = filters->candidates;
   const Choice& choice = filters->choice;
@@ -233,7 +223,7 @@ Denoised run(const TexelStatistics& s, std::span<const DirectionBound> bounds, b
   out.filled.assign(s.sites, 0);
   if (planes) out.mean = ZeroedVector<float>(s.sites * s.planes);
   for_each_run(s.sites, threads, [&](size_t begin, size_t end) {
-    Blend blend(candidates, choice, sites, links, kept);
+    Blend blend(candidates, choice, sites, links, kept ? &*kept : nullptr);
     for (size_t i = begin; i < end; ++i) {
       if (candidates.known[i]) {
         blend.enter(static_cast<uint32_t>(i));

@@ -1,7 +1,6 @@
 #include "coordinator/bake/neighbours/half_hidden.h"
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
 #include <limits>
@@ -38,35 +37,8 @@ Vec3 lifted(const SitePoint& point, float size) {
   return at + Vec3(point.normal) * std::max(kLift * size, 4 * 0x1p-23f * place);
 }
 
-std::array<Vec3, std::size(kDirections)> directions_at(const SitePoint& point) {
-  const Frame frame{Vec3(point.normal)};
-  std::array<Vec3, std::size(kDirections)> directions;
-  for (size_t i = 0; i < directions.size(); ++i) {
-    const auto& [x, y] = kDirections[i];
-    directions[i] = frame.to_world({x, y, std::sqrt(1 - x * x - y * y)});
-  }
-  return directions;
-}
-
-// How many of the directions are free.
-int openness(const SceneRays::Near& near, const SitePoint& point, float size) {
-  const Vec3 from = lifted(point, size);
-  int open = 0;
-  for (const Vec3& direction : directions_at(point)) open += !near.is_blocked(from, direction, kReach * size);
-  return open;
-}
-
-// Of a texel's points: those whose openness is compared. From the first to the last: these climb in both
-// coordinates (points of a Hammersley set, site_point).
-const SitePoint& compared_point(std::span<const SitePoint> points, int i) {
-  return points[static_cast<size_t>(i) * (points.size() - 1) / (kPoints - 1)];
-}
-
-Vec3 above(const SitePoint& point, float size) {
-  return Vec3(point.position + point.normal * double{kOver * size});
-}
-
-// A plane below all rays from a texel's points. Where these have several normals, none: a normal of 0.
+// A plane that no ray from a texel's points goes below. The points may have several normals: then none, which
+// a normal of 0 says.
 struct Floor {
   DVec3 normal{0.0};
   double offset = 0;
@@ -81,35 +53,22 @@ Floor floor_of(std::span<const SitePoint> points, float size) {
   return {normal, offset};
 }
 
-// Around the lines of is_parted().
-BoxNode around_lines(std::span<const SitePoint> points, float size) {
-  BoxNode box;
-  for (const SitePoint& p : points) {
-    box.add(lifted(p, size));
-    box.add(above(p, size));
-  }
-  return box;
-}
-// Around the rays of openness() from the compared points.
-BoxNode around_rays(std::span<const SitePoint> points, float size) {
-  BoxNode box;
-  for (int i = 0; i < kPoints; ++i) {
-    const SitePoint& point = compared_point(points, i);
-    const Vec3 from = lifted(point, size);
-    box.add(from);
-    for (const Vec3& direction : directions_at(point)) box.add(from + kReach * size * direction);
-  }
-  return box;
-}
-
 // Whether something parts a texel's points, or covers some of them and not others: they are tied together by
 // lines from each to the next, a little above the surface, and down to the points. The points are spread
 // evenly and each is far from the next, so that whatever stands across the texel meets a line.
-bool is_parted(const SceneRays::Near& near, std::span<const SitePoint> points, float size) {
+bool is_parted(const SceneRays& rays, std::span<const SitePoint> points, const Floor& floor, float size) {
+  const auto above = [&](const SitePoint& p) { return Vec3(p.position + p.normal * double{kOver * size}); };
+  BoxNode box;
+  for (const SitePoint& p : points) {
+    box.add(lifted(p, size));
+    box.add(above(p));
+  }
+  const SceneRays::NearTriangles near = rays.near_triangles(box, floor.normal, floor.offset);
+  if (near.empty()) return false;
   size_t covered = 0;
-  Vec3 last = above(points[0], size);
+  Vec3 last = above(points[0]);
   for (size_t i = 0; i < points.size(); ++i) {
-    const Vec3 point = lifted(points[i], size), here = above(points[i], size);
+    const Vec3 point = lifted(points[i], size), here = above(points[i]);
     covered += near.is_blocked(point, here - point, 1.0f);
     if (covered > 0 && covered <= i) return true;
     if (here != last && near.is_blocked(last, here - last, 1.0f)) return true;
@@ -118,31 +77,52 @@ bool is_parted(const SceneRays::Near& near, std::span<const SitePoint> points, f
   return false;
 }
 
-bool is_half_hidden(const SceneRays& rays, const Scene& scene, const Atlas& atlas, uint32_t site,
-                    float size) {
-  const uint32_t* mask = &atlas.sites.words[atlas.sites.first_word[site]];
-  const auto count = static_cast<size_t>(std::popcount(mask[0]) + std::popcount(mask[1]));
-  if (count < 2 || !(size > 0)) return false;
-  SitePoint points[64];
-  for (size_t i = 0; i < count; ++i) {
-    points[i] = point_on_site(scene, atlas, site, (static_cast<float>(i) + 0.5f) / static_cast<float>(count));
-    if (points[i].normal == DVec3(0.0)) return false;
+// Whether some of a texel's points are much more open than others.
+bool is_uneven(const SceneRays& rays, std::span<const SitePoint> points, const Floor& floor, float size) {
+  struct {
+    Vec3 from, directions[std::size(kDirections)];
+  } compared[kPoints];
+  BoxNode box;
+  for (size_t i = 0; i < kPoints; ++i) {
+    // From the first to the last: these climb in both coordinates (points of a Hammersley set, site_point).
+    const SitePoint& point = points[i * (points.size() - 1) / (kPoints - 1)];
+    const Frame frame{Vec3(point.normal)};
+    compared[i].from = lifted(point, size);
+    box.add(compared[i].from);
+    for (size_t d = 0; d < std::size(kDirections); ++d) {
+      const auto& [x, y] = kDirections[d];
+      compared[i].directions[d] = frame.to_world({x, y, std::sqrt(1 - x * x - y * y)});
+      box.add(compared[i].from + kReach * size * compared[i].directions[d]);
+    }
   }
-  const std::span<const SitePoint> all(points, count);
-  const Floor floor = floor_of(all, size);
-  const SceneRays::Near beside = rays.near(around_lines(all, size), floor.normal, floor.offset);
-  if (!beside.empty() && is_parted(beside, all, size)) return true;
-  const SceneRays::Near near = rays.near(around_rays(all, size), floor.normal, floor.offset);
+  const SceneRays::NearTriangles near = rays.near_triangles(box, floor.normal, floor.offset);
   if (near.empty()) return false;
   int sum = 0, squares = 0;
-  for (int i = 0; i < kPoints; ++i) {
-    const int open = openness(near, compared_point(all, i), size);
+  for (const auto& [from, directions] : compared) {
+    int open = 0;
+    for (const Vec3& direction : directions) open += !near.is_blocked(from, direction, kReach * size);
     sum += open;
     squares += open * open;
   }
   // The variance against the square of the mean, both times the square of the number of points.
   const auto square_of_mean = static_cast<float>(sum * sum);
   return static_cast<float>(kPoints * squares) - square_of_mean > kUneven * kUneven * square_of_mean;
+}
+
+bool is_half_hidden(const SceneRays& rays, const Scene& scene, const Atlas& atlas, uint32_t site,
+                    float size) {
+  const uint32_t* mask = &atlas.sites.words[atlas.sites.first_word[site]];
+  const auto count = static_cast<size_t>(std::popcount(mask[0]) + std::popcount(mask[1]));
+  if (count < 2 || !(size > 0)) return false;
+  SitePoint of_site[64];
+  for (size_t i = 0; i < count; ++i) {
+    of_site[i] =
+        point_on_site(scene, atlas, site, (static_cast<float>(i) + 0.5f) / static_cast<float>(count));
+    if (of_site[i].normal == DVec3(0.0)) return false;
+  }
+  const std::span<const SitePoint> points(of_site, count);
+  const Floor floor = floor_of(points, size);
+  return is_parted(rays, points, floor, size) || is_uneven(rays, points, floor, size);
 }
 
 }  // namespace

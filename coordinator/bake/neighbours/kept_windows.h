@@ -1,4 +1,4 @@
-// Windows of sites, kept between loops that walk through the same ones.
+// Windows around sites (surface_window.h), kept for the loops that need them again.
 #pragma once
 
 #include <limits>
@@ -9,9 +9,8 @@
 
 namespace kiln {
 
-// Each site of a window is kept as the difference of its number from the first one's, in two bytes. Nothing
-// is kept of a window whose sites are too far apart for that, nor of maps of more than kMostSites sites,
-// whose windows would take a gigabyte.
+// Two bytes for each site of a window: its number less that of the site in the middle. Windows for which two
+// bytes are too few are not kept, and none of maps with more than kMostSites sites (a gigabyte).
 class KeptWindows {
  public:
   explicit KeptWindows(size_t sites) {
@@ -20,8 +19,7 @@ class KeptWindows {
     runs_.resize((sites + kParallelRun - 1) / kParallelRun);
   }
 
-  // Writes the window that was kept for a site to `out`, which has room for it, and returns its size; 0:
-  // none.
+  // Writes the window of a site to `out`, which has room for it, and returns its size; 0 if it is not kept.
   size_t find(uint32_t site, std::span<uint32_t> out) const {
     if (place_.empty()) return 0;
     const Place& place = place_[site];
@@ -30,8 +28,8 @@ class KeptWindows {
     return place.count;
   }
 
-  // `window` begins with the site, of which none was kept before, and has at most 65,535 sites. Several
-  // threads may keep windows of different runs of kParallelRun sites.
+  // `window`: its site first, at most 65,535; once for each site. Threads may share runs of kParallelRun
+  // sites between them, one thread for each run.
   void keep(std::span<const uint32_t> window) {
     if (place_.empty()) return;
     const uint32_t site = window[0];

@@ -46,11 +46,11 @@ class SceneRays {
   }
   // Whether there is a surface before `far`, from either side.
   bool is_blocked(const Vec3& origin, const Vec3& direction, float far) const;
-  // For many short rays in one place.
-  class Near;
-  // What rays may meet that stay within this box and above the plane dot(normal, x) = offset: triangles whose
-  // bounding boxes reach into it, and of which a corner is not below.
-  Near near(const BoxNode& box, const DVec3& normal, double offset) const;
+  // A few triangles, for many short rays among them.
+  class NearTriangles;
+  // All triangles that a ray may meet which stays within this box and above the plane dot(normal, x) = offset
+  // (a normal of 0: within the box).
+  NearTriangles near_triangles(const BoxNode& box, const DVec3& normal, double offset) const;
 
  private:
   struct Triangle {
@@ -83,16 +83,16 @@ class SceneRays {
   std::vector<Place> places_;  // in the order of the leaves of top_
 };
 
-class SceneRays::Near {
+class SceneRays::NearTriangles {
  public:
   bool empty() const { return count_ == 0; }
-  // As SceneRays::is_blocked.
+  // As SceneRays::is_blocked, for the rays they were gathered for.
   bool is_blocked(const Vec3& origin, const Vec3& direction, float far) const;
 
  private:
   friend SceneRays;
-  static constexpr size_t kMost = 64;  // with more, rays walk through the tree
-  explicit Near(const SceneRays& rays) : rays_(rays) {}
+  static constexpr size_t kMost = 64;
+  explicit NearTriangles(const SceneRays& rays) : rays_(rays) {}
   bool add(const Place& place, const Triangle& triangle) {
     if (count_ == kMost) return false;
     places_[count_] = &place;
@@ -101,7 +101,7 @@ class SceneRays::Near {
   }
 
   const SceneRays& rays_;
-  bool is_full_ = false;
+  bool overflows_ = false;  // there are more than kMost: rays walk through the tree
   size_t count_ = 0;
   std::array<const Place*, kMost> places_;
   std::array<Triangle, kMost> triangles_;
@@ -231,9 +231,10 @@ bool SceneRays::any_leaf(const std::vector<BoxNode>& nodes, const BoxNode& box, 
   return false;
 }
 
-inline SceneRays::Near SceneRays::near(const BoxNode& box, const DVec3& normal, double offset) const {
-  Near near(*this);
-  near.is_full_ = any_leaf(top_, box, [&](const BoxNode& top) {
+inline SceneRays::NearTriangles SceneRays::near_triangles(const BoxNode& box, const DVec3& normal,
+                                                          double offset) const {
+  NearTriangles near(*this);
+  near.overflows_ = any_leaf(top_, box, [&](const BoxNode& top) {
     for (uint32_t i = top.first; i < top.first + top.count; ++i) {
       const Place& place = places_[i];
       const Instance& instance = scene_.instances[place.instance];
@@ -246,7 +247,7 @@ inline SceneRays::Near SceneRays::near(const BoxNode& box, const DVec3& normal, 
       const Mat4x3& m = instance.to_world;
       const DVec3 across(dot(normal, DVec3(m[0])), dot(normal, DVec3(m[1])), dot(normal, DVec3(m[2])));
       const double least = offset - dot(normal, DVec3(m[3]));
-      const auto is_full = [&](const BoxNode& node) {
+      const auto overflows = [&](const BoxNode& node) {
         for (uint32_t k = node.first; k < node.first + node.count; ++k) {
           const Triangle& t = mesh.triangles[k];
           BoxNode around;
@@ -259,15 +260,15 @@ inline SceneRays::Near SceneRays::near(const BoxNode& box, const DVec3& normal, 
         }
         return false;
       };
-      if (any_leaf(mesh.nodes, own, is_full)) return true;
+      if (any_leaf(mesh.nodes, own, overflows)) return true;
     }
     return false;
   });
   return near;
 }
 
-inline bool SceneRays::Near::is_blocked(const Vec3& origin, const Vec3& direction, float far) const {
-  if (is_full_) return rays_.is_blocked(origin, direction, far);
+inline bool SceneRays::NearTriangles::is_blocked(const Vec3& origin, const Vec3& direction, float far) const {
+  if (overflows_) return rays_.is_blocked(origin, direction, far);
   const Place* place = nullptr;
   Vec3 o, d;
   for (size_t i = 0; i < count_; ++i) {
