@@ -139,14 +139,18 @@ class Baking {
     return PassEnd::kComplete;
   }
 
-  // Takes again what sites have whose error is that of the caches. The map's errors are found after the last
-  // round: filtering takes longer than a round of few sites.
+  // Takes again what sites have whose error is that of the caches. The map is filtered after the last round;
+  // until then what is to come stays as foretold: old errors with new counts would foretell too many samples.
   Expected<PassEnd> settle() {
     Settling settling;
+    SettlingState foretold = settling_state();
+    const uint32_t first = pass_;
     PassEnd end = PassEnd::kComplete;
-    uint32_t rounds = 0;
-    for (; end == PassEnd::kComplete && !caches_.empty() && pass_ < kMaxPasses; ++rounds) {
-      std::vector<SiteSamples> work = settling.next(settling_state());
+    while (end == PassEnd::kComplete && !caches_.empty() && pass_ < kMaxPasses) {
+      foretold.shared = shared_;
+      foretold.samples = samples_;
+      foretold.to_come = std::min(foretold.to_come, affordable_samples());
+      std::vector<SiteSamples> work = settling.next(foretold);
       std::erase_if(work, [&](const SiteSamples& s) { return skipped_.count(s.site) > 0; });
       if (work.empty()) break;
       caches_.leave_out(settling.left_out());
@@ -155,19 +159,17 @@ class Baking {
       KILN_TRY(end, run_pass(std::move(work)));
       record_round();
     }
-    if (rounds == 0) return end;
+    if (pass_ == first) return end;
     report_.passes.pop_back();
     grew_ = false;
     record();
     return end;
   }
   SettlingState settling_state() const {
-    return {shared_, samples_, most_samples(), final_error() / z_, samples_to_come()};
+    const double to_come = missing_samples(all_needed(asked_error()), state(), most_samples());
+    return {shared_, samples_, most_samples(), final_error() / z_, to_come};
   }
-  double samples_to_come() const {
-    const double samples = missing_samples(all_needed(asked_error()), state(), most_samples());
-    return is_limited() ? std::min(samples, pace_.limit_left() * pace_.samples_per_second()) : samples;
-  }
+  double affordable_samples() const { return pace_.limit_left() * pace_.samples_per_second(); }
 
   // Coarse to fine: one sample per replicate for a stride of the texels, then finer strides, then
   // all of them; from there samples double everywhere. Every pass uses the light that earlier ones
@@ -194,7 +196,7 @@ class Baking {
       if (have == most) break;
       const uint32_t to = std::min(2 * have, most);
       work = all_sites({have, to - have});
-      if (samples_of(work) > pace_.limit_left() * pace_.samples_per_second()) break;
+      if (samples_of(work) > affordable_samples()) break;
       KILN_TRY(const PassEnd end, run_pass(std::move(work)));
       record();
       if (end != PassEnd::kComplete) return end;
@@ -236,13 +238,12 @@ class Baking {
   // There must be time to replace the dropped samples, at worst at the speed of whole paths.
   bool has_time_for_caches(uint32_t count, const std::vector<SiteSamples>& work) const {
     const double next = samples_of(work) + 2.0 * kReplicates * count * static_cast<double>(sums_.sites());
-    return !(pace_.limit_left() * pace_.samples_per_second() < kSureToRenew * next);
+    return !(affordable_samples() < kSureToRenew * next);
   }
 
-  // Starting from `count` samples of every site, repeats as often as needed: makes a cache, then runs a pass
-  // whose paths end at it. The first such pass lasts if another would follow but few sites err by the caches
-  // (those settle), and so does one that a better cache did not help. `round`: 0 if the present samples are
-  // of whole paths. `work`: what follows.
+  // Makes a cache from `count` samples of every site, then runs a pass whose paths end at it, and again. The
+  // first such pass lasts if another would follow but few sites err by the caches (those settle), and so does
+  // one that a better cache did not help. `round`: 0 if the samples are of whole paths. `work`: what follows.
   Expected<PassEnd> make_caches(uint32_t count, std::vector<SiteSamples>& work, uint32_t round) {
     double before = std::numeric_limits<double>::infinity();  // error of one sample, as if independent
     for (;; ++round) {
@@ -288,9 +289,8 @@ class Baking {
   }
   // Whether `count` samples per replicate of every site fit into the time left.
   bool affords(uint32_t count) const {
-    double missing = 0;
-    for (const uint32_t have : samples_) missing += count > have ? count - have : 0;
-    return kReplicates * missing < pace_.limit_left() * pace_.samples_per_second();
+    const std::vector<double> needed(samples_.size(), count);
+    return missing_samples(needed, state(), count) < affordable_samples();
   }
   // Filters narrow as samples come, so denoised errors fall more slowly.
   double fall() const { return surface_ ? convergence_.get() : 1; }
@@ -342,8 +342,8 @@ class Baking {
   // The error asked for, or what can be reached in the time left.
   double final_error() const {
     if (!is_limited()) return asked_error();
-    return affordable_error(state(), norm_, asked_error(), z_, most_samples(),
-                            pace_.limit_left() * pace_.samples_per_second(), fall(), unmet_.get());
+    return affordable_error(state(), norm_, asked_error(), z_, most_samples(), affordable_samples(), fall(),
+                            unmet_.get());
   }
 
   // Decided between passes from merged sums only, so every run of the job decides alike (unless
