@@ -18,7 +18,7 @@ constexpr double kSettledPart = 0.2;
 // samples.
 constexpr double kSettlingHelps = 0.85;
 // Shares of the samples to come that one round, and all of them, may take.
-constexpr double kSettlingRound = 0.1, kSettlingShare = 0.25;
+constexpr double kSettlingRound = 0.03, kSettlingShare = 0.1;
 
 // Where no cache helps and no more than this share of the sites is left, what they read is mostly their own:
 // a nearly closed cavity hands on all of the error that its first cache had.
