@@ -280,8 +280,8 @@ uint32_t most_takes(const Stub& stub) {
 
 TEST_F(Passes, ARewoundJobIsBakedAsIfForTheFirstTime) {
   request_.settings.min_samples = 32;
-  request_.settings.max_samples = 2000;
-  request_.settings.error = 0.04;
+  request_.settings.max_samples = 8192;
+  request_.settings.error = 0.02;
   for (const bool cache : {false, true}) {
     request_.settings.cache = cache;
     Stub plain;
