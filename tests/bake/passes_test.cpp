@@ -281,8 +281,8 @@ uint32_t most_takes(const Stub& stub) {
 TEST_F(Passes, ARewoundJobIsBakedAsIfForTheFirstTime) {
   request_.settings.min_samples = 32;
   request_.settings.max_samples = 4096;
-  request_.settings.error =
-      0.03;  // few passes: the run before the rewind, whose draws do not fall, has as many
+  // With an error of 0.02 the run before the rewind, whose draws do not fall, ends in fewer passes.
+  request_.settings.error = 0.03;
   for (const bool cache : {false, true}) {
     request_.settings.cache = cache;
     Stub plain;
