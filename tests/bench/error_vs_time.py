@@ -27,8 +27,8 @@ import by_brightness  # noqa: E402
 import error_scenes  # noqa: E402
 from error_common import (ARCADE, CACHED_REFERENCE, COMPARE, REFERENCE, ROOT, TARGETS, Bench, arguments_of,  # noqa: E402
                           crossing, keep, kept, percent, points_of, real_options, root_mean, run, time_text)
-from error_rooms import (ROOM_MATERIALS, ROOM_REFERENCE, limits, limits_table, rooms, rooms_table, texel,  # noqa: E402
-                         texel_table)
+from error_rooms import (ROOM_MATERIALS, ROOM_REFERENCE, TEXEL_SAMPLES, limits, limits_table, rooms,  # noqa: E402
+                         rooms_table, texel, texel_table)
 
 PARTS = ("bias", "light", "calibration", "foretold", "curves", "texel", "others", "rooms", "limits")
 OF_ROOMS = {"texel": texel, "rooms": rooms, "limits": limits}  # error_rooms.py
@@ -330,6 +330,7 @@ def main():
     parser.add_argument("--room-reference", type=int, default=ROOM_REFERENCE,
                         help="of parts rooms and limits: most samples a texel in each half of the reference")
     parser.add_argument("--densities", type=float, nargs="*", help="of parts rooms [8 16] and texel [4 8]")
+    parser.add_argument("--texel-samples", type=int, default=TEXEL_SAMPLES, help="of part texel: --max-samples")
     parser.add_argument("--materials", nargs="*", choices=ROOM_MATERIALS, default=ROOM_MATERIALS, help="of parts rooms and limits")
     parser.add_argument("--label", default="now", help="of the calibration: before, now")
     parser.add_argument("--kiln", default=os.path.join(ROOT, "build/bin/kiln"))
