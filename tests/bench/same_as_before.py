@@ -1,63 +1,54 @@
 #!/usr/bin/env python3
-"""Whether an earlier build and this one write the same maps, to the byte, where nothing trades exactness for time.
+"""Whether exact bakes of an earlier build and of this one are the same, to the byte.
 
-    python3 tests/bench/same_as_before.py --before OTHER/build/bin/kiln [--kiln build/bin/kiln] [--scenes cornell staircase ...]
+    python3 tests/bench/same_as_before.py --before OTHER/build/bin/kiln
+    python3 tests/bench/same_as_before.py --before OTHER/build/bin/kiln --rooms staircase sponza   # these too, at production density
 
-64 samples for every texel of the scenes of error_vs_time.py, of the corridor and of Sponza, with `--cache off --denoise off`.
-Compares irradiance.exr and samples.exr. Exit status 1: one differs, as irradiance.exr does with `--seed 2`.
+Bakes the scenes of error_vs_time.py with `--cache off --denoise off` and 64 samples for every texel, and compares irradiance.exr
+and samples.exr. Exit status 1: a file differs. `--seed 2` shows that it can.
 """
 import argparse
 import filecmp
 import os
-import subprocess
 import sys
 import tempfile
 
-import error_scenes
-import real_rooms
-from error_common import ARCADE, ROOT, real_options
+import error_rooms
+import error_vs_time
+from error_common import ROOT, arguments_of, run
 
-EXACT = ["--encode", "none", "--basis", "irradiance", "--seams", "off", "--cache", "off", "--denoise", "off",
-         "--min-samples", "64", "--max-samples", "64", "--preview", "off", "--quiet"]
-REAL = {"staircase": 3, "living-room": 3, "sponza": 1}  # texels per metre
+EXACT = {"encode": "none", "basis": "irradiance", "seams": "off", "cache": "off", "denoise": "off", "preview": "off",
+         "min-samples": 64, "max-samples": 64}
 
 
-def scenes_in(folder):
-    """(name, path, settings)."""
-    for name, path in error_scenes.write(folder).items():
-        yield name, path, []
-    yield "corridor", real_rooms.write(folder, ["corridor"], "default")["corridor"], ["--texels-per-metre", "4"]
-    yield "arcade", ARCADE, ["--texels-per-metre", "1"]
-    for name, density in REAL.items():
-        path = os.path.join(os.environ.get("KILN_SCENES") or os.path.join(ROOT, "../shared/scenes"), name + ".glb")
-        if not os.path.exists(path):
-            print("%s: left out, %s is absent" % (name, path))
-            continue
-        light = [word for key, value in real_options(path).items() for word in ("--" + key, value)]
-        yield name, path, ["--layout", "pack", "--texels-per-metre", str(density), *light]
+def scenes_in(work, rooms):
+    """(label, path, settings)."""
+    options = argparse.Namespace(work=work, scenes=None, quick=False, materials=["default"], densities=[8])
+    for name, (path, own) in error_vs_time.scenes_of(options).items():
+        yield name, path, own
+    options.scenes = rooms
+    for name, _, density, path, own in error_rooms.rooms_of(options):
+        yield "%s at %g texels a metre" % (name, density), path, own
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--before", required=True)
+    parser.add_argument("--before", required=True, metavar="KILN")
     parser.add_argument("--kiln", default=os.path.join(ROOT, "build/bin/kiln"))
-    parser.add_argument("--seed", default="1", help="of --kiln; the other has 1")
-    parser.add_argument("--scenes", nargs="*")
+    parser.add_argument("--seed", type=int, default=1, help="of --kiln; the other has 1")
+    parser.add_argument("--rooms", nargs="*", default=[], choices=error_rooms.ROOMS, metavar="ROOM")
     options = parser.parse_args()
-    different = 0
+    differ = 0
     with tempfile.TemporaryDirectory(prefix="kiln-same-") as work:
-        for name, path, settings in scenes_in(work):
-            if options.scenes and name not in options.scenes:
-                continue
-            outs = [os.path.join(work, name + end) for end in ("-before", "-now")]
-            for kiln, out, seed in zip((options.before, options.kiln), outs, ("1", options.seed)):
-                subprocess.run([kiln, "bake", path, "-o", out, "--seed", seed, *EXACT, *settings], check=True,
-                               stdout=subprocess.DEVNULL)
-            differs = [f for f in ("irradiance.exr", "samples.exr")
-                       if not filecmp.cmp(*[os.path.join(out, f) for out in outs], shallow=False)]
-            print("%s: %s" % (name, ", ".join(differs) + " differ" if differs else "the same bytes"), flush=True)
-            different += bool(differs)
-    return 1 if different else 0
+        before, now = os.path.join(work, "before"), os.path.join(work, "now")
+        for label, path, own in scenes_in(work, options.rooms):
+            for kiln, out, seed in ((options.before, before, 1), (options.kiln, now, options.seed)):
+                run([kiln, "bake", path, "-o", out, "--quiet", *arguments_of({**own, **EXACT, "seed": seed})])
+            different = [f for f in ("irradiance.exr", "samples.exr")
+                         if not filecmp.cmp(os.path.join(before, f), os.path.join(now, f), shallow=False)]
+            print("%s: %s" % (label, ", ".join(different) + " differ" if different else "the same bytes"), flush=True)
+            differ += len(different)
+    return 1 if differ else 0
 
 
 if __name__ == "__main__":
