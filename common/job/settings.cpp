@@ -367,7 +367,7 @@ const Setting kTable[] = {
      "maximum samples per texel; equal to min-samples: a fixed count. If not given, 16384 for probes and in "
      "the other norms than mean-square, and no bound for a bake that only time limits",
      [](B& b, S s) { return store_number(b.max_samples, s, 1, 1 << 30); },
-     [](const B& b) { return text("{}", b.max_samples); }},
+     [](const B& b) { return text("{}", b.most_samples()); }},
     {"time-limit", "S", "seconds",
      "finish the whole bake within S seconds, or 90s, 2m, 1h30m, at the best quality possible; 0: no limit",
      [](B& b, S s) { return store_duration(b.time_limit, s, 1e9); },

@@ -117,7 +117,7 @@ Command bench_command() {
            {"--reference-error", "E",
             "fewer of these samples, down to a sixteenth, where the map is within this error without them"},
            {"--reference-share", "X",
-            "share of the texels to bake and compare, in blocks of 16 x 16, for maps of millions [1]"},
+            "share of the texels to bake and compare, in blocks of 8 x 8, for maps of millions [1]"},
            {"--reference-cache", "",
             "bake the reference with the irradiance cache: for light that full paths rarely find"},
            {"--references", "DIR", "folder for references [$XDG_CACHE_HOME/kiln/references]"},

@@ -97,6 +97,7 @@ class Baking {
     caches_.begin();
     errors_ = {};
     shared_.clear();
+    planned_.clear();
     response_errors_.clear();
     most_ = std::max(1u, settings_.most_samples() / kReplicates);
     least_ = std::max(1u, (settings_.min_samples + 1) / 2);
@@ -422,7 +423,7 @@ class Baking {
     return work;
   }
 
-  SampleState state() const { return {errors_.mean, errors_.standard_error, samples_}; }
+  SampleState state() const { return {errors_.mean, errors_.standard_error, samples_, planned_}; }
 
   void renew_caches() {
     sampled_at_renewal_ = sampled_;
@@ -523,6 +524,7 @@ class Baking {
     errors_ = std::move(errors);
     samples_ = statistics.samples;
     shared_ = std::move(statistics.shared);
+    if (norm_ == ErrorNorm::kMeanSquare) planned_ = planned_deviations(state(), charts_);
     add_point();
   }
 
@@ -530,9 +532,6 @@ class Baking {
   void record_round() {
     TexelStatistics statistics = sums_.statistics(false);
     find_shared(charts_, statistics);
-    take(statistics);
-  }
-  void take(TexelStatistics& statistics) {
     samples_ = std::move(statistics.samples);
     shared_ = std::move(statistics.shared);
     add_point();
@@ -572,6 +571,7 @@ class Baking {
   KeptFilters filters_;
   std::vector<TexelErrors> response_errors_;  // after the last pass
   std::vector<uint32_t> samples_;             // by site, per replicate
+  std::vector<float> planned_;                // by site: SampleState::planned
   std::vector<float> shared_;                 // by site: TexelStatistics::shared; empty without caches
   ConvergenceRate convergence_;
   UnmetLight unmet_;

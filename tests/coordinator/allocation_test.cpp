@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <random>
 
 #include "common/job/unit.h"
 
@@ -76,6 +77,81 @@ TEST(Allocation, AskedErrorIsReachedInEveryNorm) {
     const auto needed = needed_samples(t.state(), norm, 0.03, 1.96);
     EXPECT_NEAR(reached_error(with(t.state(), needed, error), norm, 1.96), 0.03, 1e-6);
   }
+}
+
+TEST(Allocation, CountsArePlannedByTheTexelsAround) {
+  Texels t;
+  std::vector<uint32_t> chart;
+  for (int i = 0; i < 40; ++i) {
+    t.add(1, 1, 64);
+    chart.push_back(i < 20 ? 0 : 1);
+  }
+  chart.push_back(2);  // alone
+  t.add(1, 5, 64);
+  const auto before = planned_deviations(t.state(), chart);
+  for (int i = 0; i < 40; ++i) EXPECT_NEAR(before[i], 1, 1e-6) << i;
+  EXPECT_NEAR(before[40], 5, 1e-5);
+  t.error[10] *= 1.9f;
+  auto after = planned_deviations(t.state(), chart);
+  EXPECT_EQ(after[10], before[10]) << "its own says nothing";
+  EXPECT_NEAR(after[11], (15 + 1.9) / 16, 1e-5);
+  EXPECT_EQ(after[1], before[1]) << "out of reach";
+  t.error[10] *= 10;
+  after = planned_deviations(t.state(), chart);
+  EXPECT_NEAR(after[10], 19 / kStandsOut, 1e-4) << "unless it stands out";
+  t.error[21] *= 10;
+  EXPECT_EQ(planned_deviations(t.state(), chart)[19], after[19]) << "of another chart";
+
+  SampleState planned = t.state();
+  planned.planned = after;
+  std::vector<float> error;
+  const auto needed = needed_samples(planned, ErrorNorm::kMeanSquare, 0.03, 1.96);
+  EXPECT_NEAR(reached_error(with(t.state(), needed, error), ErrorNorm::kMeanSquare, 1.96), 0.03, 1e-6);
+  EXPECT_NEAR(needed[10] / needed[30], after[10] / after[30], 1e-5);
+  const double missing = missing_samples(needed, t.state(), kAny);
+  EXPECT_NEAR(affordable_error(planned, ErrorNorm::kMeanSquare, 0, 1.96, kAny, missing), 0.03, 3e-6);
+}
+
+// Light that one sample in 300 meets: the mean over texels that get more samples by the first ones' errors.
+TEST(Allocation, RareLightIsNotLostToTheChoiceOfTexels) {
+  constexpr size_t kTexels = 40'000;
+  constexpr uint32_t kFirst = 64;
+  constexpr double kRare = 1.0 / 300, kBright = 60, kTruth = 1 + kRare * kBright;
+  const std::vector<uint32_t> chart(kTexels, 0);
+  const auto lost = [&](bool by_surroundings) {
+    std::mt19937_64 random(7);
+    const auto number = [&] { return static_cast<double>(random() >> 11) * 0x1p-53; };
+    const auto sample = [&] { return 2 * number() + (number() < kRare ? kBright : 0); };
+    Texels t;
+    std::vector<double> sums(kTexels, 0.0);
+    for (double& sum : sums) {
+      double squares = 0;
+      for (uint32_t k = 0; k < kFirst; ++k) {
+        const double v = sample();
+        sum += v;
+        squares += v * v;
+      }
+      const double mean = sum / kFirst;
+      t.add(static_cast<float>(mean), std::sqrt((squares / kFirst - mean * mean) * kFirst / (kFirst - 1)),
+            kFirst);
+    }
+    SampleState state = t.state();
+    std::vector<float> planned;
+    if (by_surroundings) planned = planned_deviations(state, chart);
+    state.planned = planned;
+    const auto needed = needed_samples(state, ErrorNorm::kMeanSquare, 0.4, 1.96);
+    double light = 0;
+    for (size_t i = 0; i < kTexels; ++i) {
+      const auto count = std::clamp(static_cast<uint32_t>(needed[i]), kFirst, 4 * kFirst);
+      for (uint32_t k = kFirst; k < count; ++k) sums[i] += sample();
+      light += sums[i] / count;
+    }
+    return 1 - light / kTexels / kTruth;
+  };
+  // Standard deviation of a sample 3.5, of the mean of all below 3.5 / sqrt(64 x 40,000) = 0.0022.
+  const double own = lost(false), around = lost(true);
+  EXPECT_GT(own, 0.03) << "the test sees it";
+  EXPECT_LT(around, 0.5 * own);  // those that stand out still choose themselves
 }
 
 TEST(Allocation, MeanSquareTakesTheFewestSamples) {

@@ -250,6 +250,12 @@ TEST(Settings, MostSamplesFollowFromTheNormUnlessTheyAreGiven) {
     s.error_norm = norm;
     EXPECT_EQ(s.most_samples(), 16384u);
   }
+  const auto printed = [&] {
+    for (const Setting& row : settings_table())
+      if (std::string_view(row.name) == "max-samples") return row.print(s);
+    return std::string();
+  };
+  EXPECT_EQ(printed(), "16384") << "reports show what holds";
   s.min_samples = 20000;
   EXPECT_EQ(s.most_samples(), 20000u);
   ASSERT_TRUE(set_option(s, "max-samples", "50000", "test"));

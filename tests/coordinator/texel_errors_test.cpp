@@ -244,6 +244,24 @@ TEST(TexelErrors, BrightTexelsDoNotStandForDarkOnesNorDarkForBright) {
   }
 }
 
+// A chart of two texels whose replicates differ by chance, one this way and one that way: what they seem to
+// share is below 0 by more than their own variance.
+TEST(TexelErrors, ChanceDoesNotTakeAwayATexelsOwnVariance) {
+  Random random(9);
+  constexpr uint32_t kEach = 200;
+  constexpr double kOwn = 0.05;  // of the mean of both replicates, 1 / sqrt(2 kEach)
+  TexelStatistics s = make(200, kEach, independent([](Random& r) { return 5 + normal(r); }), random);
+  s.shared.assign(s.sites, 0.0f);
+  std::vector<uint32_t> charts(s.sites, 1);
+  for (const size_t i : {100u, 101u}) {
+    charts[i] = 2;
+    s.luminance[0][i] = i == 100 ? 5.3f : 4.7f;
+    s.luminance[1][i] = i == 100 ? 4.7f : 5.3f;
+  }
+  const TexelErrors e = estimate_errors(s, charts);
+  for (const size_t i : {100u, 101u}) EXPECT_GT(e.standard_error[i], 0.8 * kOwn);
+}
+
 TEST(TexelErrors, TexelFarAwayChangesNothing) {
   Random random(5);
   TexelStatistics s = make(1000, 16, independent([](Random& r) { return 5 + normal(r); }), random);

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "common/base/format.h"
+#include "common/base/parallel.h"
 #include "common/job/unit.h"
 
 namespace kiln {
@@ -46,6 +47,28 @@ double least_mean(const SampleState& s, ErrorNorm norm) {
   return count ? share * sum / static_cast<double>(count) : 0;
 }
 
+std::vector<float> planned_deviations(const SampleState& s, std::span<const uint32_t> chart_of_site) {
+  const double floor = least_mean(s, ErrorNorm::kMeanSquare);
+  std::vector<double> own(s.mean.size(), 0.0);
+  for (size_t i = 0; i < own.size(); ++i)
+    if (is_lit(s, i)) own[i] = relative_error(s, i, floor) * std::sqrt(s.samples[i]);
+  std::vector<float> planned(own.size(), 0.0f);
+  for_each_index(own.size(), 0, [&](size_t i) {
+    if (!is_lit(s, i)) return;
+    double sum = 0;
+    size_t count = 0;
+    const size_t last = std::min(own.size(), i + kPlannedReach + 1);
+    for (size_t j = i > kPlannedReach ? i - kPlannedReach : 0; j < last; ++j) {
+      if (j == i || chart_of_site[j] != chart_of_site[i] || !is_lit(s, j)) continue;
+      sum += own[j];
+      ++count;
+    }
+    const double around = count ? sum / static_cast<double>(count) : own[i];
+    planned[i] = static_cast<float>(std::max(around, own[i] / kStandsOut));
+  });
+  return planned;
+}
+
 Expected<ErrorNorm> find_error_norm(std::string_view name) {
   if (name == "max") return ErrorNorm::kMax;
   if (name == "mean-square") return ErrorNorm::kMeanSquare;
@@ -62,13 +85,15 @@ std::vector<double> needed_samples(const SampleState& s, ErrorNorm norm, double 
   const auto deviation = [&](size_t i) {
     return s.standard_error[i] / std::max<double>(s.mean[i], floor) * std::sqrt(s.samples[i]);
   };
-  double factor = z / error;  // needed = (factor x deviation)^2
+  const auto planned = [&](size_t i) { return s.planned.empty() ? deviation(i) : double{s.planned[i]}; };
+  double factor = z / error;  // needed = (factor x deviation)^2; kMeanSquare: factor x planned
   if (norm == ErrorNorm::kMeanSquare) {
-    double sum = 0;
+    double sum = 0;  // of squared relative errors, if every site has its planned deviation as its count
     size_t count = 0;
     for (size_t i = 0; i < needed.size(); ++i) {
       if (!is_lit(s, i)) continue;
-      sum += deviation(i);
+      const double own = deviation(i);
+      if (own > 0) sum += own * own / planned(i);
       ++count;
     }
     const double squares = static_cast<double>(count) / (factor * factor);
@@ -79,11 +104,11 @@ std::vector<double> needed_samples(const SampleState& s, ErrorNorm norm, double 
         left -=
             unmet_square(std::max<double>(s.samples[i], unmet * (sum / squares) * (sum / squares)), unmet);
     left = std::max(left, 0.5 * squares);
-    factor = count ? sum / left : 0;  // needed = factor x deviation
+    factor = count ? sum / left : 0;
   }
   for (size_t i = 0; i < needed.size(); ++i)
     if (is_lit(s, i)) {
-      const double wanted = factor * deviation(i);
+      const double wanted = factor * (norm == ErrorNorm::kMeanSquare ? planned(i) : deviation(i));
       needed[i] = norm == ErrorNorm::kMeanSquare ? wanted : wanted * wanted;
       if (fall < 1 && needed[i] > s.samples[i])
         needed[i] = s.samples[i] * std::pow(needed[i] / s.samples[i], 1 / fall);
@@ -152,14 +177,15 @@ double affordable_error(const SampleState& s, ErrorNorm norm, double error, doub
   // On large maps, a regular subset of texels estimates the total cost.
   constexpr size_t kAsked = 100'000;
   const size_t step_sites = std::max<size_t>(1, s.samples.size() / kAsked);
-  std::vector<float> mean, deviation;
+  std::vector<float> mean, deviation, planned;
   std::vector<uint32_t> taken;
   for (size_t i = 0; i < s.samples.size(); i += step_sites) {
     mean.push_back(s.mean[i]);
     deviation.push_back(s.standard_error[i]);
     taken.push_back(s.samples[i]);
+    if (!s.planned.empty()) planned.push_back(s.planned[i]);
   }
-  const SampleState some{mean, deviation, taken};
+  const SampleState some{mean, deviation, taken, planned};
   const auto costs = [&](double e) {
     return static_cast<double>(step_sites) *
            missing_samples(needed_samples(some, norm, e, z, fall, unmet), some, most);

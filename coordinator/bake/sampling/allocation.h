@@ -24,16 +24,28 @@ Expected<ErrorNorm> find_error_norm(std::string_view name);  // parses --error-n
 struct SampleState {
   std::span<const float> mean, standard_error;  // by site; infinite error: unknown
   std::span<const uint32_t> samples;            // by site, per replicate
+  // By site: relative deviation of one sample by which counts are planned (planned_deviations). Empty: each
+  // site's own.
+  std::span<const float> planned = {};
 };
 
 // Smaller means count as this value in that norm; 0 for kMax.
 double least_mean(const SampleState& state, ErrorNorm norm);
 
+// By site: the mean relative deviation of one sample (standard error / mean x root of the count, least mean
+// of kMeanSquare) of the sites around, of the same chart, without the site's own. Where a site's own samples
+// decide how many more it gets, its mean comes out too low: one that met a rare bright sample gets many more,
+// which dilute it, and one that missed it keeps what it has (Kirk & Arvo 1991). A site's own deviation counts
+// only beyond kStandsOut times that: what is sharp in truth needs more than its surroundings.
+constexpr size_t kPlannedReach = 8;  // sites in Morton order, on either side
+constexpr double kStandsOut = 2;
+std::vector<float> planned_deviations(const SampleState& state, std::span<const uint32_t> chart_of_site);
+
 // Samples (per replicate) that every site needs for z x error <= `error` in that norm, extrapolated from the
 // present standard errors with squared errors falling as n^-fall. Sites without an error or light keep their
-// count. kMeanSquare: Neyman 1934, n_i proportional to the relative deviation of one sample; `unmet` (see
-// UnmetLight) x the square of that factor at least for sites that have met no light, whose own error says
-// nothing.
+// count. kMeanSquare: Neyman 1934, n_i proportional to the relative deviation of one sample, the planned one
+// if there is one; `unmet` (see UnmetLight) x the square of that factor at least for sites that have met no
+// light, whose own error says nothing.
 std::vector<double> needed_samples(const SampleState& state, ErrorNorm norm, double error, double z,
                                    double fall = 1, double unmet = 0);
 

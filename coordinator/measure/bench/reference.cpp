@@ -33,7 +33,8 @@ Expected<std::string> identity_of(const ReferenceRequest& r) {
       "isa {}\nsamples {}\n{}",
       release_number(), scene.hex(), atlas.hex(), s.direct, s.indirect, s.max_bounces, s.watertight, s.isa,
       r.samples,
-      text("{}{}{}", r.cache ? "cache on\n" : "", r.share < 1 ? text("share {}\n", r.share) : "",
+      text("{}{}{}", r.cache ? "cache on\n" : "",
+           r.share < 1 ? text("share {} of blocks of {}\n", r.share, kReferenceBlock) : "",
            r.error > 0 ? text("error {}\n", r.error) : ""));
 }
 
