@@ -19,6 +19,11 @@ double relative_error(const SampleState& s, size_t i, double floor) {
   return s.standard_error[i] / std::max<double>(s.mean[i], floor);
 }
 
+// Relative deviation of one sample, as if samples were independent.
+double deviation(const SampleState& s, size_t i, double floor) {
+  return relative_error(s, i, floor) * std::sqrt(s.samples[i]);
+}
+
 // Below this share of the least mean that counts, a texel is as good as black, however little its error is.
 constexpr double kUnmetShare = 0.1;
 bool has_met_no_light(const SampleState& s, size_t i, double floor) {
@@ -51,7 +56,7 @@ std::vector<float> planned_deviations(const SampleState& s, std::span<const uint
   const double floor = least_mean(s, ErrorNorm::kMeanSquare);
   std::vector<double> own(s.mean.size(), 0.0);
   for (size_t i = 0; i < own.size(); ++i)
-    if (is_lit(s, i)) own[i] = relative_error(s, i, floor) * std::sqrt(s.samples[i]);
+    if (is_lit(s, i)) own[i] = deviation(s, i, floor);
   std::vector<float> planned(own.size(), 0.0f);
   for_each_index(own.size(), 0, [&](size_t i) {
     if (!is_lit(s, i)) return;
@@ -81,18 +86,16 @@ std::vector<double> needed_samples(const SampleState& s, ErrorNorm norm, double 
                                    double unmet) {
   std::vector<double> needed(s.samples.begin(), s.samples.end());
   const double floor = least_mean(s, norm);
-  // Relative deviation of one sample, as if samples were independent.
-  const auto deviation = [&](size_t i) {
-    return s.standard_error[i] / std::max<double>(s.mean[i], floor) * std::sqrt(s.samples[i]);
+  const auto planned = [&](size_t i) {
+    return s.planned.empty() ? deviation(s, i, floor) : double{s.planned[i]};
   };
-  const auto planned = [&](size_t i) { return s.planned.empty() ? deviation(i) : double{s.planned[i]}; };
   double factor = z / error;  // needed = (factor x deviation)^2; kMeanSquare: factor x planned
   if (norm == ErrorNorm::kMeanSquare) {
-    double sum = 0;  // of squared relative errors, if every site has its planned deviation as its count
+    double sum = 0;  // of squared relative errors where counts equal planned deviations
     size_t count = 0;
     for (size_t i = 0; i < needed.size(); ++i) {
       if (!is_lit(s, i)) continue;
-      const double own = deviation(i);
+      const double own = deviation(s, i, floor);
       if (own > 0) sum += own * own / planned(i);
       ++count;
     }
@@ -108,7 +111,7 @@ std::vector<double> needed_samples(const SampleState& s, ErrorNorm norm, double 
   }
   for (size_t i = 0; i < needed.size(); ++i)
     if (is_lit(s, i)) {
-      const double wanted = factor * (norm == ErrorNorm::kMeanSquare ? planned(i) : deviation(i));
+      const double wanted = factor * (norm == ErrorNorm::kMeanSquare ? planned(i) : deviation(s, i, floor));
       needed[i] = norm == ErrorNorm::kMeanSquare ? wanted : wanted * wanted;
       if (fall < 1 && needed[i] > s.samples[i])
         needed[i] = s.samples[i] * std::pow(needed[i] / s.samples[i], 1 / fall);

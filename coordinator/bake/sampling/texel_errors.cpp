@@ -122,8 +122,8 @@ TexelErrors estimate_errors(const TexelStatistics& s, std::span<const uint32_t> 
     const double student = 1.0 + 1.21 / std::max(1.0, d.freedom);
     const double mean = mean_luminance(s, i);
     double variance = d.q * independent;
-    // What is found of the difference is an estimate and may be far below 0 where few texels are alike: the
-    // texel's own variance is not taken away by it.
+    // Where few texels are alike, what their differences show of it may by chance be far below 0. It must not
+    // cancel the texel's own variance.
     if (apart) variance += std::max(0.0, shared_variance(s.shared[i] * mean * mean, differences.common(i)));
     out.mean[i] = static_cast<float>(mean);
     out.standard_error[i] = static_cast<float>(student * std::sqrt(variance) + 0x1p-20 * std::abs(mean));
@@ -223,7 +223,7 @@ std::vector<float> band_errors(const TexelStatistics& s, std::span<const uint32_
     if (!s.shared.empty()) {
       const double own =
           count > 1 ? std::max(0.0, variance - square_of_mean) * count / (count - 1) : variance;
-      variance = own + std::max(0.0, shared_variance(s.shared[i] * length2 * s.samples[i], variance - own));
+      variance = std::max(0.0, own + shared_variance(s.shared[i] * length2 * s.samples[i], variance - own));
     }
     out[i] = static_cast<float>(std::sqrt(variance / s.samples[i]));
   });

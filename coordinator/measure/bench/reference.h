@@ -42,9 +42,9 @@ BakeSettings reference_settings(const ReferenceRequest& request, uint32_t half);
 constexpr uint32_t kLeastShare = 16;
 
 // Whether a block of 8 x 8 texels is baked. The same in both halves and in every reference with
-// that share; a smaller share is a subset of a larger one. (Texels of a block err alike: six blocks of 16 x
-// 16 of a corridor said 1.37 of an error that is 1.13 over the whole map. Windows of SSIM are 11 texels
-// wide.)
+// that share; a smaller share is a subset of a larger one. Errors of nearby texels are correlated, so that
+// many small blocks represent a map better than a few large ones; SSIM needs some context (its windows are 11
+// texels wide).
 constexpr uint32_t kReferenceBlock = 8;
 bool is_reference_block(uint32_t column, uint32_t row, double share);
 
