@@ -177,6 +177,27 @@ def rooms_table(options):
     return rows
 
 
+def statements_table(options):
+    """True error over stated at each error asked for: of the texels, each by its own, and of the map (relMSE and the stated one)."""
+    errors = ROOM_ERRORS.split(",")
+    rows = ["| room | seeds | %s | promises kept |" % " | ".join("%s %s" % (of, e) for of in ("texels,", "map,") for e in errors),
+            "|---%s|" % ("|---" * (2 * len(errors) + 2))]
+    for r in kept(options, "rooms").values():
+        runs = [run for run in r["runs"] if run.get("stated_rel_mse", 0) > 0]
+        if not runs:
+            continue
+        cells = []
+        for of in (lambda run: run["error_ratio"], lambda run: math.sqrt(max(0, run["rel_mse"]) / run["stated_rel_mse"])):
+            for error in errors:
+                ratios = [of(run) for run in runs if run["value"] == float(error) and run["rel_mse"] > 2 * r["reference"]["rel_mse"]]
+                cells.append(mean_and_range(ratios) if ratios else "")
+        last = [run for run in runs if run["value"] == runs[-1]["value"]]
+        rows.append("| %s, %s, %g a metre | %d | %s | %s |" % (
+            r["name"], r["materials"], r["density"], len(last), " | ".join(cells),
+            percent(statistics.mean(run["promise_kept"] for run in last))))
+    return rows
+
+
 def limits_table(options):
     rows = ["| room | materials | version | limit, s | texels | taken, s | relMSE | stated, rms | true / stated | in the dark | "
             "coverage of 95 % | brute force's relMSE x seconds, over Kiln's | plain Embree's |",

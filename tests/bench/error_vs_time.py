@@ -28,7 +28,7 @@ import error_scenes  # noqa: E402
 from error_common import (ARCADE, CACHED_REFERENCE, COMPARE, REFERENCE, ROOT, TARGETS, Bench, arguments_of,  # noqa: E402
                           crossing, keep, kept, percent, points_of, real_options, root_mean, run, time_text)
 from error_rooms import (ROOM_MATERIALS, ROOM_REFERENCE, TEXEL_SAMPLES, limits, limits_table, rooms,  # noqa: E402
-                         rooms_table, texel, texel_table)
+                         rooms_table, statements_table, texel, texel_table)
 
 PARTS = ("bias", "light", "calibration", "foretold", "curves", "texel", "others", "rooms", "limits")
 OF_ROOMS = {"texel": texel, "rooms": rooms, "limits": limits}  # error_rooms.py
@@ -302,8 +302,9 @@ def write_page(options):
     sections = {"machine": machine_line(options), "bias": bias_table(options), "light": light_table(options),
                 "calibration": calibration_table(options), "foretold": foretold_table(options),
                 "curves": curves_section(options, folder), "times": times_table(options), "texel": texel_table(options),
-                "others": others_table(options), "rooms": rooms_table(options), "limits": limits_table(options)}
-    measured = {"machine": "curves", "times": "curves"}
+                "others": others_table(options), "rooms": rooms_table(options),
+                "statements": statements_table(options), "limits": limits_table(options)}
+    measured = {"machine": "curves", "times": "curves", "statements": "rooms"}
     for name, rows in sections.items():
         if not os.path.isdir(os.path.join(options.work, measured.get(name, name))):
             continue

@@ -2,6 +2,7 @@
 #include "coordinator/measure/compare/measures.h"
 
 #include <functional>
+#include <limits>
 #include <random>
 
 #include "coordinator/measure/compare/difference_picture.h"
@@ -66,7 +67,8 @@ TEST(Measures, TrueStatementsAreCovered) {
   EXPECT_NEAR(k.coverage, 0.95, share_error(0.95));
   EXPECT_NEAR(k.error_ratio, 1, 5 * std::sqrt(2.0 / kMany) / 2);
   EXPECT_NEAR(k.stated_rms, 0.02, 0.001);
-  EXPECT_EQ(k.promised, kMany);  // 1.96 x 0.02 < 0.05
+  EXPECT_NEAR(k.stated_rel_mse, 0.02 * 0.02 / (1 + 1e-4), 1e-12);  // the denominator of relMSE
+  EXPECT_EQ(k.promised, kMany);                                  // 1.96 x 0.02 < 0.05
   EXPECT_NEAR(k.promise_kept, std::erf(2.5 / std::sqrt(2.0)), share_error(0.987));
   const auto half = *compare_maps(stating(0.01), truth, nullptr, {})->calibration;
   EXPECT_NEAR(half.coverage, std::erf(0.5 * 1.959964 / std::sqrt(2.0)), share_error(0.67));
@@ -86,6 +88,16 @@ TEST(Measures, BlackTexelsPromiseNothing) {
   EXPECT_DOUBLE_EQ(k.promise_kept, 100.0 / 102);
   EXPECT_NEAR(k.error_ratio, 1, 1e-6);
   EXPECT_NEAR(k.stated_rms, 0.01, 1e-9);
+  EXPECT_NEAR(k.stated_rel_mse, 100.0 / 112 * 0.01 * 0.01 / (1.01 * 1.01 * (1 + 1e-4)), 1e-12);
+}
+
+TEST(Measures, TexelsOfUnknownErrorStateNothing) {
+  std::vector<double> stated(10, 0.01);
+  stated[3] = std::numeric_limits<double>::infinity();
+  const auto k = *compare_maps(map_of(std::vector<double>(10, 1.0), stated),
+                               map_of(std::vector<double>(10, 1.0)), nullptr, {})
+                      ->calibration;
+  EXPECT_NEAR(k.stated_rel_mse, 0.01 * 0.01 / (1 + 1e-4), 1e-12);
 }
 
 TEST(Measures, PercentilesAndWorstTexels) {

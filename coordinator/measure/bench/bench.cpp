@@ -43,8 +43,10 @@ class BenchRunner {
     run.budget = budget_text(c, budget);
     run.budget_value = budget;
     run.repeat = repeat;
-    note_(text("{:10} {:14} {:8.2f} s {:10.3g} rays  relMSE {:.3g}", c.name, run.budget, run.seconds,
-               static_cast<double>(run.rays), run.comparison.rel_mse));
+    const auto& k = run.comparison.calibration;
+    note_(text("{:10} {:14} {:8.2f} s {:10.3g} rays  relMSE {:.3g}{}", c.name, run.budget, run.seconds,
+               static_cast<double>(run.rays), run.comparison.rel_mse,
+               k ? text(", stated {:.3g}", k->stated_rel_mse) : ""));
     const bool last = run.seconds > request_.most_seconds || run.comparison.rel_mse < kGoodEnough;
     result_.runs.push_back(std::move(run));
     return last;

@@ -74,8 +74,8 @@ Calibration calibrate(const std::vector<Pair>& pairs, bool halves, const Compare
   const double z = normal_interval(s.confidence);
   Calibration c;
   double brightest = 0;
-  double ratio = 0, squares = 0, noise = 0, stated = 0, kept = 0;
-  uint64_t lit = 0, known = 0;
+  double ratio = 0, squares = 0, noise = 0, stated = 0, kept = 0, relative_squares = 0;
+  uint64_t lit = 0, known = 0, finite = 0;
   const double black = kBlackShare * mean_of(pairs, [](const Pair& p) { return p.a; });
   for (const Pair& p : pairs) {
     const bool covered = p.away() <= z * p.stated;
@@ -85,7 +85,10 @@ Calibration calibrate(const std::vector<Pair>& pairs, bool halves, const Compare
     brightest = std::max(brightest, p.a);
     if (std::isfinite(p.stated)) c.largest_stated = std::max(c.largest_stated, p.stated);
     kept += promised && p.away() <= s.error * p.r();
-    if (!std::isfinite(p.stated) || !(p.a > black)) continue;
+    if (!std::isfinite(p.stated)) continue;
+    relative_squares += p.stated * p.stated / p.scale();
+    ++finite;
+    if (!(p.a > black)) continue;
     squares += p.stated * p.stated / (p.a * p.a);
     ++lit;
     if (!(p.stated > 0)) continue;
@@ -96,6 +99,7 @@ Calibration calibrate(const std::vector<Pair>& pairs, bool halves, const Compare
   }
   if (brightest > 0) c.largest_stated /= brightest;
   c.coverage /= static_cast<double>(pairs.size());
+  c.stated_rel_mse = finite ? relative_squares / static_cast<double>(finite) : 0;
   c.stated_rms = lit ? std::sqrt(squares / static_cast<double>(lit)) : 0;
   c.error_ratio = known ? std::sqrt(std::max(0.0, ratio / static_cast<double>(known))) : 0;
   c.promise_kept = c.promised ? kept / static_cast<double>(c.promised) : 0;

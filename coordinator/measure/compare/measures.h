@@ -28,7 +28,11 @@ struct WorstTexel {
 struct Calibration {
   double stated_rms = 0;  // root mean square of s / a over texels above a hundredth of a's mean
   double coverage = 0;    // share of texels with |a - r| <= z s; C if the errors are right
-  // Over the same texels: root of mean (a - r)^2 / s^2 without the reference's noise; 1 if s is right.
+  // Mean over all texels of s^2 / (r^2 + (mean of r / 100)^2): the relMSE that the bake states. Texels whose
+  // error is unknown are left out.
+  double stated_rel_mse = 0;
+  // Over the texels of stated_rms: root of mean (a - r)^2 / s^2 without the reference's noise; 1 if s is
+  // right.
   double error_ratio = 0;
   uint64_t promised = 0;      // lit texels with z s <= error x a, which promise to be within `error`
   double promise_kept = 0;    // share of these with |a - r| <= error x r; 0 if there are none

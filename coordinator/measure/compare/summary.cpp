@@ -36,8 +36,9 @@ std::string comparison_text(const Comparison& c, const CompareSettings& s) {
   if (c.bias_error > 0)
     out += text(", of the reference +- {:.3g} ({:.3f} %)", c.bias_error,
                 percent_of(c.bias_error, c.mean_reference));
-  out += text("\nRMSE     {:.4g} ({:.2f} % of the mean)\nrelMSE   {:.4g} +- {:.2g}\n", c.rmse(),
-              percent_of(c.rmse(), c.mean_reference), c.rel_mse, c.rel_mse_error);
+  out += text("\nRMSE     {:.4g} ({:.2f} % of the mean)\nrelMSE   {:.4g} +- {:.2g}{}\n", c.rmse(),
+              percent_of(c.rmse(), c.mean_reference), c.rel_mse, c.rel_mse_error,
+              c.calibration ? text(", stated {:.4g}", c.calibration->stated_rel_mse) : "");
   if (c.reference_rel_mse)
     out += text("of these the reference's own noise has relMSE {:.4g}{}\n", *c.reference_rel_mse,
                 c.bias_error > 0 ? ", which is not in the above" : ", which is in the above");
@@ -76,7 +77,8 @@ std::string comparison_json(const Comparison& c, const CompareSettings& s) {
   if (c.calibration) {
     const Calibration& k = *c.calibration;
     w.key("calibration").begin_object().pair("stated_rms", k.stated_rms).pair("coverage", k.coverage);
-    w.pair("error_ratio", k.error_ratio)
+    w.pair("stated_rel_mse", k.stated_rel_mse)
+        .pair("error_ratio", k.error_ratio)
         .pair("largest_stated", k.largest_stated)
         .pair("promised", k.promised)
         .pair("promise_kept", k.promise_kept);
@@ -103,11 +105,12 @@ std::string comparison_csv(const Comparison& c) {
   }
   names += ",ssim";
   values += c.ssim ? text(",{:.6g}", *c.ssim) : ",";
-  names += ",stated_rms,coverage,error_ratio,promised,promise_kept,reference_part";
+  names += ",stated_rms,coverage,error_ratio,promised,promise_kept,reference_part,stated_rel_mse";
   const Calibration k = c.calibration.value_or(Calibration{});
-  values += c.calibration ? text(",{:.6g},{:.6g},{:.6g},{},{:.6g},{:.6g}", k.stated_rms, k.coverage,
-                                 k.error_ratio, k.promised, k.promise_kept, k.reference_part)
-                          : ",,,,,,";
+  values += c.calibration
+                ? text(",{:.6g},{:.6g},{:.6g},{},{:.6g},{:.6g},{:.6g}", k.stated_rms, k.coverage,
+                       k.error_ratio, k.promised, k.promise_kept, k.reference_part, k.stated_rel_mse)
+                : ",,,,,,,";
   return names + "\n" + values + "\n";
 }
 
