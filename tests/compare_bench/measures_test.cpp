@@ -68,7 +68,7 @@ TEST(Measures, TrueStatementsAreCovered) {
   EXPECT_NEAR(k.error_ratio, 1, 5 * std::sqrt(2.0 / kMany) / 2);
   EXPECT_NEAR(k.stated_rms, 0.02, 0.001);
   EXPECT_NEAR(k.stated_rel_mse, 0.02 * 0.02 / (1 + 1e-4), 1e-12);  // the denominator of relMSE
-  EXPECT_EQ(k.promised, kMany);                                  // 1.96 x 0.02 < 0.05
+  EXPECT_EQ(k.promised, kMany);                                    // 1.96 x 0.02 < 0.05
   EXPECT_NEAR(k.promise_kept, std::erf(2.5 / std::sqrt(2.0)), share_error(0.987));
   const auto half = *compare_maps(stating(0.01), truth, nullptr, {})->calibration;
   EXPECT_NEAR(half.coverage, std::erf(0.5 * 1.959964 / std::sqrt(2.0)), share_error(0.67));
