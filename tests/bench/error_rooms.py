@@ -181,7 +181,7 @@ def statements_table(options):
     """True error over stated at each error asked for: of the texels, each by its own, and of the map (relMSE and the stated one)."""
     errors = ROOM_ERRORS.split(",")
     rows = ["| room | seeds | %s | promises kept |" % " | ".join("%s %s" % (of, e) for of in ("texels,", "map,") for e in errors),
-            "|---%s|" % ("|---" * (2 * len(errors) + 2))]
+            "|---" * (2 * len(errors) + 3) + "|"]
     for r in kept(options, "rooms").values():
         runs = [run for run in r["runs"] if run.get("stated_rel_mse", 0) > 0]
         if not runs:

@@ -119,6 +119,11 @@ TEST(Bench, FromTheCommandLine) {
   };
   const std::string csv = read("bench.csv"), json = read("bench.json");
   EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 1 + 2 * 3) << csv;
+  const size_t line = csv.find('\n') + 1;  // every run has a value for every name
+  EXPECT_EQ(std::count(csv.begin(), csv.end(), ','),
+            (1 + 2 * 3) * std::count(csv.begin(), csv.begin() + static_cast<ptrdiff_t>(line), ','));
+  EXPECT_NE(r.output.find(", stated "), std::string::npos) << r.output;
+  EXPECT_NE(json.find("\"stated_rel_mse\""), std::string::npos);
   EXPECT_NE(json.find("\"kiln bench\""), std::string::npos);
   EXPECT_NE(read("bench.svg").find("</svg>"), std::string::npos);
   EXPECT_TRUE(std::filesystem::exists(dir.path() / "out/bench.png"));

@@ -100,6 +100,17 @@ TEST(Measures, TexelsOfUnknownErrorStateNothing) {
   EXPECT_NEAR(k.stated_rel_mse, 0.01 * 0.01 / (1 + 1e-4), 1e-12);
 }
 
+TEST(Measures, TextHasTheStatedRelMseWhereOneIsStated) {
+  const ErrorMap truth = map_of(std::vector<double>(10, 1.0));
+  const auto text_of = [&](const ErrorMap& a) {
+    return comparison_text(*compare_maps(a, truth, nullptr, {}), {});
+  };
+  EXPECT_NE(text_of(map_of(std::vector<double>(10, 1.0), std::vector<double>(10, 0.1)))
+                .find("relMSE   0 +- 0, stated 0.009999\n"),
+            std::string::npos);
+  EXPECT_EQ(text_of(truth).find("stated"), std::string::npos);
+}
+
 TEST(Measures, PercentilesAndWorstTexels) {
   std::vector<double> light(100, 1.0), stated(100, 0.5);
   for (size_t i = 0; i < 100; ++i) light[i] += 0.001 * static_cast<double>(i);
