@@ -253,6 +253,29 @@ TEST(Denoise, StatesAPartOfItsOwnLightInADarkTexelBesideBrightOnes) {
 
 // One texel of a window has met next to nothing, and any light that a filter brings there is many times its
 // noise. The bias of the texels around it is at most four times that light, whatever the ratio of the noises.
+// A black chip of 4 mm at the border of a noisy lit wall: no filter gives it the wall's light, so neither is
+// the wall's noise its own.
+TEST(Denoise, StatesNoNoiseOfAWallOnAChipOfIt) {
+  const MadeSurface wall(test::Pieces()
+                             .add(test::panel(2, 1, 4, 2), Mat4x3(1))
+                             .add(test::panel(0.004f, 0.004f, 1, 1), test::moved({2, 0.5f, 0}))
+                             .scene,
+                         8);
+  const auto on_chip = [](const Vec3& p) { return p.x > 2; };
+  const TexelStatistics s = noisy(
+      wall.sites, [&](const Vec3& p) { return on_chip(p) ? 0.0 : 3.0; },
+      [&](const Vec3& p) { return on_chip(p) ? 0.0 : 0.6; }, 1);
+  const Denoised d = wall.denoise(s);
+  size_t chips = 0;
+  for (size_t i = 0; i < s.sites; ++i) {
+    if (!on_chip(wall.sites.position[i])) continue;
+    ++chips;
+    EXPECT_EQ(d.luminance[i], 0);
+    EXPECT_LT(d.standard_error[i], 1e-3);
+  }
+  EXPECT_GT(chips, 0u);
+}
+
 TEST(Denoise, TakesNoBiasFromTheRatioOfTwoNoises) {
   const MadeSurface wall(test::wall_of_eight().scene, 8);
   Candidates c = find_candidates(noisy(wall.sites, constant(1), constant(0.1), 7), wall.sites, wall.links, 2);

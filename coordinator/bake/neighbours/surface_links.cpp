@@ -9,6 +9,7 @@ namespace {
 
 constexpr size_t kRun = 4096;
 constexpr uint32_t kNone = ~0u;
+constexpr float kLinkCosine = 2 * kWindowCosine * kWindowCosine - 1;  // twice the angle
 constexpr double kWidestGap = 2.5;  // texels: sites of partly covered texels are off centre
 
 struct Link {
@@ -33,6 +34,8 @@ class Linker {
 
  private:
   bool joined(uint32_t a, uint32_t b) const {
+    if (!sizes_alike(sites_.texel_size[a], sites_.texel_size[b])) return false;
+    if (dot(sites_.normal[a], sites_.normal[b]) < kLinkCosine) return false;
     const DVec3 pa(sites_.position[a]), pb(sites_.position[b]);
     const double size = std::max(sites_.texel_size[a], sites_.texel_size[b]);
     if (!(length(pa - pb) <= kWidestGap * size)) return false;

@@ -6,7 +6,6 @@ namespace kiln {
 namespace {
 
 constexpr float kMaxOff = 0.25f;  // of the radius, and of a texel
-constexpr float kMaxRatio = 3.0f;
 // Limit on visited sites: each found site has four neighbours and a few more at seams. With more (stacked
 // slivers) the walk ends.
 constexpr uint32_t kMaxLooked = 768;
@@ -42,8 +41,7 @@ std::span<const uint32_t> SurfaceWindow::around(uint32_t site, float radius, uin
       const Vec3 d = sites_.position[other] - centre;
       if (!(dot(d, d) <= square) || !(std::abs(dot(d, normal)) <= off)) continue;
       if (!(dot(normal, sites_.normal[other]) >= kMinCosine)) continue;
-      const float other_size = sites_.texel_size[other];
-      if (!(other_size <= kMaxRatio * size) || !(size <= kMaxRatio * other_size)) continue;
+      if (!sizes_alike(size, sites_.texel_size[other])) continue;
       found_[count++] = other;
     }
   return {found_.data(), count};

@@ -11,15 +11,15 @@ namespace kiln {
 // because it keeps scratch memory.
 class SurfaceWindow {
  public:
-  static constexpr uint32_t kMax = 160;      // sites; enough for a radius of 7 texels
-  static constexpr float kMinCosine = 0.9f;  // between the shading normals
+  static constexpr uint32_t kMax = 160;               // sites; enough for a radius of 7 texels
+  static constexpr float kMinCosine = kWindowCosine;  // between the shading normals
 
   // Both outlive the window.
   SurfaceWindow(const SiteGeometry& sites, const SurfaceLinks& links) : sites_(sites), links_(links) {}
 
   // The site itself, then sites around it in rings of links: within `radius` metres, shading normals within
   // 25 degrees, off the tangent plane by at most a quarter of `radius` plus a quarter of a texel, texel sizes
-  // within a factor of 3; connected through such sites. At most `most` <= kMax. Takes about 15 ns per site
+  // alike; connected through such sites. At most `most` <= kMax. Takes about 15 ns per site
   // found.
   std::span<const uint32_t> around(uint32_t site, float radius, uint32_t most = kMax);
 
