@@ -53,6 +53,10 @@ constexpr double kCommon = 5;
 // much better than independent ones; there the added texels have the mean of this many sites on either side.
 constexpr double kDoubtTexels = 4, kUsualTexels = 16;
 constexpr size_t kUsualSites = 128;
+// There a texel's noise counts as this at most, four standard deviations. What a cavity sees of the cache is
+// the same in all of its samples, so that its replicates may differ by a million times its prior; it is
+// stated as shared, and says nothing of others.
+constexpr double kMostUsual = 16;
 
 // The remaining bias after the steps to the quadratic surface and between the last planes, where curvature is
 // constant.
@@ -153,7 +157,7 @@ std::vector<float> usual_factors(const Candidates& c, const std::vector<Terms>& 
   const std::vector<uint32_t> order = morton_order(position, threads);
   RunSums noise, count;
   for (const uint32_t i : order) {
-    noise.add(c.known[i] ? double{terms[i].noise} : 0.0);
+    noise.add(c.known[i] ? std::min(double{terms[i].noise}, kMostUsual) : 0.0);
     count.add(c.known[i] ? 1 : 0);
   }
   std::vector<float> out(terms.size());
