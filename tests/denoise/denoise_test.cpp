@@ -251,8 +251,6 @@ TEST(Denoise, StatesAPartOfItsOwnLightInADarkTexelBesideBrightOnes) {
   EXPECT_GT(dark, 50u);
 }
 
-// One texel of a window has met next to nothing, and any light that a filter brings there is many times its
-// noise. The bias of the texels around it is at most four times that light, whatever the ratio of the noises.
 // A black chip of 4 mm at the border of a noisy lit wall: no filter gives it the wall's light, so neither is
 // the wall's noise its own.
 TEST(Denoise, StatesNoNoiseOfAWallOnAChipOfIt) {
@@ -299,6 +297,8 @@ TEST(Denoise, StatesNoErrorOfACavityElsewhere) {
   }
 }
 
+// One texel of a window has met next to nothing, and any light that a filter brings there is many times its
+// noise. The bias of the texels around it is at most four times that light, whatever the ratio of the noises.
 TEST(Denoise, TakesNoBiasFromTheRatioOfTwoNoises) {
   const MadeSurface wall(test::wall_of_eight().scene, 8);
   Candidates c = find_candidates(noisy(wall.sites, constant(1), constant(0.1), 7), wall.sites, wall.links, 2);
