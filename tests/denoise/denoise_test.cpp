@@ -251,52 +251,6 @@ TEST(Denoise, StatesAPartOfItsOwnLightInADarkTexelBesideBrightOnes) {
   EXPECT_GT(dark, 50u);
 }
 
-// A black chip of 4 mm at the border of a noisy lit wall: no filter gives it the wall's light, so neither is
-// the wall's noise its own.
-TEST(Denoise, StatesNoNoiseOfAWallOnAChipOfIt) {
-  const MadeSurface wall(test::Pieces()
-                             .add(test::panel(2, 1, 4, 2), Mat4x3(1))
-                             .add(test::panel(0.004f, 0.004f, 1, 1), test::moved({2, 0.5f, 0}))
-                             .scene,
-                         8);
-  const auto on_chip = [](const Vec3& p) { return p.x > 2; };
-  const TexelStatistics s = noisy(
-      wall.sites, [&](const Vec3& p) { return on_chip(p) ? 0.0 : 3.0; },
-      [&](const Vec3& p) { return on_chip(p) ? 0.0 : 0.6; }, 1);
-  const Denoised d = wall.denoise(s);
-  size_t chips = 0;
-  for (size_t i = 0; i < s.sites; ++i) {
-    if (!on_chip(wall.sites.position[i])) continue;
-    ++chips;
-    EXPECT_EQ(d.luminance[i], 0);
-    EXPECT_LT(d.standard_error[i], 1e-3);
-  }
-  EXPECT_GT(chips, 0u);
-}
-
-// Four black chips beside a wall whose replicates differ by far more than their samples do, as those of
-// cavities that see a cache: the wall's errors are what they are without them.
-TEST(Denoise, StatesNoErrorOfACavityElsewhere) {
-  test::Pieces pieces = test::Pieces().add(test::panel(4, 2, 4, 2), Mat4x3(1));
-  for (int i = 1; i <= 4; ++i)
-    pieces.add(test::panel(0.004f, 0.004f, 1, 1), test::moved({4, 0.4f * static_cast<float>(i), 0}));
-  const MadeSurface wall(pieces.scene, 8);
-  const Field inside = [](const Vec3& p) { return p.x > 4 ? 0.0 : 1.0; };
-  const TexelStatistics s = noisy(
-      wall.sites, [&](const Vec3& p) { return 3 * inside(p); },
-      [&](const Vec3& p) { return 0.6 * inside(p); }, 1);
-  TexelStatistics cavities = s;
-  for (size_t i = 0; i < s.sites; ++i)
-    if (wall.sites.position[i].x > 4) cavities.luminance[0][i] = 1e-3f;
-  const Denoised without = wall.denoise(s), with = wall.denoise(cavities);
-  for (size_t i = 0; i < s.sites; ++i) {
-    if (wall.sites.position[i].x > 4) continue;
-    // A chip counts as 16 in a mean over 129 sites or more, which is about 1: four add a quarter to the
-    // error.
-    EXPECT_NEAR(with.standard_error[i], without.standard_error[i], 0.25 * without.standard_error[i]);
-  }
-}
-
 // One texel of a window has met next to nothing, and any light that a filter brings there is many times its
 // noise. The bias of the texels around it is at most four times that light, whatever the ratio of the noises.
 TEST(Denoise, TakesNoBiasFromTheRatioOfTwoNoises) {

@@ -97,25 +97,6 @@ TEST(SurfaceWindow, EndsAtEdgesAndWalls) {
   }
 }
 
-// A chip of 4 mm that continues a wall, and a pole as thick as a texel and a half: what is linked, a window
-// may hold.
-TEST(SurfaceLinks, JoinTexelsOfLikeSizesAndNormals) {
-  const Scene chip = test::Pieces()
-                         .add(test::panel(2, 1, 4, 2), Mat4x3(1))
-                         .add(test::panel(0.004f, 0.004f, 1, 1), test::moved({2, 0.5f, 0}))
-                         .scene;
-  const Scene pole = test::Pieces().add(test::mantle(0.1f, 1, 8, 1), Mat4x3(1)).scene;
-  for (const Scene& scene : {chip, pole}) {
-    const Graph g(scene, 8);
-    ASSERT_GT(g.links.link.size(), g.sites.size());
-    for (uint32_t s = 0; s < g.sites.size(); ++s)
-      for (const uint32_t o : g.links.of(s)) {
-        ASSERT_LT(std::abs(std::log(g.sites.texel_size[s] / g.sites.texel_size[o])), std::log(3.01));
-        ASSERT_GT(dot(g.sites.normal[s], g.sites.normal[o]), 0.61f);
-      }
-  }
-}
-
 TEST(SurfaceLinks, AreTheSameForAnyNumberOfThreads) {
   const Scene scene = test::wall_of_eight().scene;
   const Graph one(scene, 8, 1), three(scene, 8, 3);

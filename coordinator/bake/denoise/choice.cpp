@@ -53,9 +53,9 @@ constexpr double kCommon = 5;
 // much better than independent ones; there the added texels have the mean of this many sites on either side.
 constexpr double kDoubtTexels = 4, kUsualTexels = 16;
 constexpr size_t kUsualSites = 128;
-// There a texel's noise counts as this at most, four standard deviations. What a cavity sees of the cache is
-// the same in all of its samples, so that its replicates may differ by a million times its prior; it is
-// stated as shared, and says nothing of others.
+// There a texel's noise counts as this at most, four standard deviations. All samples of a cavity may see the
+// same light of the cache: then its replicates differ by hundreds of times its prior. That is stated as
+// shared, and says nothing of other texels.
 constexpr double kMostUsual = 16;
 
 // The remaining bias after the steps to the quadratic surface and between the last planes, where curvature is

@@ -28,9 +28,9 @@ inline bool sizes_alike(float a, float b) {
 // Links each texel with its four neighbours on the same chart, and texels on either side of a seam
 // (coordinator/bake/seams: chart borders coincide and shading is continuous). No link crosses a line of
 // atlas.contacts, where something stands on the surface, or a gap wider than two texels (a chart that folds
-// back beside itself). None joins texels that no window holds both of, by normals twice 25 degrees apart or
-// by size: means over links would give a sliver's texel the noise of a wall. Takes about half a microsecond
-// and 24 bytes a site. The same for any number of threads.
+// back beside itself). None joins texels that no window could hold both of, because their sizes differ or
+// their normals are more than twice 25 degrees apart: averages over links would give a sliver the noise of a
+// wall. Takes about half a microsecond and 24 bytes a site. The same for any number of threads.
 SurfaceLinks surface_links(SeamFinder& seams, const SiteGeometry& sites, unsigned threads);
 SurfaceLinks surface_links(const Scene& scene, const Atlas& atlas, const SiteGeometry& sites,
                            unsigned threads);

@@ -19,8 +19,7 @@ class SurfaceWindow {
 
   // The site itself, then sites around it in rings of links: within `radius` metres, shading normals within
   // 25 degrees, off the tangent plane by at most a quarter of `radius` plus a quarter of a texel, texel sizes
-  // alike; connected through such sites. At most `most` <= kMax. Takes about 15 ns per site
-  // found.
+  // alike; connected through such sites. At most `most` <= kMax. Takes about 15 ns per site found.
   std::span<const uint32_t> around(uint32_t site, float radius, uint32_t most = kMax);
 
  private:
