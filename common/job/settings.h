@@ -55,6 +55,10 @@ struct BakeSettings {
   double error = 0.05, confidence = 0.95;
   std::string error_norm = "mean-square";  // max, mean-square, perceptual
   uint32_t min_samples = 64, max_samples = 262144;
+  // What a texel gets at least: min_samples, and fewer in a map of many texels if --min-samples is not given,
+  // the map is denoised, paths may end at the irradiance cache, and no texel has a bound of its own
+  // (--error-norm).
+  uint32_t least_samples(uint64_t texels) const;
   // The most that a texel may have. Only the norm mean-square gives many samples to few texels; where every
   // texel may ask for them, without --max-samples it is most_of_each().
   uint32_t most_samples() const;

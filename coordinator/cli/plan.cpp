@@ -82,9 +82,9 @@ void print_text(const Preflight& p) {
               static_cast<unsigned long long>(p.plan.worker_bytes >> 20) + 1);
   std::printf("files       %llu MiB before compression (estimate)\n",
               static_cast<unsigned long long>(p.plan.output_bytes >> 20) + 1);
-  std::printf("time        %s at min-samples to %s at %u samples everywhere (estimates)\n",
-              duration_text(p.plan.least_seconds).c_str(), duration_text(p.plan.most_seconds).c_str(),
-              p.plan.most_samples);
+  std::printf("time        %s at %u samples to %s at %u samples everywhere (estimates)\n",
+              duration_text(p.plan.least_seconds).c_str(), p.plan.least_samples,
+              duration_text(p.plan.most_seconds).c_str(), p.plan.most_samples);
   print_lods(p.projection.fits);
   for (const std::string& s : p.plan.left_out) std::printf("left out    %s\n", s.c_str());
   for (const ImportNote& n : p.imported.notes)

@@ -41,8 +41,8 @@ std::string facts(const PlanView& v) {
   row("memory", text("coordinator {} MiB, each worker {} MiB (estimates)", (p.coordinator_bytes >> 20) + 1,
                      (p.worker_bytes >> 20) + 1));
   row("files", text("{} MiB before compression (estimate)", (p.output_bytes >> 20) + 1));
-  row("time", text("{} at min-samples to {} at {} samples everywhere (estimates)", minutes(p.least_seconds),
-                   minutes(p.most_seconds), p.most_samples));
+  row("time", text("{} at {} samples to {} at {} samples everywhere (estimates)", minutes(p.least_seconds),
+                   p.least_samples, minutes(p.most_seconds), p.most_samples));
   return out + "</table>\n";
 }
 
@@ -117,6 +117,7 @@ std::string plan_json(const PlanView& v) {
   w.pair("coordinator_bytes", p.coordinator_bytes).pair("worker_bytes", p.worker_bytes);
   w.pair("output_bytes", p.output_bytes);
   w.pair("least_seconds", p.least_seconds).pair("most_seconds", p.most_seconds);
+  w.pair("least_samples", p.least_samples).pair("most_samples", p.most_samples);
   if (p.probes.volumes > 0) {
     const ProbePlan& probes = p.probes;
     w.key("probes").begin_object().pair("volumes", probes.volumes).pair("probes", probes.probes);

@@ -34,7 +34,7 @@ Expected<std::string> maps(const BakeReport& r, const Lightmap& map) {
   const std::vector<float>& samples = map.planes.plane("samples");
   const auto measured = [&](size_t t) { return map.validity[t] == Validity::kMeasured; };
   // In a limited time texels may have fewer than --min-samples.
-  float least = static_cast<float>(r.settings.min_samples), most = 1.0f;
+  float least = static_cast<float>(r.plan.least_samples), most = 1.0f;
   for (size_t t = 0; t < samples.size(); ++t) {
     if (!measured(t)) continue;
     least = std::min(least, samples[t]);

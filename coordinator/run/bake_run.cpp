@@ -51,6 +51,7 @@ void begin_report(const Preflight& pre, BakeReport& report) {
   report.warnings.insert(report.warnings.end(), pre.atlas.warnings.begin(), pre.atlas.warnings.end());
   report.atlas = pre.atlas.statistics;
   report.plan = pre.plan;
+  report.settings.min_samples = pre.plan.least_samples;
   report.lods = pre.projection.fits;
   report.kept_layout = pre.kept_layout;
   for (const CollapseReason why : {kUnseen, kUnlit, kEvenlyLit})

@@ -115,13 +115,12 @@ double layout_seconds(const BakeReport& report) {
 
 // Seconds for the first pass; 0: no time for it. Infinite without a limit.
 double seconds_for_first_pass(const TwoPassTask& task, const Preflight& pre) {
-  const BakeSettings& s = task.request.settings;
   TimeBudget budget(task.request, pre, task.watch);
   budget.take_time_for_denoiser();
   const double seconds = kTimeShare * budget.seconds_for_passes() - layout_seconds(task.report);
   const double samples =
       static_cast<double>(kReplicates) * kFirstPassSamples * (pre.plan.cache ? kFirstPassSteps : 1);
-  const double expected = pre.plan.least_seconds * samples / std::max(1u, s.min_samples);
+  const double expected = pre.plan.least_seconds * samples / std::max(1u, pre.plan.least_samples);
   return 2 * expected <= seconds ? seconds : 0;
 }
 

@@ -164,6 +164,27 @@ TEST_F(Passes, WhatOnlyMakesTheCacheIsInNoTexel) {
   EXPECT_EQ(masters(report), masters(bake(dim)));
 }
 
+// Under even light a few samples are enough, and a large map has many such texels.
+TEST_F(Passes, LargeMapsBeginWithFewSamples) {
+  request_.settings.basis = "irradiance";
+  request_.settings.encodings.clear();
+  request_.settings.texels_per_metre = 50;
+  request_.settings.denoise = true;
+  request_.settings.error = 0.4;
+  Stub stub;
+  stub.light = [](uint32_t, uint32_t, uint32_t) { return 1.0; };
+  const BakeReport report = bake(stub);
+  ASSERT_GE(sites_of(stub.calls[0]), size_t{1} << 17);
+  EXPECT_EQ(report.passes.back().samples, 16);
+  EXPECT_EQ(report.settings.min_samples, 16u) << "reports show what holds";
+  EXPECT_EQ(report.plan.least_samples, 16u);
+
+  request_.settings.source["min-samples"] = "the command line";
+  Stub given;
+  given.light = stub.light;
+  EXPECT_EQ(bake(given).passes.back().samples, 64);
+}
+
 // What sites have whose error is that of the caches is dropped and taken again before the large passes.
 TEST_F(Passes, SitesThatErrByTheirCachesBeginAgain) {
   request_.settings.min_samples = 32;

@@ -27,12 +27,12 @@ ROOM_DENSITIES = (8, 16)  # texels per metre
 ROOM_MATERIALS = ("default", "lambert")
 ROOM_ERRORS = "0.4,0.2,0.1,0.05"  # the last is a relMSE of 6.5e-4, if what is stated is true
 ROOM_REFERENCE, ROOM_REFERENCE_ERROR = 16384, 0.05  # at most, and of each half
-# The share of a room's texels that is compared with whole paths, at 8 a metre or less: about 2,000 of them, 7,900 of the
-# living room. At 16 a metre it is a quarter of this.
+# The share of a room's texels that is compared with whole paths at the first of its densities: about 2,000 of them, 7,900 of
+# the living room. At twice that density it is a quarter of this.
 ROOM_SHARE = {"flat": 0.06, "corridor": 0.045, "living-room": 0.25, "dining-room": 0.03, "staircase": 0.02, "classroom": 0.01,
               "dungeon": 0.012, "sponza": 0.003, "arcade": 0.01}
-# Whatever densities are asked for. At 8 a metre these two have three million texels each, hours of brute force.
-ROOM_OWN_DENSITIES = {"classroom": (2,), "dungeon": (2,)}
+# At 8 a metre these two have three million texels each, hours of brute force at 16.
+ROOM_OWN_DENSITIES = {"classroom": (2, 8), "dungeon": (2, 8)}
 # Part `limits`: seconds, and nothing else is said of the bake; rooms with their texels per metre and the share that is
 # compared.
 LIMITS = (30, 100, 300)
@@ -63,12 +63,16 @@ def rooms_of(options):
                     break
                 own = {"layout": "pack", **real_options(path)}
                 path = cache_bias.of_materials(pathlib.Path(path), pathlib.Path(folder) / materials, materials)
-            for density in ROOM_OWN_DENSITIES.get(name) or options.densities or ROOM_DENSITIES:
+            for density in options.densities or densities_of(name):
                 yield name, materials, density, str(path), {**own, "texels-per-metre": 1 if options.quick else density}
 
 
+def densities_of(room):
+    return ROOM_OWN_DENSITIES.get(room, ROOM_DENSITIES)
+
+
 def share_of(room, density):
-    return ROOM_SHARE[room] * min(1, (8 / density)**2)
+    return ROOM_SHARE[room] * min(1, (densities_of(room)[0] / density)**2)
 
 
 def rooms(bench):

@@ -1,7 +1,6 @@
 #include "coordinator/bake/neighbours/half_hidden.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <limits>
 #include <span>
@@ -111,13 +110,12 @@ bool is_uneven(const SceneRays& rays, std::span<const SitePoint> points, const F
 
 bool is_half_hidden(const SceneRays& rays, const Scene& scene, const Atlas& atlas, uint32_t site,
                     float size) {
-  const uint32_t* mask = &atlas.sites.words[atlas.sites.first_word[site]];
-  const auto count = static_cast<size_t>(std::popcount(mask[0]) + std::popcount(mask[1]));
+  PointsOnSite on_site(scene, atlas, site);
+  const uint32_t count = on_site.count();
   if (count < 2 || !(size > 0)) return false;
   SitePoint of_site[64];
-  for (size_t i = 0; i < count; ++i) {
-    of_site[i] =
-        point_on_site(scene, atlas, site, (static_cast<float>(i) + 0.5f) / static_cast<float>(count));
+  for (uint32_t i = 0; i < count; ++i) {
+    of_site[i] = on_site.at(i);
     if (of_site[i].normal == DVec3(0.0)) return false;
   }
   const std::span<const SitePoint> points(of_site, count);

@@ -109,16 +109,22 @@ SiteGeometry site_geometry(const Scene& scene, const Atlas& atlas, unsigned thre
   return out;
 }
 
-SitePoint point_on_site(const Scene& scene, const Atlas& atlas, uint32_t site, float number) {
-  const SitePick at = pick_site(atlas, site, number);
-  const Instance& instance = scene.instances[at.instance];
-  const Mesh& mesh = scene.meshes[instance.mesh];
-  const UVec3& v = mesh.triangles[at.triangle];
-  Vec3 p[3];
-  for (int k = 0; k < 3; ++k) p[k] = transform_point(instance.to_world, mesh.positions[v[k]]);
-  const Vec3 normal = normalize_or(cross(p[1] - p[0], p[2] - p[0]), Vec3(0.0f));
-  return {DVec3(p[0] + (p[1] - p[0]) * at.b1 + (p[2] - p[0]) * at.b2),
-          DVec3(determinant(instance.to_world) < 0 ? -normal : normal)};
+SitePoint PointsOnSite::at(uint32_t index) {
+  const SitePick at = picker_.at(index);
+  if (!entered_ || at.instance != instance_ || at.triangle != triangle_) enter(at.instance, at.triangle);
+  return {DVec3(corner_[0] + (corner_[1] - corner_[0]) * at.b1 + (corner_[2] - corner_[0]) * at.b2), normal_};
+}
+
+void PointsOnSite::enter(uint32_t instance, uint32_t triangle) {
+  const Mat4x3& to_world = scene_.instances[instance].to_world;
+  const Mesh& mesh = scene_.meshes[scene_.instances[instance].mesh];
+  const UVec3& v = mesh.triangles[triangle];
+  for (int k = 0; k < 3; ++k) corner_[k] = transform_point(to_world, mesh.positions[v[k]]);
+  const Vec3 normal = normalize_or(cross(corner_[1] - corner_[0], corner_[2] - corner_[0]), Vec3(0.0f));
+  normal_ = DVec3(determinant(to_world) < 0 ? -normal : normal);
+  instance_ = instance;
+  triangle_ = triangle;
+  entered_ = true;
 }
 
 }  // namespace kiln

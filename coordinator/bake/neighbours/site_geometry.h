@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "common/atlas/atlas.h"
+#include "common/atlas/site_picker.h"
 
 namespace kiln {
 
@@ -20,10 +21,28 @@ struct SiteGeometry {
 
 SiteGeometry site_geometry(const Scene& scene, const Atlas& atlas, unsigned threads);
 
-// One of the texel's valid points, picked by a number in [0, 1) as pick_site does; world, geometric normal.
 struct SitePoint {
-  DVec3 position, normal;
+  DVec3 position, normal;  // world; the geometric normal, 0 where the triangle has no area
 };
-SitePoint point_on_site(const Scene& scene, const Atlas& atlas, uint32_t site, float number);
+
+// The valid points of one texel. What neighbouring points share is done once.
+class PointsOnSite {
+ public:
+  // Both outlive the points.
+  PointsOnSite(const Scene& scene, const Atlas& atlas, uint32_t site) : scene_(scene), picker_(atlas, site) {}
+  uint32_t count() const { return picker_.count(); }
+  SitePoint at(uint32_t index);  // below count(), in the order of SitePicker
+
+ private:
+  void enter(uint32_t instance, uint32_t triangle);
+
+  const Scene& scene_;
+  SitePicker picker_;
+  // Of the triangle of the last point.
+  uint32_t instance_ = 0, triangle_ = 0;
+  bool entered_ = false;
+  Vec3 corner_[3];
+  DVec3 normal_;
+};
 
 }  // namespace kiln

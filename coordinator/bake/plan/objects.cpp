@@ -82,7 +82,8 @@ std::string advise_density(const Scene& scene, const Atlas& atlas, const AtlasSe
                        layout_texels(scene, atlas, settings, density) * texels;
   return text(
       "the scene is {:.3g} m wide: at {:.3g} texels per metre it takes {:.3g} million texels, about {:.0f} "
-      "minutes at min-samples; --texels-per-metre {:g} would take {:.2g} million, and --max-texels finds the "
+      "minutes at the fewest samples; --texels-per-metre {:g} would take {:.2g} million, and --max-texels "
+      "finds the "
       "density for a budget. Most texels are on {}",
       widest_side(scene), density, texels / 1e6, std::ceil(seconds / 60), proposal, fewer / 1e6,
       largest_objects(objects));

@@ -164,13 +164,13 @@ Plan make_plan(const Scene& scene, const Atlas& atlas, const BakeSettings& setti
                                  : settings.indirect && settings.max_bounces > 0 ? 8
                                                                                  : 3;
   const double second = std::max(1u, threads) * kRaysPerSecond;
-  plan.least_seconds =
-      static_cast<double>(plan.valid_texels) * settings.min_samples * rays_per_sample / second;
+  const std::string no_cache = why_no_cache(settings);
+  plan.cache = settings.cache && settings.quantities.light && no_cache.empty();
+  plan.least_samples = plan.cache ? settings.least_samples(plan.valid_texels) : settings.min_samples;
+  plan.least_seconds = static_cast<double>(plan.valid_texels) * plan.least_samples * rays_per_sample / second;
   plan.most_samples = settings.most_of_each();
   plan.most_seconds = static_cast<double>(plan.valid_texels) * plan.most_samples * rays_per_sample / second;
   plan.left_out = find_left_out(scene, settings);
-  const std::string no_cache = why_no_cache(settings);
-  plan.cache = settings.cache && settings.quantities.light && no_cache.empty();
   if (!no_cache.empty()) plan.left_out.push_back("no irradiance cache: " + no_cache);
   return plan;
 }
