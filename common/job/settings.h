@@ -55,10 +55,9 @@ struct BakeSettings {
   double error = 0.05, confidence = 0.95;
   std::string error_norm = "mean-square";  // max, mean-square, perceptual
   uint32_t min_samples = 64, max_samples = 262144;
-  // What a texel gets at least: min_samples, and fewer in a map of many texels if --min-samples is not given,
-  // the map is denoised, paths may end at the irradiance cache, and no texel has a bound of its own
-  // (--error-norm).
-  uint32_t least_samples(uint64_t texels) const;
+  // The fewest samples of a texel: min_samples, or fewer in a map of many texels that is denoised and baked
+  // with an irradiance cache (`cached`) to an error of the map as a whole, unless --min-samples is given.
+  uint32_t least_samples(uint64_t texels, bool cached) const;
   // The most that a texel may have. Only the norm mean-square gives many samples to few texels; where every
   // texel may ask for them, without --max-samples it is most_of_each().
   uint32_t most_samples() const;

@@ -100,7 +100,7 @@ class Baking {
     planned_.clear();
     response_errors_.clear();
     most_ = std::max(1u, settings_.most_samples() / kReplicates);
-    least_ = ((cache_ ? settings_.least_samples(sums_.sites()) : settings_.min_samples) + 1) / kReplicates;
+    least_ = (settings_.least_samples(sums_.sites(), cache_) + 1) / kReplicates;
     convergence_ = {};
     unmet_ = {};
     grew_ = settled_ = false;

@@ -31,8 +31,9 @@ ROOM_REFERENCE, ROOM_REFERENCE_ERROR = 16384, 0.05  # at most, and of each half
 # the living room. At twice that density it is a quarter of this.
 ROOM_SHARE = {"flat": 0.06, "corridor": 0.045, "living-room": 0.25, "dining-room": 0.03, "staircase": 0.02, "classroom": 0.01,
               "dungeon": 0.012, "sponza": 0.003, "arcade": 0.01}
-# At 8 a metre these two have three million texels each, hours of brute force at 16.
-ROOM_OWN_DENSITIES = {"classroom": (2, 8), "dungeon": (2, 8)}
+# Unless others are asked for. At 8 a metre these two have three million texels each: minutes a bake in the classroom, probably
+# hours in the dungeon.
+ROOM_OWN_DENSITIES = {"classroom": (2, 8), "dungeon": (2,)}
 # Part `limits`: seconds, and nothing else is said of the bake; rooms with their texels per metre and the share that is
 # compared.
 LIMITS = (30, 100, 300)

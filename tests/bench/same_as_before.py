@@ -6,7 +6,8 @@
     python3 tests/bench/same_as_before.py --before OTHER/build/bin/kiln --denoised --rooms flat         # what a user gets
 
 Bakes the scenes of error_vs_time.py with `--cache off --denoise off` and 64 samples for every texel, and compares irradiance.exr
-and samples.exr. With `--denoised` the cache and the denoiser are on, the map is baked to `--error 0.4`, and error.exr is compared too. Exit status 1: a file differs. `--seed 2` shows that it can.
+and samples.exr. With `--denoised` the cache and the denoiser are on, the map is baked to `--error 0.4`, and error.exr is compared too.
+Exit status 1: a file differs. `--seed 2` shows that it can.
 """
 import argparse
 import filecmp

@@ -264,33 +264,31 @@ TEST(Settings, MostSamplesFollowFromTheNormUnlessTheyAreGiven) {
 }
 
 TEST(Settings, LargeMapsHaveFewerSamplesAtLeastUnlessTheyAreGiven) {
-  EXPECT_EQ(BakeSettings().least_samples(131'071), 64u);
-  EXPECT_EQ(BakeSettings().least_samples(131'072), 16u);
+  EXPECT_EQ(BakeSettings().least_samples(131'071, true), 64u);
+  EXPECT_EQ(BakeSettings().least_samples(131'072, true), 16u);
 
   constexpr uint64_t kLarge = 1u << 20;
   BakeSettings alone;
   alone.denoise = false;
-  EXPECT_EQ(alone.least_samples(kLarge), 64u) << "nothing looks at neighbours together";
-  BakeSettings exact;
-  exact.cache = false;
-  EXPECT_EQ(exact.least_samples(kLarge), 64u);
+  EXPECT_EQ(alone.least_samples(kLarge, true), 64u) << "nothing looks at neighbours together";
+  EXPECT_EQ(BakeSettings().least_samples(kLarge, false), 64u) << "whole paths";
   for (const char* norm : {"max", "perceptual"}) {
     BakeSettings each;
     each.error_norm = norm;
-    EXPECT_EQ(each.least_samples(kLarge), 64u) << "every texel has a bound to keep";
+    EXPECT_EQ(each.least_samples(kLarge, true), 64u) << "every texel has a bound to keep";
   }
   BakeSettings without_light;
   without_light.quantities.light = false;
-  EXPECT_EQ(without_light.least_samples(kLarge), 64u);
+  EXPECT_EQ(without_light.least_samples(kLarge, true), 64u);
   BakeSettings fixed;
   ASSERT_TRUE(set_option(fixed, "max-samples", "64", "test"));
-  EXPECT_EQ(fixed.least_samples(kLarge), 64u) << "a fixed count";
+  EXPECT_EQ(fixed.least_samples(kLarge, true), 64u) << "a fixed count";
   BakeSettings given;
   ASSERT_TRUE(set_option(given, "min-samples", "64", "test"));
-  EXPECT_EQ(given.least_samples(kLarge), 64u);
+  EXPECT_EQ(given.least_samples(kLarge, true), 64u);
   BakeSettings few;
   few.min_samples = 8;
-  EXPECT_EQ(few.least_samples(kLarge), 8u) << "never more than asked for";
+  EXPECT_EQ(few.least_samples(kLarge, true), 8u) << "never more than asked for";
 }
 
 TEST(Settings, RulesBetweenOptions) {

@@ -25,7 +25,7 @@ struct SitePoint {
   DVec3 position, normal;  // world; the geometric normal, 0 where the triangle has no area
 };
 
-// The valid points of one texel. What neighbouring points share is done once.
+// The valid points of one texel. The face of the last point is kept for the next one.
 class PointsOnSite {
  public:
   // Both outlive the points.

@@ -30,7 +30,7 @@ std::vector<ObjectPlan> plan_objects(const Scene& scene, const Atlas& atlas,
 double face_density(const Scene& scene, const Atlas& atlas, uint32_t instance, uint32_t face);
 
 // Warning about a layout with more texels than were probably intended: which objects have them, their cost,
-// and a density that suffices. Empty: none. `seconds`: time to sample all texels at least.
+// and a density that suffices. Empty: none. `seconds`: the least time to sample all texels.
 std::string advise_density(const Scene& scene, const Atlas& atlas, const AtlasSettings& settings,
                            const std::vector<ObjectPlan>& objects, double seconds);
 

@@ -166,7 +166,7 @@ Plan make_plan(const Scene& scene, const Atlas& atlas, const BakeSettings& setti
   const double second = std::max(1u, threads) * kRaysPerSecond;
   const std::string no_cache = why_no_cache(settings);
   plan.cache = settings.cache && settings.quantities.light && no_cache.empty();
-  plan.least_samples = plan.cache ? settings.least_samples(plan.valid_texels) : settings.min_samples;
+  plan.least_samples = settings.least_samples(plan.valid_texels, plan.cache);
   plan.least_seconds = static_cast<double>(plan.valid_texels) * plan.least_samples * rays_per_sample / second;
   plan.most_samples = settings.most_of_each();
   plan.most_seconds = static_cast<double>(plan.valid_texels) * plan.most_samples * rays_per_sample / second;

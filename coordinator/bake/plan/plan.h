@@ -25,14 +25,14 @@ struct Plan {
   uint64_t charts = 0;
   uint64_t coordinator_bytes = 0, worker_bytes = 0, output_bytes = 0;  // estimates
   double least_seconds = 0, most_seconds = 0;  // at least_samples and at most_samples, see kRaysPerSecond
-  uint32_t least_samples = 0;         // of a texel, in all; BakeSettings::least_samples() with a cache
-  uint32_t most_samples = 0;          // BakeSettings::most_of_each()
-  std::vector<std::string> left_out;  // features this scene does not need, one sentence each
-  std::vector<ObjectPlan> objects;    // by instance
-  std::vector<std::string> warnings;  // one sentence each
-  uint64_t texel_bytes = 0;           // the part of coordinator and worker memory that grows with the texels
-  bool cache = false;                 // paths may end at measured surfaces
-  ProbePlan probes;                   // no volumes: none are asked for
+  uint32_t least_samples = 0;                  // BakeSettings::least_samples()
+  uint32_t most_samples = 0;                   // BakeSettings::most_of_each()
+  std::vector<std::string> left_out;           // features this scene does not need, one sentence each
+  std::vector<ObjectPlan> objects;             // by instance
+  std::vector<std::string> warnings;           // one sentence each
+  uint64_t texel_bytes = 0;  // the part of coordinator and worker memory that grows with the texels
+  bool cache = false;        // paths may end at measured surfaces
+  ProbePlan probes;          // no volumes: none are asked for
 };
 
 // Rays per second per thread assumed by the time estimate: the middle of what the benchmark of
