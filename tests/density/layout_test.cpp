@@ -119,8 +119,9 @@ TEST(Advice, SaysWhatManyTexelsCostAndWhatWouldDo) {
   for (ObjectPlan& o : p.objects)
     o.valid_texels = static_cast<uint64_t>(scale * static_cast<double>(o.valid_texels));
   const std::string advice = advise_density(p.imported.scene, p.atlas, p.settings, p.objects, 3540);
-  EXPECT_SAYS(advice,
-              "the scene is 36 m wide: at 4 texels per metre it takes 17 million texels, at least 59 minutes");
+  EXPECT_SAYS(
+      advice,
+      "the scene is 36 m wide: at 4 texels per metre it takes 17 million texels, at least 59 minutes");
   EXPECT_SAYS(advice, "--texels-per-metre 1 would take ");  // 4 sqrt(2/17) = 1.37
   EXPECT_SAYS(advice, "Most texels are on 's0' 80 %, 's1' 20 %");
   p.settings.texel_budget = 1;  // somebody has decided
