@@ -185,6 +185,18 @@ TEST(Accumulator, PushedMeansMoreThanHalfOfTheSamples) {
   }
 }
 
+// Moved samples saw what is outside; paths that meet the texel are inside.
+TEST(Accumulator, NothingIsCachedOfATexelWithMovedSamples) {
+  for (const double pushed : {0.0, 1.0}) {
+    Accumulator sums(1, MomentLayout(0));
+    const WorkUnit unit{0, 0, 4, {0}};
+    UnitResult result = of_samples(unit, {1, 2, 3, 6});
+    result.moments[kMomentPushed] = pushed;
+    ASSERT_TRUE(sums.add(unit, result));
+    EXPECT_EQ(sums.cache(0).irradiance[0].x<0, pushed> 0);
+  }
+}
+
 TEST(Accumulator, WrongShapeIsRefused) {
   Accumulator sums(2, MomentLayout(0));
   const WorkUnit unit{0, 0, 4, {0, 1}};

@@ -191,8 +191,9 @@ IrradianceCache Accumulator::cache(uint32_t replicate) const {
     const double* sums =
         draws ? latest_[replicate][site].light : &sums_[replicate][site * planes_ + cached_planes()];
     const double n = draws ? latest_[replicate][site].samples : samples_[replicate][site];
-    // Rays that hit back faces carry no light, in this texel as in paths reflected here.
-    if (!(n > 0) || estimate(site).inside) return;
+    // Rays that hit back faces carry no light, in this texel as in paths reflected here. But a texel whose
+    // samples were moved out of geometry has the light outside, and the paths that meet it are inside.
+    if (!(n > 0) || estimate(site).inside || sum(site, kMomentPushed) > 0) return;
     const Vec3 e(DVec3(sums[0], sums[1], sums[2]) / n);
     if (!is_finite(e)) return;
     cache.irradiance[site] = e;
