@@ -221,7 +221,7 @@ class Baking {
   // Whole paths, `count` for every site, from which the first cache is made.
   Expected<PassEnd> pilot(uint32_t count, std::vector<SiteSamples>& work) {
     KILN_TRY(const PassEnd end, run_pass(all_sites({0, count})));
-    record();
+    record(!is_limited());
     return end == PassEnd::kComplete ? make_caches(count, work, 0) : end;
   }
   void drop(const std::vector<SiteSamples>& work) {
@@ -491,19 +491,19 @@ class Baking {
            budget_.denoise_seconds(levels) <= kFilterShare * pace_.limit_left();
   }
 
-  // Updates the errors after a pass and adds a point to the curve.
-  void record() {
+  // Updates the errors after a pass and adds a point to the curve; unfiltered if whole paths will be `dropped`.
+  void record(bool dropped = false) {
     response_errors_ = response_errors(sums_, charts_);
     if (!settings_.quantities.light) {
       errors_ = response_errors_.front();
       samples_ = sums_.replicate_samples();
       return add_point();
     }
-    TexelStatistics statistics = sums_.statistics(false);
+    TexelStatistics statistics = sums_.statistics(false, !dropped);
     find_shared(charts_, statistics);
     const uint32_t levels = surface_ ? std::max(denoise_levels(statistics), budget_.denoise_levels()) : 0;
     budget_.denoise_will_be(levels);
-    const bool filters = should_filter(statistics, levels);
+    const bool filters = !dropped && should_filter(statistics, levels);
     TexelErrors errors;
     if (filters) {
       const Stopwatch watch;
