@@ -62,6 +62,27 @@ TEST(Joined, FiltersServeOnceMore) {
   }
 }
 
+// One texel has less light than those around it, and a hundred times the samples: its noisy neighbours do not
+// hide that.
+TEST(Joined, ATexelWithManyTimesTheSamplesStaysAlone) {
+  const MadeSurface wall(wall_of_eight().scene, 8);
+  const size_t one = wall.sites.size() / 2;
+  const auto is_one = [&](const Vec3& p) { return p == wall.sites.position[one]; };
+  TexelStatistics s = noisy(
+      wall.sites, [&](const Vec3& p) { return is_one(p) ? 2.0 : 3.0; },
+      [&](const Vec3& p) { return is_one(p) ? 0.001 : 1.0; }, 3);
+  set_samples(s, 8);
+  TexelStatistics ahead = s;
+  ahead.samples[one] = 800;
+  for (const uint32_t levels : {1u, 2u}) {
+    EXPECT_GT(joined(wall, s, levels).luminance[one], 2.5 * kShare) << levels;
+    const Denoised d = joined(wall, ahead, levels);
+    EXPECT_NEAR(d.luminance[one], 2 * kShare, 2 * d.standard_error[one]) << levels;
+    // Of independent samples with the noise around: 16 a sample, and 2 x 800 samples.
+    EXPECT_LT(d.standard_error[one], std::sqrt(16.0 / 1600) * kShare) << levels;
+  }
+}
+
 // Noise in one piece of surface: joined texels reach further, so that less of it is left, and the light of
 // all together is what was measured.
 TEST(Joined, ReachesFurtherAndKeepsTheLight) {

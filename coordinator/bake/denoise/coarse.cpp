@@ -19,6 +19,9 @@ namespace kiln {
 namespace {
 
 constexpr uint32_t kMaxForTwo = 8, kMaxForOne = 24;  // samples of a replicate
+// A texel that has this many times the samples of the middle one is not joined: what it says would hardly be
+// heard beside its neighbours, and more samples would not bring its stated error down.
+constexpr uint32_t kAhead = 4;
 constexpr uint32_t kMinPiece = 256;   // connected sites: texels of smaller pieces are not merged
 constexpr float kJoinCosine = 0.97f;  // between normals of merged texels
 constexpr double kDetailErrors = 1;   // standard errors that detail must exceed
@@ -61,17 +64,39 @@ std::vector<uint8_t> on_large_pieces(const SurfaceLinks& links) {
   return out;
 }
 
-// Groups linked sites of one 2 x 2 square on large surfaces.
-Joined join(const SiteGeometry& sites, const SurfaceLinks& links) {
+// Replicate samples of the site in the middle; 0 without known sites.
+uint32_t middle_samples(const TexelStatistics& s) {
+  std::vector<uint32_t> samples;
+  for (size_t i = 0; i < s.sites; ++i)
+    if (s.known[i]) samples.push_back(s.samples[i]);
+  if (samples.empty()) return 0;
+  const auto middle = samples.begin() + static_cast<ptrdiff_t>(samples.size() / 2);
+  std::nth_element(samples.begin(), middle, samples.end());
+  return *middle;
+}
+
+// By site: 1 where it has so many more samples than others that it is not joined.
+std::vector<uint8_t> sites_ahead(const TexelStatistics& s) {
+  const uint64_t most = uint64_t{kAhead} * middle_samples(s);
+  std::vector<uint8_t> out(s.sites);
+  for (size_t i = 0; i < s.sites; ++i) out[i] = s.known[i] && s.samples[i] > most;
+  return out;
+}
+
+// Groups linked sites of one 2 x 2 square on large surfaces, except those `ahead`.
+Joined join(const SiteGeometry& sites, const SurfaceLinks& links, std::span<const uint8_t> ahead) {
   Joined out;
   out.is_joined = on_large_pieces(links);
   const auto n = static_cast<uint32_t>(sites.size());
+  for (uint32_t i = 0; i < n; ++i)
+    if (ahead[i]) out.is_joined[i] = 0;
   out.of.resize(n);
   for (uint32_t i = 0; i < n; ++i) {
     out.of[i] = i;
     if (!(sites.texel_size[i] > 0) || !out.is_joined[i]) continue;
     for (const uint32_t j : links.of(i)) {
-      if (j >= i || !same_square(sites, i, j) || dot(sites.normal[i], sites.normal[j]) < kJoinCosine)
+      if (j >= i || ahead[j] || !same_square(sites, i, j) ||
+          dot(sites.normal[i], sites.normal[j]) < kJoinCosine)
         continue;
       uint32_t a = i, b = j;  // four sites at most: chains are short
       while (out.of[a] != a) a = out.of[a];
@@ -444,16 +469,18 @@ class Refinement {
 };
 
 Denoised run(const TexelStatistics& statistics, std::span<const DirectionBound> bounds, bool planes,
-             const SiteGeometry& sites, const SurfaceLinks& links, uint32_t levels, unsigned threads,
-             KeptFilters* filters) {
+             const SiteGeometry& sites, const SurfaceLinks& links, std::span<const uint8_t> ahead,
+             uint32_t levels, unsigned threads, KeptFilters* filters) {
   if (levels == 0)
     return planes ? denoise(statistics, bounds, sites, links, threads, filters)
                   : denoise_luminance(statistics, sites, links, threads, filters);
-  const Joined joined = join(sites, links);
+  const Joined joined = join(sites, links, ahead);
   const Level coarse{joined_statistics(statistics, joined, planes, threads),
                      joined_sites(sites, joined, threads), joined_links(links, joined, threads)};
+  std::vector<uint8_t> still(joined.count());
+  for (size_t g = 0; g < still.size(); ++g) still[g] = ahead[joined.members(g)[0]];
   const Denoised from =
-      run(coarse.statistics, bounds, planes, coarse.sites, coarse.links, levels - 1, threads, filters);
+      run(coarse.statistics, bounds, planes, coarse.sites, coarse.links, still, levels - 1, threads, filters);
   return Refinement(coarse, from, statistics, bounds, sites, joined, threads).run();
 }
 
@@ -461,7 +488,8 @@ Denoised run_parted(const TexelStatistics& statistics, std::span<const Direction
                     const SiteGeometry& sites, const SurfaceLinks& links, uint32_t levels, unsigned threads,
                     KeptFilters* filters) {
   const SurfaceLinks parted = part_dark(statistics, sites, links, threads);
-  Denoised out = run(statistics, bounds, planes, sites, parted, levels, threads, filters);
+  const std::vector<uint8_t> ahead = levels > 0 ? sites_ahead(statistics) : std::vector<uint8_t>{};
+  Denoised out = run(statistics, bounds, planes, sites, parted, ahead, levels, threads, filters);
   if (levels > 0) restore_sums(statistics, parted, out);
   return out;
 }
@@ -476,13 +504,8 @@ double share_of_large_pieces(const SurfaceLinks& links) {
 }
 
 uint32_t denoise_levels(const TexelStatistics& statistics) {
-  std::vector<uint32_t> samples;
-  for (size_t i = 0; i < statistics.sites; ++i)
-    if (statistics.known[i]) samples.push_back(statistics.samples[i]);
-  if (samples.empty()) return 0;
-  const auto middle = samples.begin() + static_cast<ptrdiff_t>(samples.size() / 2);
-  std::nth_element(samples.begin(), middle, samples.end());
-  return *middle <= kMaxForTwo ? 2 : *middle <= kMaxForOne ? 1 : 0;
+  const uint32_t middle = middle_samples(statistics);
+  return middle == 0 ? 0 : middle <= kMaxForTwo ? 2 : middle <= kMaxForOne ? 1 : 0;
 }
 
 Denoised denoise_joined(const TexelStatistics& statistics, std::span<const DirectionBound> bounds,
