@@ -19,8 +19,8 @@ namespace kiln {
 namespace {
 
 constexpr uint32_t kMaxForTwo = 8, kMaxForOne = 24;  // samples of a replicate
-// A texel that has this many times the samples of the middle one is not joined: what it says would hardly be
-// heard beside its neighbours, and more samples would not bring its stated error down.
+// A texel that has this many times the samples of the middle one, and more than kMaxForOne, is not joined:
+// its light would be lost among its neighbours', and more samples would not bring its stated error down.
 constexpr uint32_t kAhead = 4;
 constexpr uint32_t kMinPiece = 256;   // connected sites: texels of smaller pieces are not merged
 constexpr float kJoinCosine = 0.97f;  // between normals of merged texels
@@ -77,7 +77,7 @@ uint32_t middle_samples(const TexelStatistics& s) {
 
 // By site: 1 where it has so many more samples than others that it is not joined.
 std::vector<uint8_t> sites_ahead(const TexelStatistics& s) {
-  const uint64_t most = uint64_t{kAhead} * middle_samples(s);
+  const uint64_t most = std::max<uint64_t>(kMaxForOne, uint64_t{kAhead} * middle_samples(s));
   std::vector<uint8_t> out(s.sites);
   for (size_t i = 0; i < s.sites; ++i) out[i] = s.known[i] && s.samples[i] > most;
   return out;
