@@ -491,7 +491,7 @@ class Baking {
            budget_.denoise_seconds(levels) <= kFilterShare * pace_.limit_left();
   }
 
-  // Updates the errors after a pass and adds a point to the curve; unfiltered if samples will be `dropped`.
+  // Updates the errors after a pass and adds a point to the curve. `dropped`: they are not filtered.
   void record(bool dropped = false) {
     response_errors_ = response_errors(sums_, charts_);
     if (!settings_.quantities.light) {

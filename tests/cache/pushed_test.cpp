@@ -11,8 +11,9 @@ namespace {
 using test::CachedBake;
 using test::SceneMaker;
 
-// A plate hangs in a crate on a floor under the sky. Its lower side and the floor below face each other. At
-// the foot of the crate the floor sees mostly back faces, and its samples are moved out to the sky.
+// A plate hangs in a closed crate that stands on a floor under the sky, and faces down. Near the crate's
+// walls the floor inside sees mostly back faces, so its samples are moved out, under the sky. The plate sees
+// that floor.
 Scene crate_with_plate() {
   SceneMaker m;
   const uint32_t white = m.lambert(Vec3(0.8f));

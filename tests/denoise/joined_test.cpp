@@ -62,8 +62,8 @@ TEST(Joined, FiltersServeOnceMore) {
   }
 }
 
-// One texel has less light than those around it, and a hundred times the samples: its noisy neighbours do not
-// hide that.
+// One texel is darker than those around it and has a hundred times their samples: their noise does not hide
+// it.
 TEST(Joined, ATexelWithManyTimesTheSamplesStaysAlone) {
   const MadeSurface wall(wall_of_eight().scene, 8);
   const size_t one = wall.sites.size() / 2;

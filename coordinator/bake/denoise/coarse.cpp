@@ -42,7 +42,7 @@ struct Level {
 struct Joined {
   std::vector<uint32_t> of;
   std::vector<uint32_t> first, member;
-  std::vector<uint8_t> is_joined;  // by site: on a surface whose texels are merged
+  std::vector<uint8_t> is_joined;  // by site: on a surface whose texels are merged, and not ahead of others
   size_t count() const { return first.size() - 1; }
   std::span<const uint32_t> members(size_t i) const {
     return {member.data() + first[i], member.data() + first[i + 1]};
@@ -95,7 +95,7 @@ Joined join(const SiteGeometry& sites, const SurfaceLinks& links, std::span<cons
     out.of[i] = i;
     if (!(sites.texel_size[i] > 0) || !out.is_joined[i]) continue;
     for (const uint32_t j : links.of(i)) {
-      if (j >= i || ahead[j] || !same_square(sites, i, j) ||
+      if (j >= i || !out.is_joined[j] || !same_square(sites, i, j) ||
           dot(sites.normal[i], sites.normal[j]) < kJoinCosine)
         continue;
       uint32_t a = i, b = j;  // four sites at most: chains are short
@@ -477,10 +477,10 @@ Denoised run(const TexelStatistics& statistics, std::span<const DirectionBound> 
   const Joined joined = join(sites, links, ahead);
   const Level coarse{joined_statistics(statistics, joined, planes, threads),
                      joined_sites(sites, joined, threads), joined_links(links, joined, threads)};
-  std::vector<uint8_t> still(joined.count());
-  for (size_t g = 0; g < still.size(); ++g) still[g] = ahead[joined.members(g)[0]];
-  const Denoised from =
-      run(coarse.statistics, bounds, planes, coarse.sites, coarse.links, still, levels - 1, threads, filters);
+  std::vector<uint8_t> coarse_ahead(joined.count());  // those are alone in their group
+  for (size_t g = 0; g < coarse_ahead.size(); ++g) coarse_ahead[g] = ahead[joined.members(g)[0]];
+  const Denoised from = run(coarse.statistics, bounds, planes, coarse.sites, coarse.links, coarse_ahead,
+                            levels - 1, threads, filters);
   return Refinement(coarse, from, statistics, bounds, sites, joined, threads).run();
 }
 

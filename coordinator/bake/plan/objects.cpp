@@ -81,10 +81,9 @@ std::string advise_density(const Scene& scene, const Atlas& atlas, const AtlasSe
   const double fewer = layout_texels(scene, atlas, settings, proposal) /
                        layout_texels(scene, atlas, settings, density) * texels;
   return text(
-      "the scene is {:.3g} m wide: at {:.3g} texels per metre it takes {:.3g} million texels, at least "
-      "{:.0f} "
-      "minutes; --texels-per-metre {:g} would take {:.2g} million, and --max-texels finds the density for a "
-      "budget. Most texels are on {}",
+      "the scene is {:.3g} m wide: at {:.3g} texels per metre it takes {:.3g} million texels, at "
+      "least {:.0f} minutes; --texels-per-metre {:g} would take {:.2g} million, and --max-texels finds the "
+      "density for a budget. Most texels are on {}",
       widest_side(scene), density, texels / 1e6, std::ceil(seconds / 60), proposal, fewer / 1e6,
       largest_objects(objects));
 }
