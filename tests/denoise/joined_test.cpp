@@ -83,6 +83,23 @@ TEST(Joined, ATexelWithManyTimesTheSamplesStaysAlone) {
   }
 }
 
+// Many times as many as next to none are still too few to stand alone.
+TEST(Joined, ATexelWithFewSamplesIsJoinedWhateverTheOthersHave) {
+  const MadeSurface wall(wall_of_eight().scene, 8);
+  const size_t one = wall.sites.size() / 2;
+  TexelStatistics few = noisy(wall.sites, constant(3), constant(1), 3);
+  set_samples(few, 2);
+  few.samples[one] = 24;
+  const TexelStatistics own = few;
+  few.samples[one] = 2;
+  for (const uint32_t levels : {1u, 2u}) {
+    const float alone = joined(wall, own, levels).strength[one],
+                with = joined(wall, few, levels).strength[one];
+    EXPECT_EQ(alone, with) << levels << ": as much of its light comes from its neighbours";
+    EXPECT_GT(with, 0.5f) << levels;
+  }
+}
+
 // Noise in one piece of surface: joined texels reach further, so that less of it is left, and the light of
 // all together is what was measured.
 TEST(Joined, ReachesFurtherAndKeepsTheLight) {
