@@ -135,8 +135,10 @@ class Baking {
       KILN_TRY(const PassEnd end, settle());
       if (end != PassEnd::kComplete) return end;
     }
-    if (!caches_.empty() && sampled_ > kRenewal * sampled_at_renewal_) renew_caches();
+    const bool old = !caches_.empty() && sampled_ > kRenewal * sampled_at_renewal_;
+    if (old && is_limited()) renew_caches();  // the plan is for the time that this leaves
     work = next_work();
+    if (old && !is_limited() && !work.empty()) renew_caches();
     return PassEnd::kComplete;
   }
 
@@ -253,20 +255,18 @@ class Baking {
       const double rms = reached_error(state(), ErrorNorm::kMeanSquare, 1), now = rms * std::sqrt(count);
       if (round > 1 && now > kSettled * before) return plan(work);
       before = now;
-      bool enough = false;
+      const std::vector<double> needed = all_needed(asked_error());
+      if (round > 0) count = std::min(2 * count, least_);  // of the next round
+      const std::vector<uint32_t> none(needed.size());
+      const SampleState dropped{errors_.mean, errors_.standard_error, none};
+      bool enough = kReplicates * count * static_cast<double>(sums_.sites()) >
+                    kRoundShare * missing_samples(needed, dropped, most_samples());
       if (round > 0) {
-        // Counts needed by whole paths predict little about paths that end at caches.
-        const std::vector<double> needed = all_needed(asked_error());
-        const std::vector<uint32_t> none(needed.size());
-        const uint32_t more = std::min(2 * count, least_);
-        enough = rms <= kRoughCache || round == kMaxRounds ||
-                 kReplicates * more * static_cast<double>(sums_.sites()) >
-                     kRoundShare * missing_samples(needed, {errors_.mean, errors_.standard_error, none},
-                                                   most_samples());
+        enough |= rms <= kRoughCache || round == kMaxRounds;
         if (!enough && round == 1 && unsettled_share(settling_state()) < kMostUnsettled) return plan(work);
-        predict_remaining(needed, enough ? work : all_sites({0, more}), 0);
-        count = more;
       }
+      // Whole paths ask for more samples than are to come: not for a prediction that users see.
+      if (round > 0 || enough) predict_remaining(needed, enough ? work : all_sites({0, count}), 0);
       drop_all();
       if (enough) return PassEnd::kComplete;
       KILN_TRY(const PassEnd end, run_pass(all_sites({0, count})));

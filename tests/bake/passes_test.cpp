@@ -394,6 +394,37 @@ TEST_F(Passes, TheFirstCachedSamplesLastWhereFewSitesErrByTheirCaches) {
   }
 }
 
+// A better cache is not worth more than a quarter of the samples that are still missing.
+TEST_F(Passes, ARoundForTheCachesIsSmallBesideWhatIsMissing) {
+  for (const uint32_t samples : {64u, 128u}) {
+    request_.settings.min_samples = request_.settings.max_samples = samples;
+    Stub stub;
+    stub.light = [](uint32_t, uint32_t, uint32_t) { return 1.0; };
+    EXPECT_EQ(dropped(bake(stub)), samples == 64 ? 1u : 2u) << samples;
+  }
+  request_.settings.min_samples = 64;
+  request_.settings.max_samples = 8192;
+  for (const double error : {0.5, 0.05}) {
+    request_.settings.error = error;
+    Stub stub;
+    stub.light = noisy;
+    stub.drawn = 0.1;
+    EXPECT_EQ(dropped(bake(stub)) > 1, error == 0.05) << error;
+  }
+}
+
+TEST_F(Passes, NoCacheIsMadeThatNoPassReads) {
+  request_.settings.min_samples = request_.settings.max_samples = 2048;
+  Stub stub;
+  stub.light = noisy;
+  bake(stub);
+  std::set<Digest> read;
+  for (const auto& call : stub.calls)
+    for (const WorkUnit& unit : call) read.insert(unit.cache);
+  EXPECT_GT(stub.chunks.size(), size_t{kReplicates});
+  for (const auto& [digest, bytes] : stub.chunks) EXPECT_TRUE(read.count(digest));
+}
+
 TEST_F(Passes, NoTexelGrowsByMuchMoreThanFourTimes) {
   // Of few samples not even their error is known well. Counts are rounded up by less than a quarter.
   request_.settings.min_samples = 16;
