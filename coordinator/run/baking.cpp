@@ -136,7 +136,7 @@ class Baking {
       if (end != PassEnd::kComplete) return end;
     }
     const bool old = !caches_.empty() && sampled_ > kRenewal * sampled_at_renewal_;
-    if (old && is_limited()) renew_caches();  // the plan is for the time that this leaves
+    if (old && is_limited()) renew_caches();  // first: it takes time that the plan must not spend
     work = next_work();
     if (old && !is_limited() && !work.empty()) renew_caches();
     return PassEnd::kComplete;
@@ -265,7 +265,7 @@ class Baking {
         enough |= rms <= kRoughCache || round == kMaxRounds;
         if (!enough && round == 1 && unsettled_share(settling_state()) < kMostUnsettled) return plan(work);
       }
-      // Whole paths ask for more samples than are to come: not for a prediction that users see.
+      // What whole paths would still need says little about the time left if more rounds follow.
       if (round > 0 || enough) predict_remaining(needed, enough ? work : all_sites({0, count}), 0);
       drop_all();
       if (enough) return PassEnd::kComplete;
