@@ -2,6 +2,7 @@
 // all see all others, and whose light is known, that error is known too; it is stated without looking at it.
 #include "coordinator/bake/sampling/cache_draws.h"
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -91,6 +92,29 @@ TEST(CacheDraws, StateWhatTexelsShareByWayOfTheCache) {
     // One draw would scatter by sqrt(2) of its mean, eight do by a half.
     EXPECT_LT(std::sqrt(squares / (stated * stated) - 1), 0.65) << passes;
   }
+}
+
+// As on open ground, where few paths end at a cache.
+TEST(CacheDraws, TexelsThatDrewNothingCountAmongThoseAlike) {
+  constexpr size_t kRow = 300, kHave[] = {140, 150};
+  constexpr float kDraw = 0.25f;
+  TexelStatistics s;
+  s.sites = kRow;
+  s.samples.assign(kRow, kSamples);
+  s.known.assign(kRow, 1);
+  s.variance.assign(kRow, 0.0f);
+  for (uint32_t r = 0; r < kReplicates; ++r) {
+    s.luminance[r].assign(kRow, kLight);
+    s.drawn[r] = ZeroedVector<float>(kRow * kCacheDraws);
+    for (const size_t i : kHave) std::fill_n(&s.drawn[r][i * kCacheDraws], kCacheDraws, kDraw);
+  }
+  find_shared(std::vector<uint32_t>(kRow, 1), s);
+  // Of 129 sites two have drawn: (n (2 d)^2 - n 2 d^2) / (n - 1), of a mean of two replicates.
+  constexpr double kAlike = 129, kSquare = double{kDraw} * double{kDraw};
+  const double shared =
+      kAlike * 2 * kSquare / (kAlike - 1) / kReplicates / std::pow(kAlike * double{kLight}, 2);
+  EXPECT_NEAR(s.shared[145], shared, 1e-6 * shared);
+  EXPECT_EQ(s.shared[kHave[0] - 65], 0.0f) << "none of them is near";
 }
 
 // Where texels have little noise of their own, what they share is all of their error. The replicates'

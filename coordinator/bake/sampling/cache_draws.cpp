@@ -27,11 +27,23 @@ void find_shared(std::span<const uint32_t> chart_of_site, TexelStatistics& s) {
   if (s.drawn[0].empty()) return;
   s.shared.assign(s.sites, 0.0f);
   constexpr size_t kDraws = kReplicates * kCacheDraws;
+  // Paths from open ground rarely end at a cache: most of its sites have drawn nothing, and add nothing.
+  std::vector<uint8_t> has_drawn(s.sites);
   for_each_index(s.sites, 0, [&](size_t i) {
+    for (size_t r = 0; r < kReplicates; ++r) {
+      const float* drawn = s.drawn[r].data() + i * kCacheDraws;
+      has_drawn[i] |= !std::all_of(drawn, drawn + kCacheDraws, [](float d) { return d == 0; });
+    }
+  });
+  for_each_index(s.sites, 0, [&](size_t i) {
+    const auto first = has_drawn.begin() + static_cast<ptrdiff_t>(i > kAlikeReach ? i - kAlikeReach : 0);
+    const auto last = has_drawn.begin() + static_cast<ptrdiff_t>(std::min(s.sites, i + kAlikeReach + 1));
+    if (std::find(first, last, 1) == last) return;
     double light = 0, count = 0, sum[kReplicates][kCacheDraws] = {}, square[kReplicates][kCacheDraws] = {};
     for_each_alike(s, chart_of_site, i, [&](size_t j) {
       light += mean_luminance(s, j);
       count += 1;
+      if (!has_drawn[j]) return;
       for (size_t r = 0; r < kReplicates; ++r) {
         const float* drawn = s.drawn[r].data() + j * kCacheDraws;
         for (size_t k = 0; k < kCacheDraws; ++k) {
