@@ -96,6 +96,7 @@ TEST(CacheDraws, StateWhatTexelsShareByWayOfTheCache) {
 
 // As on open ground, where few paths end at a cache.
 TEST(CacheDraws, TexelsThatDrewNothingCountAmongThoseAlike) {
+  // Two, as what one texel alone has drawn is noise: it shares nothing.
   constexpr size_t kRow = 300, kHave[] = {140, 141};
   constexpr float kDraw = 0.25f;
   TexelStatistics s;
