@@ -34,7 +34,6 @@ constexpr double kRoughCache = 0.1;     // rms relative error above which it is 
 constexpr double kSettled = 0.9;        // a better cache that leaves more of the error than this is no help
 constexpr double kRoundShare = 0.25;    // share of all predicted samples that one round may take
 constexpr double kMostUnsettled = 0.2;  // share of unsettled sites below which only those begin again
-constexpr double kGrowth = 4;           // a texel's samples grow by at most this factor per pass
 constexpr uint32_t kMaxPasses = 64;
 constexpr double kRenewal = 1.5;  // caches are renewed once total samples have grown by this factor
 constexpr double kSureToRenew = 2;
@@ -154,8 +153,9 @@ class Baking {
       foretold.samples = samples_;
       foretold.to_come = std::min(foretold.to_come, affordable_samples());
       std::vector<SiteSamples> work = settling.next(foretold);
-      std::erase_if(work, [&](const SiteSamples& s) { return skipped_.count(s.site) > 0; });
+      leave_out_skipped(work);
       if (work.empty()) break;
+      foretell(samples_of(work), foretold.to_come);
       caches_.leave_out(settling.left_out());
       renew_caches();
       drop(work);
@@ -308,9 +308,12 @@ class Baking {
       growth = std::max(growth, to / samples_[i]);
     }
     pace_.end_barrier();
-    const double now = samples_of(work);
-    later_ = std::max(0.0, samples - now);
     later_passes_ = work.empty() ? 0 : std::ceil(std::log(growth) / std::log(kGrowth));
+    foretell(samples_of(work), samples - samples_of(work));
+  }
+  // `now`, `later`: samples of the next pass, and of those after it.
+  void foretell(double now, double later) {
+    later_ = std::max(0.0, later);
     const double seconds = pace_.seconds_for(now + later_, later_passes_);
     if (seconds >= 0) report_.passes.back().seconds_left = seconds + budget_.seconds_after();
   }
@@ -410,17 +413,13 @@ class Baking {
     return sites ? static_cast<double>(held) / static_cast<double>(sites) : 0;
   }
 
-  // Up to what is needed, but at least `least` times what a site has.
   std::vector<SiteSamples> work_towards(const std::vector<double>& needed, double least) const {
-    std::vector<SiteSamples> work;
-    for (uint32_t site = 0; site < needed.size(); ++site) {
-      const uint32_t have = samples_[site];
-      if (!(needed[site] > have) || have == 0 || have >= most_samples() || skipped_.count(site)) continue;
-      const double wanted = std::clamp(needed[site], least * have, kGrowth * have);
-      const uint32_t to = std::min(sample_count(wanted), most_samples());
-      if (to > have) work.push_back({site, {have, to - have}});
-    }
+    std::vector<SiteSamples> work = kiln::work_towards(needed, samples_, most_samples(), least);
+    leave_out_skipped(work);
     return work;
+  }
+  void leave_out_skipped(std::vector<SiteSamples>& work) const {
+    std::erase_if(work, [&](const SiteSamples& s) { return skipped_.count(s.site) > 0; });
   }
 
   SampleState state() const { return {errors_.mean, errors_.standard_error, samples_, planned_}; }

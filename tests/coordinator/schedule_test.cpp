@@ -32,6 +32,24 @@ TEST(Schedule, CountsOfWhatIsNoCountOfSamples) {
   EXPECT_EQ(sample_count(1e300), 1u << 30);
 }
 
+TEST(Schedule, SamplesGrowTowardsWhatIsNeeded) {
+  const std::vector<double> needed = {10, 40, 1000, 17, 1000, 64};
+  const std::vector<uint32_t> have = {16, 16, 16, 16, 0, 64};
+  const auto to = [&](uint32_t most, double least) {
+    std::map<uint32_t, uint32_t> counts;
+    for (const SiteSamples& s : work_towards(needed, have, most, least)) {
+      EXPECT_EQ(s.range.first, have[s.site]);
+      counts[s.site] = s.range.first + s.range.count;
+    }
+    return counts;
+  };
+  using Counts = std::map<uint32_t, uint32_t>;
+  EXPECT_EQ(to(512, 1), (Counts{{1, 40}, {2, 64}, {3, 20}}));
+  EXPECT_EQ(to(512, 2), (Counts{{1, 40}, {2, 64}, {3, 32}}));
+  EXPECT_EQ(to(32, kGrowth), (Counts{{1, 32}, {2, 32}, {3, 32}}));
+  EXPECT_EQ(to(16, 1), Counts());
+}
+
 TEST(Schedule, LargeMapsBeginWithFewerWholePaths) {
   const std::pair<size_t, uint32_t> expected[] = {{1, 16},      {65'535, 16}, {65'536, 8},
                                                   {131'071, 8}, {131'072, 4}, {size_t{1} << 40, 4}};

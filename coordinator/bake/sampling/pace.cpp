@@ -42,7 +42,8 @@ void BakePace::end_pass(uint32_t unit_texels, uint64_t units, double worker_seco
 }
 
 double BakePace::seconds_left(double done) const {
-  if (!(done > 0.02) || later_ < 0) return -1;
+  if (later_ < 0) return -1;
+  if (!(done > 0.02)) return seconds_for(samples_ + later_, 1 + passes_);
   const double baking = (seconds() - began_) / done * (1 - done + later_ / std::max(1.0, samples_));
   return std::min(baking + (1 + passes_) * barrier_, std::max(0.0, limit_left()));
 }

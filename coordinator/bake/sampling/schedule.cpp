@@ -26,6 +26,19 @@ uint32_t pilot_samples(size_t sites) {
   return count;
 }
 
+std::vector<SiteSamples> work_towards(std::span<const double> needed, std::span<const uint32_t> have,
+                                      uint32_t most, double least) {
+  std::vector<SiteSamples> work;
+  for (uint32_t site = 0; site < needed.size(); ++site) {
+    const uint32_t now = have[site];
+    if (!(needed[site] > now) || now == 0 || now >= most) continue;
+    const double wanted = std::clamp(needed[site], least * now, kGrowth * now);
+    const uint32_t to = std::min(sample_count(wanted), most);
+    if (to > now) work.push_back({site, {now, to - now}});
+  }
+  return work;
+}
+
 double samples_of(std::span<const SiteSamples> work) {
   double samples = 0;
   for (const SiteSamples& s : work) samples += kReplicates * s.range.count;

@@ -34,6 +34,11 @@ struct SiteSamples {
   SampleRange range;
   uint32_t take = 0;  // WorkUnit::take
 };
+// The next samples of sites that have some: up to what is needed or may be had, but no more than kGrowth
+// times what they have, and no less than `least` times. By site: `needed`, `have`; per replicate.
+constexpr double kGrowth = 4;
+std::vector<SiteSamples> work_towards(std::span<const double> needed, std::span<const uint32_t> have,
+                                      uint32_t most, double least);
 // Over sites and replicates.
 double samples_of(std::span<const SiteSamples> work);
 

@@ -59,6 +59,8 @@ bool JobPort::clear() {
   });
   events_.clear();
   result_bytes_ = 0;
+  progress_.units_done = progress_.units_total = 0;
+  progress_.weight_done = progress_.weight = 0;
   return rewound;
 }
 
