@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "coordinator/bake/denoise/candidates.h"
 #include "coordinator/bake/denoise/coarse.h"
 #include "tests/denoise/fields.h"
 
@@ -80,6 +81,25 @@ TEST(Dark, ChanceIsNotTakenForDarkness) {
       // where some are true, and none is true here.
       EXPECT_LT(parted(wall, s), wall.links.link.size() / 100) << lit << ' ' << samples;
     }
+}
+
+// Samples vary by as much as their mean. Both replicates of a texel are black: of one sample each, by chance
+// perhaps; of 32, not. Another texel has met a little light, so that it is not found to be dark.
+TEST(Dark, ATexelThatItsSamplesShowToBeDarkTakesNoNoiseOfBrightOnes) {
+  const MadeSurface wall(wall_of_eight().scene, 8);
+  for (const uint32_t samples : {1u, 32u}) {
+    TexelStatistics s = rare(wall.sites, constant(1), 0.5, samples, 3);
+    const size_t black = s.sites / 2, dim = s.sites / 3;
+    for (const size_t i : {black, dim}) s.luminance[0][i] = s.luminance[1][i] = s.variance[i] = 0;
+    s.luminance[0][dim] = 1e-3f;
+    const Candidates c = find_candidates(s, wall.sites, wall.links, 2);
+    for (const size_t i : {black, dim}) {
+      const double stated = std::sqrt(double{c.prior[i]}) * c.scale,
+                   of_bright = kShare / std::sqrt(kReplicates * samples);
+      if (samples == 1) EXPECT_GT(stated, 0.5 * of_bright);
+      if (samples == 32) EXPECT_LT(stated, 0.01 * of_bright);
+    }
+  }
 }
 
 TEST(Dark, AllDarkStaysLinked) {

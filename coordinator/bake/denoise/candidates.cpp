@@ -4,6 +4,7 @@
 
 #include "common/base/parallel.h"
 #include "coordinator/bake/denoise/site_average.h"
+#include "coordinator/bake/lightmap/as_bright.h"
 
 namespace kiln {
 namespace {
@@ -48,27 +49,56 @@ std::vector<float> diffused(const std::vector<float>& in, const Candidates& c, c
   return out;
 }
 
+// Per site: variance of one sample, and light.
+struct Noise {
+  std::vector<float> variance, light;
+};
+
+// Averages over a site and the linked sites with about as much light, as far as their samples tell.
+Noise average_as_bright(const Noise& own, const Candidates& c, const SurfaceLinks& links, unsigned threads) {
+  Noise out{std::vector<float>(own.light.size()), std::vector<float>(own.light.size())};
+  for_each_index(own.light.size(), threads, [&](size_t i) {
+    if (!c.known[i]) return;
+    double variance = 2 * double{own.variance[i]}, light = 2 * double{own.light[i]}, weight = 2;
+    for (const uint32_t j : links.of(static_cast<uint32_t>(i))) {
+      if (!c.known[j]) continue;
+      const double samples = kReplicates * std::min(c.samples[i], c.samples[j]);
+      if (!is_as_bright(own.light[i], own.light[j], std::max(own.variance[i], own.variance[j]) / samples))
+        continue;
+      variance += own.variance[j];
+      light += own.light[j];
+      weight += 1;
+    }
+    out.variance[i] = static_cast<float>(variance / weight);
+    out.light[i] = static_cast<float>(light / weight);
+  });
+  return out;
+}
+
 // Where one sample in ten thousand is bright, most texels have none and their own variance is far too low; a
 // filter chosen by it would remove the light of the few that have one without spreading it. So half of a
 // texel's expected variance is the relative variance around it, at its own brightness. With few samples even
-// the brightness is unreliable: a texel that is black by chance gets the noise of its surroundings.
+// the brightness is unreliable: a texel that is black by chance gets the noise of its surroundings. One whose
+// samples tell that it is darker than these gets none of it: beside bright texels it would state an error of
+// many times its light.
 void find_prior(const TexelStatistics& s, const SurfaceLinks& links, unsigned threads, Candidates& c) {
-  std::vector<float> own(s.sites, 0), light(s.sites, 0), near_own, near_light;
+  Noise own{std::vector<float>(s.sites), std::vector<float>(s.sites)};
   for_each_index(s.sites, threads, [&](size_t i) {
     if (!c.known[i]) return;
-    own[i] = static_cast<float>(sample_variance(s, c, i));
-    light[i] = 0.5f * (std::abs(c.value[0][0][i]) + std::abs(c.value[1][0][i]));
+    own.variance[i] = static_cast<float>(sample_variance(s, c, i));
+    own.light[i] = 0.5f * (std::abs(c.value[0][0][i]) + std::abs(c.value[1][0][i]));
   });
-  average_linked(own, c.known, links, threads, near_own);
-  average_linked(light, c.known, links, threads, near_light);
-  const std::vector<float> wide_own = diffused(own, c, links, threads);
-  const std::vector<float> wide_light = diffused(light, c, links, threads);
+  const Noise near = average_as_bright(own, c, links, threads);
+  const std::vector<float> wide_variance = diffused(own.variance, c, links, threads);
+  const std::vector<float> wide_light = diffused(own.light, c, links, threads);
   for_each_index(s.sites, threads, [&](size_t i) {
     if (!c.known[i]) return;
-    const double samples = s.samples[i], near = samples / (samples + kWideSamples);
-    const double f = near * near_light[i] + (1 - near) * wide_light[i];
-    const double wide = wide_light[i], relative = wide_own[i] / (wide * wide + kDark * kDark);
-    const double local = near * near_own[i] + (1 - near) * wide_own[i], around = relative * f * f;
+    const double samples = s.samples[i], wide = wide_light[i];
+    const double error = std::max(own.variance[i], wide_variance[i]) / (kReplicates * samples);
+    const double part = is_as_bright(own.light[i], wide, error) ? samples / (samples + kWideSamples) : 1;
+    const double f = part * near.light[i] + (1 - part) * wide;
+    const double relative = wide_variance[i] / (wide * wide + kDark * kDark);
+    const double local = part * near.variance[i] + (1 - part) * wide_variance[i], around = relative * f * f;
     const double variance = 0.5 * (local + around);
     c.prior[i] = static_cast<float>(variance / (2.0 * samples) + kRounding * kRounding * f * f + 1e-30);
     c.variance[0][i] = c.prior[i];

@@ -4,19 +4,12 @@
 #include <algorithm>
 #include <span>
 
+#include "coordinator/bake/lightmap/as_bright.h"
 #include "coordinator/bake/lightmap/texel_statistics.h"
 
 namespace kiln {
 
 constexpr size_t kAlikeReach = 64;  // sites in Morton order, on either side
-// The brighter of two has at most this many times the light of the other, within this many standard errors.
-constexpr double kAlikeLight = 2, kAlikeErrors = 3;
-
-// `square_of_error`: of either light.
-inline bool is_as_bright(double a, double b, double square_of_error) {
-  const double beyond = std::max(a, b) - kAlikeLight * std::min(a, b);
-  return beyond <= 0 || beyond * beyond <= kAlikeErrors * kAlikeErrors * 2 * square_of_error;
-}
 
 // Visits site i and the known sites alike. None if site i has no light.
 template <class Visit>
