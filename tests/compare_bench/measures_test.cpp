@@ -91,6 +91,16 @@ TEST(Measures, BlackTexelsPromiseNothing) {
   EXPECT_NEAR(k.stated_rel_mse, 100.0 / 112 * 0.01 * 0.01 / (1.01 * 1.01 * (1 + 1e-4)), 1e-12);
 }
 
+// No light is negative, so that a black texel errs by the light that it should have, relative to which that
+// is 1.
+TEST(Measures, ABlackTexelStatesNoMoreOfTheMapThanItCanErrBy) {
+  std::vector<double> light(100, 1.0), stated(100, 0.0), truth(100, 1.0);
+  light[7] = truth[7] = 0, stated[7] = 0.3;
+  const auto k = *compare_maps(map_of(light, stated), map_of(truth), nullptr, {})->calibration;
+  EXPECT_NEAR(k.stated_rel_mse, 0.01, 1e-9);
+  EXPECT_DOUBLE_EQ(k.largest_stated, 0.3);
+}
+
 TEST(Measures, TexelsOfUnknownErrorStateNothing) {
   std::vector<double> stated(10, 0.01);
   stated[3] = std::numeric_limits<double>::infinity();

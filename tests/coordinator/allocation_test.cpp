@@ -70,6 +70,25 @@ TEST(Allocation, OneBlackTexelDoesNotAskForAll) {
   EXPECT_LE(needed[99], 1.02 * alone * 1.02);
 }
 
+// Light is not negative: what a texel as good as black states beyond the least mean that counts is no error
+// that it can have. One of three times that mean can err by three times what counts.
+TEST(Allocation, NoTexelErrsByMoreThanItsLightAllows) {
+  const auto reached = [](float mean, double sigma) {
+    Texels t;
+    for (int i = 0; i < 99; ++i) t.add(1, 0, 64);
+    t.add(mean, sigma * 8, 64);
+    return reached_error(t.state(), ErrorNorm::kMeanSquare, 1);
+  };
+  const double floor = kBlack * 0.99;  // nearly
+  EXPECT_NEAR(reached(1e-6f, 0.5 * floor), 0.5 / 10, 1e-3);
+  EXPECT_NEAR(reached(1e-6f, 30 * floor), 1.0 / 10, 1e-6);
+  EXPECT_NEAR(reached(static_cast<float>(3 * floor), 30 * floor), 3.0 / 10, 1e-3);
+  Texels t;
+  for (int i = 0; i < 99; ++i) t.add(1, 1, 64);
+  t.add(1e-6f, 8 * 30 * floor, 64);
+  EXPECT_NEAR(planned_deviations(t.state(), std::vector<uint32_t>(100))[98], (8 * 1 + 8) / 9.0, 1e-5);
+}
+
 TEST(Allocation, AskedErrorIsReachedInEveryNorm) {
   const Texels t = three();
   for (const ErrorNorm norm : {ErrorNorm::kMax, ErrorNorm::kMeanSquare, ErrorNorm::kPerceptual}) {

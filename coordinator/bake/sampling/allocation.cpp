@@ -19,9 +19,18 @@ double relative_error(const SampleState& s, size_t i, double floor) {
   return s.standard_error[i] / std::max<double>(s.mean[i], floor);
 }
 
+// As it counts in kMeanSquare: no light is negative, so that an error relative to the true light is at most 1
+// or the mean over the least one that counts, whatever is stated.
+double counted_error(const SampleState& s, size_t i, double floor) {
+  return std::min(relative_error(s, i, floor), std::max(1.0, s.mean[i] / floor));
+}
+
 // Relative deviation of one sample, as if samples were independent.
 double deviation(const SampleState& s, size_t i, double floor) {
   return relative_error(s, i, floor) * std::sqrt(s.samples[i]);
+}
+double counted_deviation(const SampleState& s, size_t i, double floor) {
+  return counted_error(s, i, floor) * std::sqrt(s.samples[i]);
 }
 
 // Below this share of the least mean that counts, a texel is as good as black, however little its error is.
@@ -56,7 +65,7 @@ std::vector<float> planned_deviations(const SampleState& s, std::span<const uint
   const double floor = least_mean(s, ErrorNorm::kMeanSquare);
   std::vector<double> own(s.mean.size(), 0.0);
   for (size_t i = 0; i < own.size(); ++i)
-    if (is_lit(s, i)) own[i] = deviation(s, i, floor);
+    if (is_lit(s, i)) own[i] = counted_deviation(s, i, floor);
   std::vector<float> planned(own.size(), 0.0f);
   for_each_index(own.size(), 0, [&](size_t i) {
     if (!is_lit(s, i)) return;
@@ -87,7 +96,7 @@ std::vector<double> needed_samples(const SampleState& s, ErrorNorm norm, double 
   std::vector<double> needed(s.samples.begin(), s.samples.end());
   const double floor = least_mean(s, norm);
   const auto planned = [&](size_t i) {
-    return s.planned.empty() ? deviation(s, i, floor) : double{s.planned[i]};
+    return s.planned.empty() ? counted_deviation(s, i, floor) : double{s.planned[i]};
   };
   double factor = z / error;  // needed = (factor x deviation)^2; kMeanSquare: factor x planned
   if (norm == ErrorNorm::kMeanSquare) {
@@ -95,7 +104,7 @@ std::vector<double> needed_samples(const SampleState& s, ErrorNorm norm, double 
     size_t count = 0;
     for (size_t i = 0; i < needed.size(); ++i) {
       if (!is_lit(s, i)) continue;
-      const double own = deviation(s, i, floor);
+      const double own = counted_deviation(s, i, floor);
       if (own > 0) sum += own * own / planned(i);
       ++count;
     }
@@ -209,9 +218,8 @@ double reached_error(const SampleState& s, ErrorNorm norm, double z, double unme
   for (size_t i = 0; i < s.mean.size(); ++i) {
     if (has_met_no_light(s, i, floor)) squares += unmet_square(s.samples[i], unmet);
     if (!is_lit(s, i)) continue;
-    const double relative = relative_error(s, i, floor);
-    worst = std::max(worst, relative);
-    squares += relative * relative;
+    worst = std::max(worst, relative_error(s, i, floor));
+    if (norm == ErrorNorm::kMeanSquare) squares += counted_error(s, i, floor) * counted_error(s, i, floor);
     ++count;
   }
   if (count == 0) return 0;
@@ -221,7 +229,7 @@ double reached_error(const SampleState& s, ErrorNorm norm, double z, double unme
 double error_share(const SampleState& s, std::span<const SiteSamples> work, double unmet) {
   const double floor = least_mean(s, ErrorNorm::kMeanSquare);
   const auto square = [&](size_t i) {
-    const double relative = is_lit(s, i) ? relative_error(s, i, floor) : 0;
+    const double relative = is_lit(s, i) ? counted_error(s, i, floor) : 0;
     return relative * relative + (has_met_no_light(s, i, floor) ? unmet_square(s.samples[i], unmet) : 0);
   };
   double all = 0, part = 0;
