@@ -33,8 +33,10 @@ constexpr double kFewAlone = 8;  // samples: of fewer, coincidences of rare brig
 // worth 1e10 of its priors, and the site would state an error a million times its light.
 constexpr float kMostScale = 16;
 
-// A bias counts only beyond this many standard errors: in the choice of filter, and in the reported error.
-constexpr double kChoiceErrors = 1.0, kStatedErrors = 0.25;
+// A bias counts only beyond this many standard errors: in the choice of filter, and in the reported error. Of
+// the few texels beside, as many in both: their mean has ten times the noise of what a wide filter leaves,
+// and would be most of the error that is stated there.
+constexpr double kChoiceErrors = 1.0, kStatedErrors = 0.25, kBesideErrors = 1.0;
 
 // Expected bias of a level where nothing is known, relative to the light, limited to this many standard
 // errors of the measurement.
@@ -270,11 +272,9 @@ Choice choose(const Candidates& c, const SiteGeometry& sites, const SurfaceLinks
       for (uint32_t k = 1; k < kLevels; ++k) {
         const double alone = terms[i].product[k] - (terms[i].change[0][k] > 0 ? dark_errors : bright_errors);
         const double few = kFewBeside * (1 + kFewAlone / c.samples[i]) * factor;
-        const auto sharp = [&](double errors) {
-          return std::max({beside.product(k, errors), beside.sharp(k, few), alone});
-        };
+        const double sharp = std::max({beside.product(k, kBesideErrors), beside.sharp(k, few), alone});
         const auto bias = [&](double errors) {
-          return std::max({0.0, wide.product(k, errors), smooth_bias(wide, k, errors), sharp(errors)});
+          return std::max({0.0, wide.product(k, errors), smooth_bias(wide, k, errors), sharp});
         };
         const double expected = kExpectedBias[k] * light;
         const double doubt = std::min(expected * expected, kDoubtErrors * wide.product_error(k) * prior);
