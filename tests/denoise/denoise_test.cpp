@@ -76,7 +76,7 @@ TEST(Denoise, TakesNoNoiseOfFewTexelsForBiasOnEvenWalls) {
     const Squares q = squares(wall.sites, s, d, constant(5));
     wrong += q.denoised, raw += q.raw;
   }
-  EXPECT_LT(wrong, raw / 25);  // measured: 35; with either constant as it was, 15 and 10
+  EXPECT_LT(wrong, raw / 25);                  // measured: 35; with either constant as it was, 15 and 10
   EXPECT_GT(std::sqrt(wrong / stated), 0.45);  // measured: 0.55, by what the whole window's bias states
   EXPECT_LT(std::sqrt(wrong / stated), 1.1);
 }
