@@ -91,8 +91,7 @@ TEST(Measures, BlackTexelsPromiseNothing) {
   EXPECT_NEAR(k.stated_rel_mse, 100.0 / 112 * 0.01 * 0.01 / (1.01 * 1.01 * (1 + 1e-4)), 1e-12);
 }
 
-// No light is negative, so that a black texel errs by the light that it should have, relative to which that
-// is 1.
+// A texel that comes out black errs by the light that it should have had: by 1, relative to that.
 TEST(Measures, ABlackTexelStatesNoMoreOfTheMapThanItCanErrBy) {
   std::vector<double> light(100, 1.0), stated(100, 0.0), truth(100, 1.0);
   light[7] = truth[7] = 0, stated[7] = 0.3;

@@ -78,9 +78,9 @@ Noise average_as_bright(const Noise& own, const Candidates& c, const SurfaceLink
 // Where one sample in ten thousand is bright, most texels have none and their own variance is far too low; a
 // filter chosen by it would remove the light of the few that have one without spreading it. So half of a
 // texel's expected variance is the relative variance around it, at its own brightness. With few samples even
-// the brightness is unreliable: a texel that is black by chance gets the noise of its surroundings. One whose
-// samples tell that it is darker than these gets none of it: beside bright texels it would state an error of
-// many times its light.
+// the brightness is unreliable: a texel that is black by chance gets the noise of its surroundings. A
+// texel whose samples show that it is much darker or brighter than its surroundings gets none of their noise:
+// a black one beside bright ones would state an error of many times its light.
 void find_prior(const TexelStatistics& s, const SurfaceLinks& links, unsigned threads, Candidates& c) {
   Noise own{std::vector<float>(s.sites), std::vector<float>(s.sites)};
   for_each_index(s.sites, threads, [&](size_t i) {
@@ -94,8 +94,9 @@ void find_prior(const TexelStatistics& s, const SurfaceLinks& links, unsigned th
   for_each_index(s.sites, threads, [&](size_t i) {
     if (!c.known[i]) return;
     const double samples = s.samples[i], wide = wide_light[i];
-    const double error = std::max(own.variance[i], wide_variance[i]) / (kReplicates * samples);
-    const double part = is_as_bright(own.light[i], wide, error) ? samples / (samples + kWideSamples) : 1;
+    const double square_of_error = std::max(own.variance[i], wide_variance[i]) / (kReplicates * samples);
+    const double part =
+        is_as_bright(own.light[i], wide, square_of_error) ? samples / (samples + kWideSamples) : 1;
     const double f = part * near.light[i] + (1 - part) * wide;
     const double relative = wide_variance[i] / (wide * wide + kDark * kDark);
     const double local = part * near.variance[i] + (1 - part) * wide_variance[i], around = relative * f * f;

@@ -24,8 +24,8 @@ constexpr float kBesideTexels = 2.0f;
 constexpr double kAlone = 6;
 // All samples are dark by chance once in exp(this); at 6 that would be one texel in 400.
 constexpr double kAloneDark = 12;
-// Of the texels beside, taken with the noise that is expected of their products, a sharp one stands out by
-// this many times that. At 1 single texels of even walls kept their noise, as specks.
+// The mean product of the texels beside counts beyond this many times the noise expected of it. At 1 single
+// texels of even walls kept their noise, as specks.
 constexpr double kFewBeside = 3;
 constexpr double kFewAlone = 8;  // samples: of fewer, coincidences of rare bright ones are no surprise; that
                                  // all samples of both replicates are dark is one as rare as it looks

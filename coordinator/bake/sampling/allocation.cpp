@@ -19,8 +19,7 @@ double relative_error(const SampleState& s, size_t i, double floor) {
   return s.standard_error[i] / std::max<double>(s.mean[i], floor);
 }
 
-// As it counts in kMeanSquare: no light is negative, so that an error relative to the true light is at most 1
-// or the mean over the least one that counts, whatever is stated.
+// As it counts in kMeanSquare (ErrorNorm): with a bound.
 double counted_error(const SampleState& s, size_t i, double floor) {
   return std::min(relative_error(s, i, floor), std::max(1.0, s.mean[i] / floor));
 }

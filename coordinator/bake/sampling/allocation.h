@@ -14,7 +14,9 @@ namespace kiln {
 enum class ErrorNorm {
   kMax,         // every texel's interval, relative to its own mean
   kMeanSquare,  // z times the root of the mean over texels of (standard error / mean)^2, where means below
-                // kBlack of the map's count as that: else one texel that is as good as black asks for all
+                // kBlack of the map's count as that: else one texel that is as good as black asks for all.
+                // A texel counts with at most 1, or mean / (kBlack x the map's) where that is more: light is
+                // not negative, so that no error relative to the true light is larger
   kPerceptual,  // every texel's interval, relative to the larger of its mean and kDarkest of the map's
 };
 constexpr double kDarkest = 0.1;

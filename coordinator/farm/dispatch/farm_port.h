@@ -36,8 +36,8 @@ class JobPort {
   void push(PassEvent event);
   void fail_with(const Error& error);  // sticky
   void set_progress(const FarmProgress& progress);
-  // Drops events of the last pass. Returns true if the job was rewound since and its conductor does not know
-  // yet.
+  // Drops events and progress of the last pass. Returns true if the job was rewound since and its conductor
+  // does not know yet.
   bool clear();
 
   // The conductor's thread. Waits at most `ms` for an event; nullopt if none arrived, or on an error.

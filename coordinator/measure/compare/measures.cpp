@@ -86,7 +86,6 @@ Calibration calibrate(const std::vector<Pair>& pairs, bool halves, const Compare
     if (std::isfinite(p.stated)) c.largest_stated = std::max(c.largest_stated, p.stated);
     kept += promised && p.away() <= s.error * p.r();
     if (!std::isfinite(p.stated)) continue;
-    // No light is negative: the error of a texel as good as black is at most the light that it should have.
     relative_squares += std::min(p.stated * p.stated / p.scale(), std::max(1.0, p.a * p.a / p.floor));
     ++finite;
     if (!(p.a > black)) continue;

@@ -28,7 +28,8 @@ struct WorstTexel {
 struct Calibration {
   double stated_rms = 0;  // root mean square of s / a over texels above a hundredth of a's mean
   double coverage = 0;    // share of texels with |a - r| <= z s; C if the errors are right
-  // Mean over all texels of s^2 / (r^2 + (mean of r / 100)^2): the relMSE that the bake states. Texels whose
+  // Mean over all texels of s^2 / (r^2 + f^2), f = mean of r / 100: the relMSE that the bake states. A texel
+  // counts with max(1, (a / f)^2) at most: light is not negative, so that it errs by no more. Texels whose
   // error is unknown are left out.
   double stated_rel_mse = 0;
   // Over the texels of stated_rms: root of mean (a - r)^2 / s^2 without the reference's noise; 1 if s is
