@@ -21,10 +21,18 @@ TEST(Pace, ThePassThatBeginsIsForetoldByTheLastOne) {
   pace.begin_pass(1000, 500, 1);
   EXPECT_LT(pace.seconds_left(0), 0) << "no pass has told the speed";
   run_pass(pace, 1000, 5000);
-  pace.begin_pass(10, 5000, 2);
-  EXPECT_GT(pace.seconds_left(0), 0);
-  EXPECT_EQ(pace.seconds_left(0), pace.seconds_for(5010, 3));
-  EXPECT_NE(pace.seconds_left(0.5), pace.seconds_for(5010, 3)) << "half a pass tells its own speed";
+  pace.begin_pass(1e7, 5e7, 2);  // a minute at least
+  const double foretold = pace.seconds_for(6e7, 3);
+  EXPECT_NEAR(pace.seconds_left(0) / foretold, 1, 0.2);
+}
+
+TEST(Pace, TheFirstResultsOfAPassDoNotOverturnWhatTheLastOneForetells) {
+  BakePace pace(std::numeric_limits<double>::infinity());
+  run_pass(pace, 1000, 5000);
+  pace.begin_pass(1e7, 5e7, 2);
+  const double foretold = pace.seconds_for(6e7, 3);
+  EXPECT_GT(pace.seconds_left(0.025), 0.5 * foretold) << "at once, a fortieth of a pass";
+  EXPECT_LT(pace.seconds_left(0.9), 0.15 * foretold) << "nine tenths of a pass";
 }
 
 }  // namespace

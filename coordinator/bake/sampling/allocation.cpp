@@ -169,7 +169,7 @@ void ConvergenceRate::observe(const SampleState& before, const SampleState& afte
 
 double ConvergenceRate::get() const {
   // Prior worth a few texels, so that the first few do not decide.
-  constexpr double kExpected = 0.75, kTexels = 100, kMin = 0.4;
+  constexpr double kExpected = 0.9, kTexels = 100, kMin = 0.4;
   // Quantised, so that the last bits of logarithms decide nothing.
   constexpr double kSteps = 64;
   const double fall = (errors_ + kExpected * kTexels) / (samples_ + kTexels);
