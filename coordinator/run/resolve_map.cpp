@@ -8,6 +8,7 @@
 #include "coordinator/bake/merge/response_errors.h"
 #include "coordinator/bake/sampling/cache_draws.h"
 #include "coordinator/run/bake_stages.h"
+#include "coordinator/run/black_fronts.h"
 #include "coordinator/run/statement.h"
 
 namespace kiln {
@@ -68,6 +69,8 @@ void resolve_light(const BakeRun& run, const Accumulator& sums, const SurfaceGra
   const Atlas& atlas = run.preflight.atlas;
   const BakeSettings& settings = run.request.settings;
   check_dark(map, atlas, run.report);
+  if (std::string warning = warn_of_black_fronts(run.preflight.imported.scene, atlas, map); !warning.empty())
+    run.report.warnings.push_back(std::move(warning));
   const BasisInfo& basis = basis_roster()[sums.layout().basis()];
   TexelStatistics statistics = sums.statistics(true, surface || !basis_bands(basis).empty());
   const std::vector<uint32_t> charts = charts_of_sites(atlas);
