@@ -169,8 +169,9 @@ class Baking {
     return end;
   }
   SettlingState settling_state() const {
-    const double to_come = missing_samples(all_needed(asked_error()), state(), most_samples());
-    return {shared_, samples_, most_samples(), final_error() / z_, to_come};
+    const SampleState now = state();
+    const double to_come = missing_samples(all_needed(asked_error()), now, most_);
+    return {shared_, samples_, most_, final_error() / z_, to_come, now.mean, least_mean(now, norm_)};
   }
   double affordable_samples() const { return pace_.limit_left() * pace_.samples_per_second(); }
 

@@ -25,6 +25,18 @@ TEST(Settling, SitesWhoseErrorIsThatOfTheCachesBeginAgain) {
   EXPECT_EQ(counts_of(work), (std::vector<uint32_t>{32, 16}));
 }
 
+TEST(Settling, SitesThatHardlyCountInTheNormAreLeft) {
+  const std::vector<float> shared = {kMuch, kMuch, kMuch, kMuch}, mean = {1.0f, 0.1f, 0.06f, 0.04f};
+  const std::vector<uint32_t> samples = {32, 32, 32, 32};
+  SettlingState state{shared, samples, 4096, kError, kEnough, mean, 0.1};
+  const auto work = Settling().next(state);  // kMuch is four times what is settled
+  ASSERT_EQ(work.size(), 3u);
+  EXPECT_EQ(work.back().site, 2u);
+  EXPECT_DOUBLE_EQ(unsettled_share(state), 0.75);
+  state.floor = 0;
+  EXPECT_EQ(Settling().next(state).size(), 4u) << "the norm counts all";
+}
+
 TEST(Settling, TwiceAsManySamplesOnceABetterCacheIsNoHelp) {
   Settling settling;
   const std::vector<uint32_t> first = {32}, second = {64};

@@ -9,6 +9,13 @@ double settled_square(const SettlingState& s) {
   return kSettledPart * kSettledPart * s.error * s.error;
 }
 
+// Squared shared error as it counts in the norm.
+double counted_square(const SettlingState& s, size_t site) {
+  if (s.mean.empty() || s.mean[site] >= s.floor) return s.shared[site];
+  const double part = std::max(0.0, s.mean[site] / s.floor);
+  return part * part * s.shared[site];
+}
+
 }  // namespace
 
 double unsettled_share(const SettlingState& state) {
@@ -16,7 +23,7 @@ double unsettled_share(const SettlingState& state) {
   for (size_t site = 0; site < state.shared.size(); ++site) {
     if (state.samples[site] == 0) continue;
     ++sampled;
-    unsettled += double{state.shared[site]} > settled_square(state);
+    unsettled += counted_square(state, site) > settled_square(state);
   }
   return sampled ? static_cast<double>(unsettled) / static_cast<double>(sampled) : 0;
 }
@@ -30,8 +37,9 @@ std::vector<SiteSamples> Settling::next(const SettlingState& state) {
   for (uint32_t site = 0; site < state.shared.size(); ++site) {
     if (state.samples[site] == 0) continue;
     ++sampled;
-    if (is_out_[site] || !(state.shared[site] > settled)) continue;
-    now += double{state.shared[site]};
+    const double square = counted_square(state, site);
+    if (is_out_[site] || !(square > settled)) continue;
+    now += square;
     work.push_back({site, {0, state.samples[site]}});
   }
   if (!(now > settled * sampled)) return {};

@@ -30,6 +30,10 @@ struct SettlingState {
   uint32_t most = 0;                  // samples of a site, per replicate
   double error = 0;                   // relative standard error of a site at the end of the bake
   double to_come = 0;                 // samples of all later passes, over sites and replicates
+  // By site, and the least mean that counts in the norm (least_mean()): the error of a darker site counts as
+  // far as it does there. Empty: every site counts in full.
+  std::span<const float> mean = {};
+  double floor = 0;
 };
 
 // Share of the sampled sites that have not settled; 0 without caches.
