@@ -16,20 +16,20 @@
 namespace kiln {
 namespace {
 
-constexpr size_t kLeastTexels = 64;   // of a chart worth a word
+constexpr size_t kLeastTexels = 64;   // of a chart that is worth a warning
 constexpr double kBlackShare = 0.95;  // of its texels
 constexpr double kBlack = 1e-3;       // of the map's mean: as good as black
-// Of the directions that the back of a chart is asked for light in.
-constexpr double kLitShare = 0.25;
-constexpr size_t kAskedTexels = 8;  // of a chart
+constexpr double kLitShare = 0.25;    // of the rays from the back of a chart
+constexpr size_t kAskedTexels = 8;    // of a chart
 constexpr int kDirections = 16;
-constexpr float kOff = 1e-4f;  // of a texel's position, or metres: where rays start behind the surface
+// Rays start this far behind the surface: metres, or a part of the distance from the origin if that is more.
+constexpr float kOff = 1e-4f;
 
 float light_at(const Lightmap& map, uint32_t texel) {
   return luminance(Vec3(map.planes.data[0][texel], map.planes.data[1][texel], map.planes.data[2][texel]));
 }
 
-// Directions around +z, as many for equal parts of the cosine-weighted half space.
+// Directions around +z, spread by the cosine.
 std::array<Vec3, kDirections> half_space() {
   std::array<Vec3, kDirections> out;
   for (int k = 0; k < kDirections; ++k) {

@@ -235,6 +235,35 @@ TEST_F(Passes, SitesThatErrByTheirCachesBeginAgain) {
       EXPECT_EQ(report.passes[i].rms_relative, before);
 }
 
+// Sites with next to no light do so only where the norm asks each of them.
+TEST_F(Passes, SitesThatHardlyCountInTheNormDoNotBeginAgain) {
+  request_.settings.min_samples = 32;
+  request_.settings.max_samples = 1024;
+  request_.settings.error = 0.02;
+  Stub first;
+  first.light = noisy;
+  bake(first);
+  const size_t sites = sites_of(first.calls[0]);
+  constexpr double kDim = 1e-4;  // of the others' light
+  const auto takes_of_dim = [&](const char* norm) {
+    request_.settings.error_norm = norm;
+    Stub stub;
+    stub.drawn_from = static_cast<uint32_t>(sites / 2);
+    stub.drawn = 0.03 * kDim;
+    stub.light = [&](uint32_t site, uint32_t replicate, uint32_t sample) {
+      return noisy(site, replicate, sample) * (site < stub.drawn_from ? 1 : kDim);
+    };
+    const BakeReport report = bake(stub);
+    std::set<uint32_t> takes;
+    for (const auto& call : stub.calls)
+      for (const WorkUnit& unit : call)
+        if (std::count(unit.sites.begin(), unit.sites.end(), 3 * sites / 4)) takes.insert(unit.take);
+    return takes.size() - dropped(report);
+  };
+  EXPECT_EQ(takes_of_dim("mean-square"), 1u);
+  EXPECT_GT(takes_of_dim("max"), 1u);
+}
+
 // Where no cache helps rounds double, and end at their share of the samples that are to come after them.
 TEST_F(Passes, RoundsTakeNoMoreThanTheirShare) {
   request_.settings.min_samples = 32;
