@@ -27,8 +27,8 @@ class BakePace {
   double seconds() const { return watch_.seconds(); }
   // Records the time between passes: evaluating one and planning the next.
   void end_barrier() { barrier_ = seconds() - ended_; }
-  // At the speed of this pass, `done` (a share) through it, and of the last one, which counts less the more is
-  // done; negative: unknown yet.
+  // At the speed of this pass, `done` (a share) through it, and of the last one, which counts less the more
+  // is done; negative: unknown yet.
   double seconds_left(double done) const;
   // Between passes: the time for that many samples in that many passes, at the speed of the last one.
   double seconds_for(double samples, double passes) const;
