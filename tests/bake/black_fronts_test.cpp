@@ -1,5 +1,4 @@
-// A floor that is lit and a sheet above it that is black: only where its back faces the light is it a wall
-// that was put in the wrong way round.
+// A lit floor and a black sheet above it: only where the back of the sheet faces light is it named.
 #include "coordinator/run/black_fronts.h"
 
 #include <gtest/gtest.h>
@@ -67,7 +66,7 @@ TEST(BlackFronts, AWallWhoseBackFacesLitSurfacesIsNamed) {
 }
 
 TEST(BlackFronts, ASheetThatIsRightlyBlackIsNot) {
-  EXPECT_EQ(warning({.double_sided = false}), "") << "its back is black in a renderer too";
+  EXPECT_EQ(warning({.double_sided = false}), "") << "renderers do not show its back";
   EXPECT_EQ(warning({.up = false}), "") << "behind it is nothing";
   EXPECT_EQ(warning({.floor = false}), "") << "behind it are backs";
   EXPECT_EQ(warning({.light = 0.1f}), "") << "its front is lit";

@@ -193,12 +193,7 @@ TEST_F(Passes, SitesThatErrByTheirCachesBeginAgain) {
   Stub stub;
   stub.light = noisy;
   stub.drawn = 0.03;
-  const size_t sites = [&] {
-    Stub first;
-    first.light = noisy;
-    bake(first);
-    return sites_of(first.calls[0]);
-  }();
+  const size_t sites = room_sites();
   stub.drawn_from = static_cast<uint32_t>(sites / 2);
   stub.drawn_until = 6;
   const BakeReport report = bake(stub);
@@ -235,15 +230,12 @@ TEST_F(Passes, SitesThatErrByTheirCachesBeginAgain) {
       EXPECT_EQ(report.passes[i].rms_relative, before);
 }
 
-// Sites with next to no light do so only where the norm asks each of them.
+// Sites with next to no light begin again only if the norm asks each of them.
 TEST_F(Passes, SitesThatHardlyCountInTheNormDoNotBeginAgain) {
   request_.settings.min_samples = 32;
   request_.settings.max_samples = 1024;
   request_.settings.error = 0.02;
-  Stub first;
-  first.light = noisy;
-  bake(first);
-  const size_t sites = sites_of(first.calls[0]);
+  const size_t sites = room_sites();
   constexpr double kDim = 1e-4;  // of the others' light
   const auto takes_of_dim = [&](const char* norm) {
     request_.settings.error_norm = norm;
@@ -298,10 +290,7 @@ TEST_F(Passes, FewSitesThatDoNotSettleAreLeftOutOfTheCaches) {
   request_.settings.max_samples = 8192;
   request_.settings.error = 0.02;
   request_.settings.texels_per_metre = 20;
-  Stub first;
-  first.light = noisy;
-  bake(first);
-  const size_t sites = sites_of(first.calls[0]);
+  const size_t sites = room_sites();
   Stub stub;
   stub.light = noisy;
   stub.drawn = 1;

@@ -131,6 +131,13 @@ class Passes : public testing::Test {
     return out;
   }
 
+  // Of the room, with the present settings.
+  size_t room_sites() {
+    Stub stub;
+    stub.light = noisy;
+    bake(stub);
+    return sites_of(stub.calls[0]);
+  }
   static size_t sites_of(const std::vector<WorkUnit>& all) {
     size_t sites = 0;
     for (const WorkUnit& unit : all)

@@ -23,7 +23,8 @@ TEST(Pace, ThePassThatBeginsIsForetoldByTheLastOne) {
   run_pass(pace, 1000, 5000);
   pace.begin_pass(1e7, 5e7, 2);  // a minute at least
   const double foretold = pace.seconds_for(6e7, 3);
-  EXPECT_NEAR(pace.seconds_left(0) / foretold, 1, 0.2);
+  EXPECT_NEAR(pace.seconds_left(0) / foretold, 1, 0.01);
+  EXPECT_LT(pace.seconds_left(0.5), 0.5 * foretold) << "half a pass tells its own speed";
 }
 
 TEST(Pace, TheFirstResultsOfAPassDoNotOverturnWhatTheLastOneForetells) {

@@ -12,7 +12,7 @@ constexpr double kUnitsPerThread = 8;  // at least, in each pass, so that its en
 // The last pass's speed counts as this share of the present one. Units of the most gain come first and take
 // longest, and the first results come late: alone, a few hundredths of a pass foretold up to twice the time.
 constexpr double kLastPass = 0.1;
-constexpr double kFirstShare = 0.02;  // of a pass: of one without a pass before it, less foretells nothing
+constexpr double kFirstShare = 0.02;  // less of the first pass foretells nothing
 
 }  // namespace
 
