@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <set>
 
 #include "common/base/clock.h"
 #include "common/base/format.h"
@@ -18,6 +17,7 @@
 #include "coordinator/run/bake_caches.h"
 #include "coordinator/run/bake_stages.h"
 #include "coordinator/run/nonfinite.h"
+#include "coordinator/run/skipped.h"
 #include "coordinator/run/statement.h"
 
 namespace kiln {
@@ -78,11 +78,7 @@ class Baking {
     report_.held_back = held_back();
     report_.nonfinite = nonfinite_.places();
     if (const std::string s = nonfinite_.sentence(); !s.empty()) report_.warnings.push_back(s);
-    if (!skipped_.empty())
-      report_.warnings.push_back(
-          text("{} units failed on every worker that tried them and were left out; their {} "
-               "texels have fewer samples or none: {}",
-               skipped_units_, skipped_.size(), skip_reason_));
+    if (const std::string s = skipped_.sentence(); !s.empty()) report_.warnings.push_back(s);
     return Baked{std::move(errors_), std::move(response_errors_), whole_, std::move(filters_)};
   }
 
@@ -90,7 +86,6 @@ class Baking {
   Expected<PassEnd> run_passes() {
     takes_.assign(sums_.sites(), 0);
     skipped_.clear();
-    skipped_units_ = 0;
     pass_ = 0;
     sampled_ = 0;
     caches_.begin();
@@ -113,7 +108,8 @@ class Baking {
       // With caches a fixed count is reached in steps too, because the first cache is the roughest.
       work = all_sites({0, cache_ ? std::min(least_, kFirstSamples) : least_});
       if (cache_) {
-        KILN_TRY(const PassEnd end, pilot(std::min(pilot_samples(sums_.sites()), least_), work));
+        KILN_TRY(const PassEnd end, pilot(std::min(pilot_samples(sums_.sites()), least_),
+                                          request_.sampled ? 1 : pilot_stride(sums_.sites()), work));
         if (end != PassEnd::kComplete) return end;
       }
     }
@@ -153,7 +149,7 @@ class Baking {
       foretold.samples = samples_;
       foretold.to_come = std::min(foretold.to_come, affordable_samples());
       std::vector<SiteSamples> work = settling.next(foretold);
-      leave_out_skipped(work);
+      skipped_.leave_out_of(work);
       if (work.empty()) break;
       foretell(samples_of(work), foretold.to_come);
       caches_.leave_out(settling.left_out());
@@ -212,7 +208,7 @@ class Baking {
       // A room hands on the error of the first caches, which were made of single samples, to all later ones.
       drop_all();
       caches_.clear();
-      return pilot(most, work);
+      return pilot(most, 1, work);
     }
     return plan(work);
   }
@@ -221,11 +217,15 @@ class Baking {
     return seconds / pace_.threads() < kPilotShare * pace_.limit_left();
   }
 
-  // Whole paths, `count` for every site, from which the first cache is made.
-  Expected<PassEnd> pilot(uint32_t count, std::vector<SiteSamples>& work) {
-    KILN_TRY(const PassEnd end, run_pass(all_sites({0, count})));
+  // Whole paths, from which the first cache is made: `count` for every site, or for those of that stride.
+  Expected<PassEnd> pilot(uint32_t count, uint32_t stride, std::vector<SiteSamples>& work) {
+    std::vector<SiteSamples> sites = all_sites({0, count});
+    if (stride > 1) keep_stride(atlas_, stride, sites);
+    KILN_TRY(const PassEnd end, run_pass(std::move(sites)));
     record(!is_limited());
-    return end == PassEnd::kComplete ? make_caches(count, work, 0) : end;
+    if (stride > 1)
+      samples_.assign(samples_.size(), count);  // sites between them have the errors of those around
+    return end == PassEnd::kComplete ? make_caches(count, work, 0, stride) : end;
   }
   void drop(const std::vector<SiteSamples>& work) {
     std::vector<uint32_t> sites;
@@ -248,11 +248,12 @@ class Baking {
   // Makes a cache from `count` samples of every site, then runs a pass whose paths end at it, and again. The
   // first such pass lasts if another would follow but few sites err by the caches (those settle), and so does
   // one that a better cache did not help. `round`: 0 if the samples are of whole paths. `work`: what follows.
-  Expected<PassEnd> make_caches(uint32_t count, std::vector<SiteSamples>& work, uint32_t round) {
+  Expected<PassEnd> make_caches(uint32_t count, std::vector<SiteSamples>& work, uint32_t round,
+                                uint32_t stride = 1) {
     double before = std::numeric_limits<double>::infinity();  // error of one sample, as if independent
     for (;; ++round) {
       if (!has_time_for_caches(count, work)) return plan(work);
-      renew_caches();
+      renew_caches(round == 0 ? stride : 1);
       const double rms = reached_error(state(), ErrorNorm::kMeanSquare, 1), now = rms * std::sqrt(count);
       if (round > 1 && now > kSettled * before) return plan(work);
       before = now;
@@ -304,7 +305,7 @@ class Baking {
     double samples = 0, growth = 1;
     for (size_t i = 0; i < needed.size(); ++i) {
       const double have = kept * samples_[i], to = std::min<double>(needed[i], most_samples());
-      if (samples_[i] == 0 || skipped_.count(static_cast<uint32_t>(i)) || !(to > have)) continue;
+      if (samples_[i] == 0 || skipped_.contains(static_cast<uint32_t>(i)) || !(to > have)) continue;
       samples += kReplicates * (to - have);
       growth = std::max(growth, to / samples_[i]);
     }
@@ -397,7 +398,7 @@ class Baking {
   bool is_at_bound() const {
     if (samples_.empty() || may_raise_most()) return false;
     for (uint32_t site = 0; site < samples_.size(); ++site)
-      if (samples_[site] < most_ && is_sampled(site) && !skipped_.count(site)) return false;
+      if (samples_[site] < most_ && is_sampled(site) && !skipped_.contains(site)) return false;
     return true;
   }
 
@@ -416,18 +417,16 @@ class Baking {
 
   std::vector<SiteSamples> work_towards(const std::vector<double>& needed, double least) const {
     std::vector<SiteSamples> work = kiln::work_towards(needed, samples_, most_samples(), least);
-    leave_out_skipped(work);
+    skipped_.leave_out_of(work);
     return work;
-  }
-  void leave_out_skipped(std::vector<SiteSamples>& work) const {
-    std::erase_if(work, [&](const SiteSamples& s) { return skipped_.count(s.site) > 0; });
   }
 
   SampleState state() const { return {errors_.mean, errors_.standard_error, samples_, planned_}; }
 
-  void renew_caches() {
+  // `stride`: of the sites that have samples.
+  void renew_caches(uint32_t stride = 1) {
     sampled_at_renewal_ = sampled_;
-    caches_.renew(sums_, pass_);
+    stride > 1 ? caches_.make_rough(sums_, pass_, stride) : caches_.renew(sums_, pass_);
   }
 
   Expected<PassEnd> run_pass(std::vector<SiteSamples> work) {
@@ -455,11 +454,7 @@ class Baking {
       nonfinite_.add(unit, result);
       return sums_.add(unit, result);
     };
-    handlers.on_skipped = [&](const WorkUnit& unit, const std::string& reason) {
-      ++skipped_units_;
-      skip_reason_ = reason;
-      skipped_.insert(unit.sites.begin(), unit.sites.end());
-    };
+    handlers.on_skipped = [&](const WorkUnit& unit, const std::string& why) { skipped_.add(unit, why); };
     handlers.on_progress = [&](const FarmProgress& f) { progress_(progress_of(f)); };
     KILN_TRY(const PassEnd end, farm_.run_pass(std::move(units), pace_.deadline_ms(), handlers));
     const FarmStatistics later = farm_.statistics();
@@ -582,9 +577,7 @@ class Baking {
   double later_ = -1, later_passes_ = 0;  // samples and passes after the present one; negative: unknown
   double whole_path_seconds_ = 0;         // of one thread, for a sample without caches
   double sampled_ = 0, sampled_at_renewal_ = 0;
-  std::set<uint32_t> skipped_;  // sites of units that failed permanently: no more samples
-  uint64_t skipped_units_ = 0;
-  std::string skip_reason_;
+  SkippedSites skipped_;
   std::vector<uint32_t> cuts_;  // texels per unit, by pass
   const uint32_t passes_before_;
   const uint64_t units_before_;

@@ -185,6 +185,32 @@ TEST_F(Passes, LargeMapsBeginWithFewSamples) {
   EXPECT_EQ(bake(given).passes.back().samples, 64);
 }
 
+// The first cache of a map of millions of texels is made of one of four, those between have what these say.
+TEST_F(Passes, MapsOfMillionsBeginWithOneTexelOfFour) {
+  request_.settings.basis = "irradiance";
+  request_.settings.encodings.clear();
+  request_.settings.texels_per_metre = 142;
+  request_.settings.denoise = true;
+  request_.settings.error = 0.4;
+  Stub stub;
+  stub.light = [](uint32_t, uint32_t, uint32_t) { return 1.0; };
+  const BakeReport report = bake(stub);
+  const size_t first = sites_of(stub.calls[0]), all = report.plan.valid_texels;
+  ASSERT_GE(all, size_t{1} << 20);
+  EXPECT_GT(4 * first, all);
+  EXPECT_LT(4 * first, 1.03 * static_cast<double>(all));
+  EXPECT_FALSE(report.passes[0].kept);
+  EXPECT_EQ(sites_of(stub.calls[1]), all);
+  const auto cache = read_irradiance_cache(stub.chunks.at(stub.calls[1][0].cache), all);
+  ASSERT_TRUE(cache);
+  size_t none = 0;  // of texels that mislead
+  for (const Vec3& light : cache->irradiance) {
+    none += light == Vec3(-1.0f);
+    if (light != Vec3(-1.0f)) ASSERT_LT(length(light - Vec3(1, 2, 3)), 1e-5f);
+  }
+  EXPECT_LT(4 * none, all);
+}
+
 // What sites have whose error is that of the caches is dropped and taken again before the large passes.
 TEST_F(Passes, SitesThatErrByTheirCachesBeginAgain) {
   request_.settings.min_samples = 32;

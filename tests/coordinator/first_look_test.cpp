@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "coordinator/bake/sampling/texel_errors.h"
 #include "tests/analytic/scene_maker.h"
 
@@ -37,6 +39,28 @@ TEST(FirstLook, MeetsEveryTexelOnceAndEveryChartFirst) {
   // One in 64 of the floor's 2,300 texels, and one of each of 120 faces.
   EXPECT_LT(looks[0].size(), atlas.sites.size() / 64 + 121);
   EXPECT_LT(looks[0].size() + looks[1].size(), atlas.sites.size() / 16 + 121);
+}
+
+TEST(FirstLook, AStrideKeepsOneTexelOfEveryChart) {
+  const Atlas atlas = floor_and_boxes();
+  std::vector<SiteSamples> work;
+  for (uint32_t site = 0; site < atlas.sites.size(); ++site) work.push_back({site, {0, 4}});
+  keep_stride(atlas, 2, work);
+  std::vector<uint8_t> kept(atlas.placements.size() + 1);
+  size_t beside = 0;
+  for (const SiteSamples& s : work) {
+    const uint32_t texel = atlas.sites.texel[s.site];
+    if (texel % atlas.width % 2 || texel / atlas.width % atlas.height % 2) {
+      EXPECT_FALSE(kept[atlas.owner[texel]]) << "one is enough";
+      ++beside;
+    }
+    kept[atlas.owner[texel]] = 1;
+  }
+  for (const uint32_t texel : atlas.sites.texel) ASSERT_TRUE(kept[atlas.owner[texel]]) << texel;
+  EXPECT_GT(beside, 0u) << "of charts of one or two texels";
+  EXPECT_LT(work.size(), atlas.sites.size() / 4 + 121);
+  EXPECT_TRUE(std::is_sorted(work.begin(), work.end(),
+                             [](const SiteSamples& a, const SiteSamples& b) { return a.site < b.site; }));
 }
 
 // What is between the texels of a look has what they say, and nothing of another chart.

@@ -56,6 +56,13 @@ TEST(Schedule, LargeMapsBeginWithFewerWholePaths) {
   for (const auto& [sites, samples] : expected) EXPECT_EQ(pilot_samples(sites), samples) << sites;
 }
 
+TEST(Schedule, MapsOfMillionsBeginWithOneTexelOfFour) {
+  EXPECT_EQ(pilot_stride(639'098), 1u);
+  EXPECT_EQ(pilot_stride((1u << 20) - 1), 1u);
+  EXPECT_EQ(pilot_stride(1u << 20), 2u);
+  EXPECT_EQ(pilot_stride(30'000'000), 2u);
+}
+
 TEST(Schedule, RangesDependOnThePassAlone) {
   const auto ranges = ranges_of({4096, 4096});
   ASSERT_EQ(ranges.size(), 4u);

@@ -33,6 +33,14 @@ uint32_t look_stride(size_t looks) {
   return 8u >> std::min<size_t>(looks - 1, 3);
 }
 
+void keep_stride(const Atlas& atlas, uint32_t stride, std::vector<SiteSamples>& work) {
+  std::vector<uint8_t> keeps(atlas.sites.size(), 0);
+  const std::vector<std::vector<uint32_t>> looks = sites_by_look(atlas);
+  for (size_t look = 0; look < looks.size() && look_stride(look + 1) >= stride; ++look)
+    for (const uint32_t site : looks[look]) keeps[site] = 1;
+  std::erase_if(work, [&](const SiteSamples& s) { return !keeps[s.site]; });
+}
+
 void fill_between(const Atlas& atlas, std::span<const uint32_t> chart, std::span<const uint8_t> sampled,
                   uint32_t stride, IrradianceCache& cache) {
   constexpr uint32_t kNone = ~0u;

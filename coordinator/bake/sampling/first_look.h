@@ -7,6 +7,7 @@
 
 #include "common/atlas/atlas.h"
 #include "common/job/irradiance_cache.h"
+#include "coordinator/bake/sampling/schedule.h"
 
 namespace kiln {
 
@@ -16,6 +17,9 @@ std::vector<std::vector<uint32_t>> sites_by_look(const Atlas& atlas);
 
 // Stride of the texels that have a sample after `looks` looks: 8, 4, 2, 1.
 uint32_t look_stride(size_t looks);
+
+// Keeps the sites of that stride, and one of every chart that has none of them.
+void keep_stride(const Atlas& atlas, uint32_t stride, std::vector<SiteSamples>& work);
 
 // Fills sites without a sample from sampled ones around them, so that paths can end there: from texels of
 // that stride within two strides and on the same chart (`chart` by site), weighted by a tent of distance;

@@ -26,6 +26,11 @@ uint32_t pilot_samples(size_t sites) {
   return count;
 }
 
+uint32_t pilot_stride(size_t sites) {
+  constexpr size_t kManySites = size_t{1} << 20;
+  return sites < kManySites ? 1 : 2;
+}
+
 std::vector<SiteSamples> work_towards(std::span<const double> needed, std::span<const uint32_t> have,
                                       uint32_t most, double least) {
   std::vector<SiteSamples> work;

@@ -23,6 +23,8 @@ uint32_t sample_count(double needed);
 // 8 from 65,536 sites and 4 from 131,072, which takes fewer rays to the same error (docs/performance.md).
 // Bakes with a time limit begin otherwise (first_look.h).
 uint32_t pilot_samples(size_t sites);
+// Stride of the texels that have them (first_look.h): 2 from 1,048,576 sites.
+uint32_t pilot_stride(size_t sites);
 
 // A pass is summed in ranges of at most this many samples, on whichever machine.
 constexpr uint32_t kRangeSamples = 1024;
