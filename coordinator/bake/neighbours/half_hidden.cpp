@@ -8,6 +8,7 @@
 #include "common/base/clock.h"
 #include "common/base/parallel.h"
 #include "common/math/frame.h"
+#include "common/raster/triangle2.h"
 #include "coordinator/scene/sight/scene_rays.h"
 
 namespace kiln {
@@ -21,8 +22,10 @@ constexpr float kReach = 2;
 // it is lower, so rooms keep their corners. docs/error_vs_time.md has the bias that is left and the rays it
 // costs.
 constexpr float kUneven = 0.4f;
-constexpr float kOver = 0.1f;   // texels above the surface, where a wall is looked for
-constexpr float kLift = 1e-3f;  // texels off the surface
+constexpr float kOver = 0.1f;     // texels above the surface, where a wall is looked for
+constexpr float kLift = 1e-3f;    // texels off the surface
+constexpr size_t kTogether = 16;  // texels that are asked at once whether anything is near
+constexpr float kMargin = 0.25f;  // texels, for the rounding of points onto their face
 
 // Directions in x and y: as many for equal shares of even light (sunflower). z follows.
 constexpr float kDirections[][2] = {{0.239f, 0.074f},  {-0.391f, 0.185f},  {0.211f, -0.518f},
@@ -108,6 +111,68 @@ bool is_uneven(const SceneRays& rays, std::span<const SitePoint> points, const F
   return static_cast<float>(kPoints * squares) - square_of_mean > kUneven * kUneven * square_of_mean;
 }
 
+// The pair of a texel all of whose points lie on one face; null for others.
+const uint32_t* only_pair(const Atlas& atlas, size_t site) {
+  const auto first = atlas.sites.first_word[site];
+  return atlas.sites.first_word[site + 1] - first == 6 ? atlas.sites.words.data() + first + 2 : nullptr;
+}
+
+// Where places of the atlas lie in the world, on a face and in its plane beyond it.
+class FacePlane {
+ public:
+  FacePlane(const Scene& scene, const Atlas& atlas, uint32_t instance, uint32_t face) {
+    const MeshCharts& charts = atlas.of_instance(instance);
+    flat_ = texel_triangle(
+        charts, atlas.placements[atlas.instance_first_chart[instance] + charts.chart_of_face[face]], face);
+    whole_ = area2(flat_);
+    const Instance& object = scene.instances[instance];
+    Vec3 own[3];
+    face_corners(scene.meshes[object.mesh], charts, face, own);
+    for (int k = 0; k < 3; ++k) corner_[k] = DVec3(transform_point(object.to_world, own[k]));
+    const DVec3 across = cross(corner_[1] - corner_[0], corner_[2] - corner_[0]);
+    const double area = length(across);
+    if (area > 0) normal_ = across / (determinant(object.to_world) < 0 ? -area : area);
+  }
+  bool has_area() const { return whole_ != 0 && normal_ != DVec3(0.0); }
+  const DVec3& normal() const { return normal_; }
+  DVec3 at(const DVec2& texel) const {
+    const double b1 = area2(flat_.c[2], flat_.c[0], texel) / whole_,
+                 b2 = area2(flat_.c[0], flat_.c[1], texel) / whole_;
+    return corner_[0] + b1 * (corner_[1] - corner_[0]) + b2 * (corner_[2] - corner_[0]);
+  }
+
+ private:
+  Triangle2 flat_;
+  double whole_ = 0;
+  DVec3 corner_[3], normal_{0.0};
+};
+
+// Whether nothing is as near to any of these texels, all on the face of `pair`, as their rays reach: most texels
+// of open ground are passed over so.
+bool is_clear(const SceneRays& rays, const Scene& scene, const Atlas& atlas, const uint32_t* pair,
+              size_t begin, size_t end, float size) {
+  const FacePlane plane(scene, atlas, pair[2], pair[3]);
+  if (!plane.has_area() || !(size > 0)) return false;
+  DVec2 low(std::numeric_limits<double>::infinity()), high = -low;
+  for (size_t site = begin; site < end; ++site) {
+    const uint32_t texel = atlas.sites.texel[site] % (atlas.width * atlas.height);
+    const DVec2 at(texel % atlas.width, texel / atlas.width);
+    low = glm::min(low, at);
+    high = glm::max(high, at + 1.0);
+  }
+  BoxNode box;
+  double offset = std::numeric_limits<double>::infinity();
+  const Vec3 reach((kReach + kMargin) * size);
+  for (int k = 0; k < 4; ++k) {
+    const DVec3 corner = plane.at({k & 1 ? high.x : low.x, k & 2 ? high.y : low.y});
+    offset = std::min(offset, dot(plane.normal(), corner));
+    box.add(Vec3(corner) - reach);
+    box.add(Vec3(corner) + reach);
+  }
+  // Half as far above the plane as rays begin: the face itself is below, and rays are above.
+  return rays.near_triangles(box, plane.normal(), offset + 0.5 * double{kLift * size}).empty();
+}
+
 bool is_half_hidden(const SceneRays& rays, const Scene& scene, const Atlas& atlas, uint32_t site,
                     float size) {
   PointsOnSite on_site(scene, atlas, site);
@@ -132,9 +197,20 @@ std::optional<std::vector<uint8_t>> half_hidden_sites(const Scene& scene, const 
   const SceneRays rays(scene, threads);
   const size_t n = atlas.sites.size(), runs = (n + kParallelRun - 1) / kParallelRun;
   std::vector<uint8_t> out(n);
+  const auto share_a_face = [&](size_t a, size_t b) {
+    const uint32_t *one = only_pair(atlas, a), *other = only_pair(atlas, b);
+    return one && other && one[2] == other[2] && one[3] == other[3];
+  };
   const auto look = [&](size_t run) {
-    for (size_t i = run * kParallelRun; i < std::min(n, (run + 1) * kParallelRun); ++i)
-      out[i] = is_half_hidden(rays, scene, atlas, static_cast<uint32_t>(i), sites.texel_size[i]);
+    const size_t end = std::min(n, (run + 1) * kParallelRun);
+    for (size_t i = run * kParallelRun, next; i < end; i = next) {
+      next = i + 1;
+      while (next < std::min(end, i + kTogether) && share_a_face(i, next)) ++next;
+      const float size = sites.texel_size[i];
+      if (next - i > 1 && is_clear(rays, scene, atlas, only_pair(atlas, i), i, next, size)) continue;
+      for (; i < next; ++i)
+        out[i] = is_half_hidden(rays, scene, atlas, static_cast<uint32_t>(i), sites.texel_size[i]);
+    }
   };
   if (!parallel_for_within(most_seconds - watch.seconds(), runs, look, threads)) return std::nullopt;
   return out;

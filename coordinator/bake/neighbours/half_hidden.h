@@ -17,7 +17,8 @@ namespace kiln {
 // of a texel that reaches out of it (straddling.h finds exactly what atlas.contacts knows of).
 //
 // 32 short rays a site if anything is within their length, and up to 127 more if it is near the surface.
-// Returns nullopt if that would take more than `most_seconds`. Independent of the number of threads.
+// Texels that lie together on one face, with nothing near, are passed over at once. Returns nullopt if that
+// would take more than `most_seconds`. Independent of the number of threads.
 std::optional<std::vector<uint8_t>> half_hidden_sites(const Scene& scene, const Atlas& atlas,
                                                       const SiteGeometry& sites, unsigned threads,
                                                       double most_seconds);
