@@ -296,31 +296,6 @@ TEST(Denoise, TakesNoBiasFromTheRatioOfTwoNoises) {
   EXPECT_GT(beside, 3u);
 }
 
-// Windows that are kept say what walks say.
-TEST(Denoise, KeptWindowsChangeNothing) {
-  const MadeSurface wall(test::wall_of_eight().scene, 8);
-  const TexelStatistics s = noisy(
-      wall.sites, [](const Vec3& p) { return 2 + std::sin(p.x); }, constant(0.3), 8);
-  KeptWindows kept(s.sites);
-  const Candidates walked = find_candidates(s, wall.sites, wall.links, 2),
-                   first = find_candidates(s, wall.sites, wall.links, 2, &kept),
-                   again = find_candidates(s, wall.sites, wall.links, 2, &kept);
-  for (uint32_t k = 0; k < kLevels; ++k) {
-    EXPECT_EQ(first.variance[k], walked.variance[k]);
-    EXPECT_EQ(again.variance[k], walked.variance[k]);
-    for (uint32_t r = 0; r < kReplicates; ++r) {
-      EXPECT_EQ(first.value[r][k], walked.value[r][k]);
-      EXPECT_EQ(again.value[r][k], walked.value[r][k]);
-    }
-  }
-  std::array<uint32_t, SurfaceWindow::kMax> window;
-  EXPECT_GT(kept.find(0, window), 1u);
-  const Choice chosen = choose(walked, wall.sites, wall.links, 2, &kept),
-               of_walks = choose(walked, wall.sites, wall.links, 2);
-  EXPECT_EQ(chosen.level, of_walks.level);
-  EXPECT_EQ(chosen.bias, of_walks.bias);
-}
-
 // A site without extent, or with light that is no number, has nobody to be filtered with; but it is not
 // perfect for that.
 TEST(Denoise, StatesTheErrorOfWhatItCannotFilter) {

@@ -109,7 +109,7 @@ void find_prior(const TexelStatistics& s, const SurfaceLinks& links, unsigned th
 }  // namespace
 
 Candidates find_candidates(const TexelStatistics& s, const SiteGeometry& sites, const SurfaceLinks& links,
-                           unsigned threads, KeptWindows* kept) {
+                           unsigned threads, WindowTables tables) {
   Candidates c;
   c.known = usable(s, sites);
   c.scale = scale_of(s, c.known);
@@ -135,7 +135,7 @@ Candidates find_candidates(const TexelStatistics& s, const SiteGeometry& sites, 
   find_prior(s, links, threads, c);
 
   for_each_run(s.sites, threads, [&](size_t begin, size_t end) {
-    SurfaceKernel kernel(sites, links, c.known, kept);
+    SurfaceKernel kernel(sites, links, c.known, tables);
     SurfaceKernel::Weights weight;
     for (size_t i = begin; i < end; ++i) {
       if (!c.known[i]) continue;

@@ -25,6 +25,6 @@ struct Candidates {
 };
 
 Candidates find_candidates(const TexelStatistics& statistics, const SiteGeometry& sites,
-                           const SurfaceLinks& links, unsigned threads, KeptWindows* kept = nullptr);
+                           const SurfaceLinks& links, unsigned threads, WindowTables tables = {});
 
 }  // namespace kiln

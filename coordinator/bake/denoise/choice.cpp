@@ -233,7 +233,7 @@ double smooth_bias(const Pool& pool, uint32_t k, double errors) {
 }  // namespace
 
 Choice choose(const Candidates& c, const SiteGeometry& sites, const SurfaceLinks& links, unsigned threads,
-              KeptWindows* kept) {
+              WindowTables tables) {
   Choice out;
   out.level.assign(c.known.size(), 0);
   out.factor.assign(c.known.size(), 0);
@@ -247,7 +247,7 @@ Choice choose(const Candidates& c, const SiteGeometry& sites, const SurfaceLinks
   });
   const std::vector<float> usual = usual_factors(c, terms, sites.position, threads);
   for_each_run(c.known.size(), threads, [&](size_t begin, size_t end) {
-    SurfaceKernel kernel(sites, links, c.known, kept);
+    SurfaceKernel kernel(sites, links, c.known, tables);
     for (size_t i = begin; i < end; ++i) {
       if (!c.known[i]) continue;
       constexpr float kPooled = kBandwidth[kLevels - 1];

@@ -18,6 +18,6 @@ struct Choice {
 };
 
 Choice choose(const Candidates& candidates, const SiteGeometry& sites, const SurfaceLinks& links,
-              unsigned threads, KeptWindows* kept = nullptr);
+              unsigned threads, WindowTables tables = {});
 
 }  // namespace kiln

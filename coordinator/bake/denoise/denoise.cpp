@@ -52,18 +52,14 @@ using Shares = std::array<double, kLevels>;
 class Blend {
  public:
   Blend(const Candidates& candidates, const Choice& choice, const SiteGeometry& sites,
-        const SurfaceLinks& links, KeptWindows* kept)
-      : candidates_(candidates),
-        choice_(choice),
-        sites_(sites),
-        near_(sites, links),
-        kernel_(sites, links, candidates.known, kept) {}
+        const SurfaceLinks& links, WindowTables tables)
+      : candidates_(candidates), choice_(choice), kernel_(sites, links, candidates.known, tables) {}
 
   // Computes the weights of a known site.
   void enter(uint32_t site) {
     shares_ = {};
     uint32_t count = 0, widest = 0;
-    for (const uint32_t j : near_.around(site, kChoiceTexels * sites_.texel_size[site])) {
+    for (const uint32_t j : kernel_.sites_within(site, kChoiceTexels)) {
       if (!candidates_.known[j]) continue;
       const uint32_t level = refuses(site, choice_.level[j]) ? choice_.level[site] : choice_.level[j];
       shares_[level] += 1;
@@ -94,8 +90,6 @@ class Blend {
 
   const Candidates& candidates_;
   const Choice& choice_;
-  const SiteGeometry& sites_;
-  SurfaceWindow near_;
   SurfaceKernel kernel_;
   SurfaceKernel::Weights weight_{}, level_weight_{};
   Shares shares_{};
@@ -205,11 +199,13 @@ void fill_site(const Candidates& c, const SiteGeometry& sites, SurfaceWindow& ar
 Denoised run(const TexelStatistics& s, std::span<const DirectionBound> bounds, bool planes,
              const SiteGeometry& sites, const SurfaceLinks& links, unsigned threads, KeptFilters& filters) {
   KILN_CHECK(s.planes <= kMaxPlanes && s.sites == sites.size());
+  const RegularWindows regular(sites, links, threads);
+  WindowTables tables{nullptr, &regular};
   std::optional<KeptWindows> kept;  // only where several loops read them
   if (!filters || !filters->are_of(s)) {
-    kept.emplace(s.sites);
-    Candidates found = find_candidates(s, sites, links, threads, &*kept);
-    Choice chosen = choose(found, sites, links, threads, &*kept);
+    tables.kept = &kept.emplace(s.sites);
+    Candidates found = find_candidates(s, sites, links, threads, tables);
+    Choice chosen = choose(found, sites, links, threads, tables);
     filters = std::make_shared<const ChosenFilters>(ChosenFilters{
         std::move(found), std::move(chosen), {s.luminance[0], s.luminance[1]}, s.variance, s.known});
   }
@@ -223,7 +219,7 @@ Denoised run(const TexelStatistics& s, std::span<const DirectionBound> bounds, b
   out.filled.assign(s.sites, 0);
   if (planes) out.mean = ZeroedVector<float>(s.sites * s.planes);
   for_each_run(s.sites, threads, [&](size_t begin, size_t end) {
-    Blend blend(candidates, choice, sites, links, kept ? &*kept : nullptr);
+    Blend blend(candidates, choice, sites, links, tables);
     for (size_t i = begin; i < end; ++i) {
       if (candidates.known[i]) {
         blend.enter(static_cast<uint32_t>(i));

@@ -44,15 +44,60 @@ size_t ring_of(float square, float size) {
 }  // namespace
 
 std::span<const uint32_t> SurfaceKernel::around(uint32_t site, float texels) {
-  const bool keeps = kept_ && texels == kBandwidth[kLevels - 1];
-  if (keeps)
-    if (const size_t count = kept_->find(site, around_)) return {around_.data(), count};
+  KeptWindows* const kept = texels == kBandwidth[kLevels - 1] ? tables_.kept : nullptr;
+  if (kept)
+    if (const size_t count = kept->find(site, around_)) return {around_.data(), count};
   const std::span<const uint32_t> found = window_.around(site, texels * sites_.texel_size[site]);
-  if (keeps) kept_->keep(found);
+  if (kept) kept->keep(found);
   return found;
 }
 
+std::span<const uint32_t> SurfaceKernel::sites_within(uint32_t site, float texels) {
+  if (tables_.regular) {
+    const size_t count = RegularWindows::shape().within(texels);
+    if (tables_.regular->find(site, known_, count, around_)) return {around_.data(), count};
+  }
+  return window_.around(site, texels * sites_.texel_size[site]);
+}
+
+// The weights of a grid with one texel of 1.
+const std::array<SurfaceKernel::Weights, kLevels>& SurfaceKernel::regular_weights() {
+  static_assert(RegularWindows::kTexels == kBandwidth[kLevels - 1]);
+  static const std::array<Weights, kLevels> weights = [] {
+    const SiteGeometry none;
+    const SurfaceLinks unlinked;
+    SurfaceKernel grid(none, unlinked, {}, {});
+    grid.take_shape(RegularWindows::kTexels);
+    std::array<Weights, kLevels> out{};
+    for (uint32_t level = 1; level < kLevels; ++level) grid.regression(level, out[level]);
+    return out;
+  }();
+  return weights;
+}
+
+void SurfaceKernel::take_shape(float texels) {
+  const RegularWindows::Shape& shape = RegularWindows::shape();
+  size_ = 1;
+  count_ = shape.within(texels);
+  for (size_t r = 0; r < kRings; ++r) end_[r] = std::min(count_, shape.within(kBandwidth[r + 1]));
+  for (size_t k = 0; k < count_; ++k) {
+    x_[k] = shape.x[k];
+    y_[k] = shape.y[k];
+    square_[k] = x_[k] * x_[k] + y_[k] * y_[k];
+    agreement_[k] = 1;
+  }
+}
+
+bool SurfaceKernel::enter_regular(uint32_t site, float texels) {
+  const size_t count = RegularWindows::shape().within(texels);
+  if (!tables_.regular || !tables_.regular->find(site, known_, count, site_)) return false;
+  if (!is_regular_ || count != count_) take_shape(texels);
+  return is_regular_ = true;
+}
+
 void SurfaceKernel::enter(uint32_t site, float texels) {
+  if (enter_regular(site, texels)) return;
+  is_regular_ = false;
   const Vec3 centre = sites_.position[site], normal = sites_.normal[site];
   const float size = sites_.texel_size[site];
   size_ = size;
