@@ -4,6 +4,7 @@
 
 #include "common/base/files.h"
 #include "common/base/format.h"
+#include "common/base/kept_memory.h"
 #include "coordinator/bake/collapse/same_charts.h"
 #include "coordinator/run/bake_stages.h"
 #include "coordinator/run/output_folder.h"
@@ -108,6 +109,7 @@ Expected<BakeReport> bake_probes_alone(const BakeRequest& request, const Preflig
 
 Expected<BakeReport> run_bake(const BakeRequest& request, const Progress& progress) {
   const Stopwatch watch;
+  const KeptMemory memory;
   BakeReport report;
   report.scene_path = request.scene;
   report.settings = request.settings;
