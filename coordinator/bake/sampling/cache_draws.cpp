@@ -35,35 +35,49 @@ void find_shared(std::span<const uint32_t> chart_of_site, TexelStatistics& s) {
       has_drawn[i] |= !std::all_of(drawn, drawn + kCacheDraws, [](float d) { return d == 0; });
     }
   });
+  struct Drawn {
+    double light = 0, count = 0, sum[kDraws] = {}, square[kDraws] = {};  // by replicate, then draw
+    void add(const Drawn& d) {
+      light += d.light;
+      count += d.count;
+      for (size_t k = 0; k < kDraws; ++k) sum[k] += d.sum[k], square[k] += d.square[k];
+    }
+  };
+  const auto add_site = [&](size_t j, Drawn& to) {
+    to.light += mean_luminance(s, j);
+    to.count += 1;
+    if (!has_drawn[j]) return;
+    for (size_t r = 0; r < kReplicates; ++r) {
+      const float* drawn = s.drawn[r].data() + j * kCacheDraws;
+      double *sum = to.sum + r * kCacheDraws, *square = to.square + r * kCacheDraws;
+      for (size_t k = 0; k < kCacheDraws; ++k) {
+        sum[k] += double{drawn[k]};
+        square[k] += double{drawn[k]} * double{drawn[k]};
+      }
+    }
+  };
+  const AlikeRuns runs(s, chart_of_site);
+  std::vector<Drawn> of_run(runs.count());
+  for_each_index(runs.count(), 0, [&](size_t r) {
+    for (size_t j = r * kAlikeRun; j < std::min(s.sites, (r + 1) * kAlikeRun); ++j) add_site(j, of_run[r]);
+  });
   for_each_index(s.sites, 0, [&](size_t i) {
     const auto first = has_drawn.begin() + static_cast<ptrdiff_t>(i > kAlikeReach ? i - kAlikeReach : 0);
     const auto last = has_drawn.begin() + static_cast<ptrdiff_t>(std::min(s.sites, i + kAlikeReach + 1));
     if (std::find(first, last, 1) == last) return;
-    double light = 0, count = 0, sum[kReplicates][kCacheDraws] = {}, square[kReplicates][kCacheDraws] = {};
-    for_each_alike(s, chart_of_site, i, [&](size_t j) {
-      light += mean_luminance(s, j);
-      count += 1;
-      if (!has_drawn[j]) return;
-      for (size_t r = 0; r < kReplicates; ++r) {
-        const float* drawn = s.drawn[r].data() + j * kCacheDraws;
-        for (size_t k = 0; k < kCacheDraws; ++k) {
-          sum[r][k] += double{drawn[k]};
-          square[r][k] += double{drawn[k]} * double{drawn[k]};
-        }
-      }
-    });
-    if (!(light > 0)) return;
+    Drawn all;
+    for_each_alike(
+        s, chart_of_site, runs, i, [&](size_t j) { add_site(j, all); },
+        [&](size_t r) { all.add(of_run[r]); });
+    if (!(all.light > 0)) return;
     double variance = 0;
     for (size_t d = 0; d < kDraws; ++d) {
-      const double of_all = sum[d / kCacheDraws][d % kCacheDraws];
       // Less the noise of a mean of so many: n s^2 is the sum of squares less that of the mean, over n - 1.
-      const double shared = of_all * of_all;
-      variance += count > 1
-                      ? (count * shared - count * square[d / kCacheDraws][d % kCacheDraws]) / (count - 1)
-                      : shared;
+      const double shared = all.sum[d] * all.sum[d];
+      variance += all.count > 1 ? all.count * (shared - all.square[d]) / (all.count - 1) : shared;
     }
     // Each replicate's error is a half of the mean's, in light of `count` texels.
-    const double relative = variance / kDraws / kReplicates / (light * light);
+    const double relative = variance / kDraws / kReplicates / (all.light * all.light);
     s.shared[i] = static_cast<float>(std::clamp(relative, 0.0, 1.0));
   });
   for (ZeroedVector<float>& drawn : s.drawn) drawn = {};

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "common/base/parallel.h"
 #include "common/math/vec.h"
@@ -57,10 +58,23 @@ class Differences {
     for_each_index(s.sites, 0, [&](size_t i) {
       if (s.known[i]) independent_[i] = pooled_variance(s, chart_of_site, i, apart) / (2.0 * s.samples[i]);
     });
+    const std::optional<AlikeRuns> runs =
+        apart ? std::optional<AlikeRuns>(std::in_place, s, chart_of_site) : std::nullopt;
+    std::vector<Halves> of_run(apart ? runs->count() : 0);
+    for_each_index(of_run.size(), 0, [&](size_t r) {
+      for (size_t j = r * kAlikeRun; j < std::min(s.sites, (r + 1) * kAlikeRun); ++j)
+        of_run[r].add(halves_of(s, j));
+    });
     if (apart) common_.assign(s.sites, 0.0);
     for_each_index(s.sites, 0, [&](size_t i) {
       double left = half_difference(s, i), expected = independent_[i];
-      if (apart) find_common(s, chart_of_site, i, left, expected);
+      if (apart) {
+        Halves alike;
+        for_each_alike(
+            s, chart_of_site, *runs, i, [&](size_t j) { alike.add(halves_of(s, j)); },
+            [&](size_t r) { alike.add(of_run[r]); });
+        find_common(s, alike, i, left, expected);
+      }
       if (!(expected > kLeastLeft * independent_[i])) return;
       squares[i] = left * left / expected;
       counts[i] = 1;
@@ -79,19 +93,26 @@ class Differences {
   }
 
  private:
+  // Sums over sites: of light, half the replicates' difference and its square, and independent_.
+  struct Halves {
+    double light = 0, sum = 0, squares = 0, independent = 0, count = 0;
+    void add(const Halves& h) {
+      light += h.light;
+      sum += h.sum;
+      squares += h.squares;
+      independent += h.independent;
+      count += h.count;
+    }
+  };
+  Halves halves_of(const TexelStatistics& s, size_t j) const {
+    const double half = half_difference(s, j);
+    return {mean_luminance(s, j), half, half * half, independent_[j], 1};
+  }
+
   // Subtracts from `left`, half a texel's difference, what texels alike have in common: the same fraction of
   // everyone's light. `expected`: the variance of the rest if samples are independent.
-  void find_common(const TexelStatistics& s, std::span<const uint32_t> chart_of_site, size_t i, double& left,
-                   double& expected) {
-    double light = 0, sum = 0, squares = 0, independent = 0, count = 0;
-    for_each_alike(s, chart_of_site, i, [&](size_t j) {
-      const double half = half_difference(s, j);
-      light += mean_luminance(s, j);
-      sum += half;
-      squares += half * half;
-      independent += independent_[j];
-      count += 1;
-    });
+  void find_common(const TexelStatistics& s, const Halves& alike, size_t i, double& left, double& expected) {
+    const auto& [light, sum, squares, independent, count] = alike;
     if (!(light > 0)) return;
     const double part = mean_luminance(s, i) / light;
     common_[i] = count > 1 ? part * part * count * (sum * sum - squares) / (count - 1)
