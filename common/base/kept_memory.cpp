@@ -8,14 +8,23 @@
 
 namespace kiln {
 
-KeptMemory::KeptMemory() {
+namespace {
+
+void keep_up_to([[maybe_unused]] int block, [[maybe_unused]] int all) {
 #ifdef __GLIBC__
-  mallopt(M_MMAP_THRESHOLD, 256 << 20);
-  mallopt(M_TRIM_THRESHOLD, 1 << 30);
+  mallopt(M_MMAP_THRESHOLD, block);
+  mallopt(M_TRIM_THRESHOLD, all);
 #endif
 }
 
+}  // namespace
+
+KeptMemory::KeptMemory() {
+  keep_up_to(256 << 20, 1 << 30);
+}
+
 KeptMemory::~KeptMemory() {
+  keep_up_to(32 << 20, 64 << 20);  // as far as glibc goes by itself
 #ifdef __GLIBC__
   malloc_trim(0);
 #endif
