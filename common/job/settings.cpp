@@ -361,9 +361,8 @@ const Setting kTable[] = {
      "falloff of occlusion with distance: none (full up to --ao-distance), linear, smooth", parse_falloff,
      [](const B& b) { return std::string(falloff_name(b.ao_falloff)); }},
     {"min-samples", "N", "",
-     "minimum samples per texel or probe. If not given, 16 per texel in maps of 131,072 texels or more, and "
-     "8 "
-     "from 1,048,576, that are baked with the irradiance cache, the denoiser and the norm mean-square",
+     "minimum samples per texel or probe. If not given, 16 per texel in maps of 131,072 texels or more that "
+     "are baked with the irradiance cache, the denoiser and the norm mean-square",
      [](B& b, S s) { return store_number(b.min_samples, s, 1, 1 << 30); },
      [](const B& b) { return text("{}", b.min_samples); }},
     {"max-samples", "N", "",

@@ -63,12 +63,12 @@ Status check_settings(const BakeSettings& b) {
 uint32_t BakeSettings::least_samples(uint64_t texels, bool cached) const {
   // In a large map many texels lie under even light and need few, and the denoiser sees a hundred of them
   // together. docs/performance.md, "Tried in a furnished room".
-  constexpr uint64_t kManyTexels = 1u << 17, kMillions = 1u << 20;
-  const uint32_t few = texels < kMillions ? 16 : 8;
+  constexpr uint64_t kManyTexels = 1u << 17;
+  constexpr uint32_t kFewSamples = 16;
   const bool together = quantities.light && cached && denoise && error_norm == "mean-square";
   if (texels < kManyTexels || !together || source.count("min-samples") > 0 || min_samples == max_samples)
     return min_samples;
-  return std::min(min_samples, few);
+  return std::min(min_samples, kFewSamples);
 }
 
 uint32_t BakeSettings::most_samples() const {

@@ -266,8 +266,6 @@ TEST(Settings, MostSamplesFollowFromTheNormUnlessTheyAreGiven) {
 TEST(Settings, LargeMapsHaveFewerSamplesAtLeastUnlessTheyAreGiven) {
   EXPECT_EQ(BakeSettings().least_samples(131'071, true), 64u);
   EXPECT_EQ(BakeSettings().least_samples(131'072, true), 16u);
-  EXPECT_EQ(BakeSettings().least_samples(1'048'575, true), 16u);
-  EXPECT_EQ(BakeSettings().least_samples(1'048'576, true), 8u);
 
   constexpr uint64_t kLarge = 1u << 20;
   BakeSettings alone;
