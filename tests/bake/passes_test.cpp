@@ -166,14 +166,8 @@ TEST_F(Passes, WhatOnlyMakesTheCacheIsInNoTexel) {
 
 // Under even light a few samples are enough, and a large map has many such texels.
 TEST_F(Passes, LargeMapsBeginWithFewSamples) {
-  request_.settings.basis = "irradiance";
-  request_.settings.encodings.clear();
-  request_.settings.texels_per_metre = 50;
-  request_.settings.denoise = true;
-  request_.settings.error = 0.4;
   Stub stub;
-  stub.light = [](uint32_t, uint32_t, uint32_t) { return 1.0; };
-  const BakeReport report = bake(stub);
+  const BakeReport report = bake_even_light(50, stub);
   ASSERT_GE(sites_of(stub.calls[0]), size_t{1} << 17);
   EXPECT_EQ(report.passes.back().samples, 16);
   EXPECT_EQ(report.settings.min_samples, 16u) << "reports show what holds";
@@ -187,14 +181,8 @@ TEST_F(Passes, LargeMapsBeginWithFewSamples) {
 
 // The first cache of a map of millions of texels is made of one of four, those between have what these say.
 TEST_F(Passes, MapsOfMillionsBeginWithOneTexelOfFour) {
-  request_.settings.basis = "irradiance";
-  request_.settings.encodings.clear();
-  request_.settings.texels_per_metre = 142;
-  request_.settings.denoise = true;
-  request_.settings.error = 0.4;
   Stub stub;
-  stub.light = [](uint32_t, uint32_t, uint32_t) { return 1.0; };
-  const BakeReport report = bake(stub);
+  const BakeReport report = bake_even_light(142, stub);
   const size_t first = sites_of(stub.calls[0]), all = report.plan.valid_texels;
   ASSERT_GE(all, size_t{1} << 20);
   EXPECT_GT(4 * first, all);

@@ -131,6 +131,17 @@ class Passes : public testing::Test {
     return out;
   }
 
+  // A large map under even light, to an error that few samples have.
+  BakeReport bake_even_light(double texels_per_metre, Stub& stub) {
+    request_.settings.basis = "irradiance";
+    request_.settings.encodings.clear();
+    request_.settings.texels_per_metre = texels_per_metre;
+    request_.settings.denoise = true;
+    request_.settings.error = 0.4;
+    stub.light = [](uint32_t, uint32_t, uint32_t) { return 1.0; };
+    return bake(stub);
+  }
+
   // Of the room, with the present settings.
   size_t room_sites() {
     Stub stub;

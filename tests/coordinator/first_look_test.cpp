@@ -59,6 +59,7 @@ TEST(FirstLook, AStrideKeepsOneTexelOfEveryChart) {
   for (const uint32_t texel : atlas.sites.texel) ASSERT_TRUE(kept[atlas.owner[texel]]) << texel;
   EXPECT_GT(beside, 0u) << "of charts of one or two texels";
   EXPECT_LT(work.size(), atlas.sites.size() / 4 + 121);
+  EXPECT_GT(4 * work.size(), atlas.sites.size());
   EXPECT_TRUE(std::is_sorted(work.begin(), work.end(),
                              [](const SiteSamples& a, const SiteSamples& b) { return a.site < b.site; }));
 }
