@@ -109,7 +109,7 @@ class Baking {
       work = all_sites({0, cache_ ? std::min(least_, kFirstSamples) : least_});
       if (cache_) {
         KILN_TRY(const PassEnd end, pilot(std::min(pilot_samples(sums_.sites()), least_),
-                                          request_.sampled ? 1 : pilot_stride(sums_.sites()), work));
+                                          fills_between() ? pilot_stride(sums_.sites()) : 1, work));
         if (end != PassEnd::kComplete) return end;
       }
     }
@@ -217,14 +217,17 @@ class Baking {
     return seconds / pace_.threads() < kPilotShare * pace_.limit_left();
   }
 
+  // Between sampled texels the denoiser alone tells errors.
+  bool fills_between() const { return surface_ && !request_.sampled; }
+
   // Whole paths, from which the first cache is made: `count` for every site, or for those of that stride.
   Expected<PassEnd> pilot(uint32_t count, uint32_t stride, std::vector<SiteSamples>& work) {
     std::vector<SiteSamples> sites = all_sites({0, count});
     if (stride > 1) keep_stride(atlas_, stride, sites);
     KILN_TRY(const PassEnd end, run_pass(std::move(sites)));
     record(!is_limited());
-    if (stride > 1)
-      samples_.assign(samples_.size(), count);  // sites between them have the errors of those around
+    // The others have been given the errors of those around them.
+    if (stride > 1) samples_.assign(samples_.size(), count);
     return end == PassEnd::kComplete ? make_caches(count, work, 0, stride) : end;
   }
   void drop(const std::vector<SiteSamples>& work) {
@@ -426,7 +429,10 @@ class Baking {
   // `stride`: of the sites that have samples.
   void renew_caches(uint32_t stride = 1) {
     sampled_at_renewal_ = sampled_;
-    stride > 1 ? caches_.make_rough(sums_, pass_, stride) : caches_.renew(sums_, pass_);
+    if (stride > 1)
+      caches_.make_rough(sums_, pass_, stride);
+    else
+      caches_.renew(sums_, pass_);
   }
 
   Expected<PassEnd> run_pass(std::vector<SiteSamples> work) {

@@ -139,11 +139,9 @@ std::string warn_of_black_fronts(const Scene& scene, const Atlas& atlas, const L
   }
   if (names.empty()) return {};
   return text(
-      "double-sided surfaces of {} are black ({} texels): their fronts face away from all light, while their "
-      "backs "
-      "face lit surfaces or the sky. A lightmap holds the light of the front, and both sides show it: flip "
-      "the "
-      "normals of these faces in the scene",
+      "double-sided surfaces of {} are black ({} texels): their fronts face away from all light, while "
+      "their backs face lit surfaces or the sky. A lightmap holds the light of the front, and both sides "
+      "show it: flip the normals of these faces in the scene",
       list_names(names), texels);
 }
 

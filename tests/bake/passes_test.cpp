@@ -197,6 +197,12 @@ TEST_F(Passes, MapsOfMillionsBeginWithOneTexelOfFour) {
     if (light != Vec3(-1.0f)) ASSERT_LT(length(light - Vec3(1, 2, 3)), 1e-5f);
   }
   EXPECT_LT(4 * none, all);
+
+  request_.settings.denoise = false;
+  Stub raw;
+  raw.light = stub.light;
+  bake(raw);
+  EXPECT_EQ(sites_of(raw.calls[0]), all) << "nothing tells the errors of those between";
 }
 
 // What sites have whose error is that of the caches is dropped and taken again before the large passes.

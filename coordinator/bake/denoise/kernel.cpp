@@ -67,7 +67,7 @@ const std::array<SurfaceKernel::Weights, kLevels>& SurfaceKernel::regular_weight
     const SiteGeometry none;
     const SurfaceLinks unlinked;
     SurfaceKernel grid(none, unlinked, {}, {});
-    grid.take_shape(RegularWindows::kTexels);
+    grid.take_shape();
     std::array<Weights, kLevels> out{};
     for (uint32_t level = 1; level < kLevels; ++level) grid.regression(level, out[level]);
     return out;
@@ -75,23 +75,25 @@ const std::array<SurfaceKernel::Weights, kLevels>& SurfaceKernel::regular_weight
   return weights;
 }
 
-void SurfaceKernel::take_shape(float texels) {
+// All of the widest window but its sites.
+void SurfaceKernel::take_shape() {
   const RegularWindows::Shape& shape = RegularWindows::shape();
   size_ = 1;
-  count_ = shape.within(texels);
-  for (size_t r = 0; r < kRings; ++r) end_[r] = std::min(count_, shape.within(kBandwidth[r + 1]));
-  for (size_t k = 0; k < count_; ++k) {
+  for (size_t r = 0; r < kRings; ++r) end_[r] = shape.within(kBandwidth[r + 1]);
+  for (size_t k = 0; k < shape.count; ++k) {
     x_[k] = shape.x[k];
     y_[k] = shape.y[k];
-    square_[k] = x_[k] * x_[k] + y_[k] * y_[k];
+    square_[k] = shape.square[k];
     agreement_[k] = 1;
   }
 }
 
 bool SurfaceKernel::enter_regular(uint32_t site, float texels) {
+  if (!tables_.regular) return false;
   const size_t count = RegularWindows::shape().within(texels);
-  if (!tables_.regular || !tables_.regular->find(site, known_, count, site_)) return false;
-  if (!is_regular_ || count != count_) take_shape(texels);
+  if (!tables_.regular->find(site, known_, count, site_)) return false;
+  if (!is_regular_) take_shape();
+  count_ = count;
   return is_regular_ = true;
 }
 

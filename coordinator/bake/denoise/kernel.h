@@ -1,6 +1,7 @@
 // Local regression over the sites around a site.
 #pragma once
 
+#include <algorithm>
 #include <array>
 
 #include "coordinator/bake/neighbours/kept_windows.h"
@@ -62,7 +63,7 @@ class SurfaceKernel {
  private:
   std::span<const uint32_t> around(uint32_t site, float texels);
   bool enter_regular(uint32_t site, float texels);
-  void take_shape(float texels);
+  void take_shape();
   static const std::array<Weights, kLevels>& regular_weights();  // by level, of RegularWindows::shape()
   void linear(float texels, size_t count, Weights& out) const;
   void quadratic(float texels, size_t count, Weights& out) const;

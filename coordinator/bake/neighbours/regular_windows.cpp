@@ -1,6 +1,8 @@
 #include "coordinator/bake/neighbours/regular_windows.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstdlib>
 #include <tuple>
 
 #include "common/base/check.h"
@@ -28,6 +30,7 @@ RegularWindows::Shape make_shape() {
     const size_t k = out.count++;
     out.x[k] = static_cast<int8_t>(x);
     out.y[k] = static_cast<int8_t>(y);
+    out.square[k] = static_cast<float>(square);
     if (k == 0) continue;
     const size_t way = std::abs(x) >= std::abs(y) ? (x > 0 ? 0 : 1) : (y > 0 ? 2 : 3);
     size_t before = 0;
@@ -56,9 +59,8 @@ const RegularWindows::Shape& RegularWindows::shape() {
 }
 
 size_t RegularWindows::Shape::within(float texels) const {
-  size_t k = 1;
-  while (k < count && static_cast<float>(x[k] * x[k] + y[k] * y[k]) < texels * texels) ++k;
-  return k;
+  const auto places = square.begin() + static_cast<ptrdiff_t>(count);
+  return static_cast<size_t>(std::lower_bound(square.begin() + 1, places, texels * texels) - square.begin());
 }
 
 RegularWindows::RegularWindows(const SiteGeometry& sites, const SurfaceLinks& links, unsigned threads)

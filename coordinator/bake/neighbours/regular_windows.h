@@ -17,6 +17,7 @@ class RegularWindows {
   struct Shape {
     size_t count = 0;
     std::array<int8_t, SurfaceWindow::kMax> x{}, y{};
+    std::array<float, SurfaceWindow::kMax> square{};  // of the distance
     // A place one step nearer to the middle, and the direction from there: right, left, up, down.
     std::array<uint8_t, SurfaceWindow::kMax> before{}, way{};
     // The middle, and places nearer than this.
