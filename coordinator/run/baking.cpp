@@ -79,7 +79,7 @@ class Baking {
     report_.nonfinite = nonfinite_.places();
     if (const std::string s = nonfinite_.sentence(); !s.empty()) report_.warnings.push_back(s);
     if (const std::string s = skipped_.sentence(); !s.empty()) report_.warnings.push_back(s);
-    return Baked{std::move(errors_), std::move(response_errors_), whole_, std::move(filters_)};
+    return Baked{std::move(errors_), std::move(response_errors_), whole_, std::move(filters_), unmet_.get()};
   }
 
  private:

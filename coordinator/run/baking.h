@@ -40,6 +40,7 @@ struct Baked {
   std::vector<TexelErrors> responses;  // in the order of the job's responses
   bool whole = true;                   // false: time was up before every chart had a sample
   KeptFilters filters;                 // of the last pass, if it was filtered
+  double unmet = 0;                    // UnmetLight::get()
 };
 Expected<Baked> bake_passes(const BakingTask& task);
 

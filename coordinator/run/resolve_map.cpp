@@ -6,6 +6,7 @@
 #include "common/base/parallel.h"
 #include "common/base/statistics.h"
 #include "coordinator/bake/merge/response_errors.h"
+#include "coordinator/bake/sampling/allocation.h"
 #include "coordinator/bake/sampling/cache_draws.h"
 #include "coordinator/run/bake_stages.h"
 #include "coordinator/run/black_fronts.h"
@@ -63,6 +64,24 @@ std::vector<float> take_denoised(Lightmap& map, const Atlas& atlas, const TexelS
   return lowered;
 }
 
+// Adds to the errors of texels that met no light what they may have missed: all of their samples are black,
+// and state next to nothing.
+void state_unmet_light(Lightmap& map, const Atlas& atlas, const TexelStatistics& statistics, Baked& baked) {
+  std::vector<float> measured(statistics.sites);
+  for (size_t site = 0; site < measured.size(); ++site)
+    measured[site] = static_cast<float>(mean_luminance(statistics, site));
+  TexelErrors& errors = baked.errors;
+  const std::vector<float> missed =
+      unmet_errors({errors.mean, errors.standard_error, statistics.samples}, measured, baked.unmet);
+  for (size_t site = 0; site < missed.size(); ++site) {
+    if (missed[site] == 0) continue;
+    errors.standard_error[site] = std::hypot(errors.standard_error[site], missed[site]);
+    if (map.measured.names.empty()) continue;
+    float& before = map.measured.plane("error")[atlas.sites.texel[site]];
+    before = std::hypot(before, missed[site]);
+  }
+}
+
 // Resolves light: denoised if there is a surface, with its reported error.
 void resolve_light(const BakeRun& run, const Accumulator& sums, const SurfaceGraph* surface,
                    std::span<const ChartLight> light, Baked& baked, Lightmap& map) {
@@ -80,6 +99,7 @@ void resolve_light(const BakeRun& run, const Accumulator& sums, const SurfaceGra
     const uint32_t levels = std::max(denoise_levels(statistics), run.budget.denoise_levels());
     lowered = take_denoised(map, atlas, statistics, *surface, levels, baked);
   }
+  state_unmet_light(map, atlas, statistics, baked);
   state_deviations(atlas, light, baked.errors);
   state_errors(map, atlas, baked.errors);
   state_band_errors(map, atlas, statistics, charts, basis, lowered);

@@ -242,8 +242,6 @@ TEST(Allocation, BlackAndUnknownTexelsNeedNothing) {
   }
 }
 
-// Texels that met no light get what lowers the sum of squares as much for a sample as elsewhere: with an
-// expected square of `unmet` for every factor e, unmet / n = (deviation / n)^2.
 TEST(Allocation, WhatPartOfTheSquaredErrorIsThatOfSomeSites) {
   Texels t;
   t.add(1, 1, 100).add(2, 6, 100).add(0, 0, 50);  // relative errors 0.1 and 0.3, and none met
@@ -279,6 +277,8 @@ TEST(Allocation, APassIsVainIfTheOthersHaveTooMuchOfTheError) {
   EXPECT_FALSE(vain(least, 0.001, ErrorNorm::kMax)) << "every texel counts";
 }
 
+// Texels that met no light get what lowers the sum of squares as much for a sample as elsewhere: with an
+// expected square of `unmet` for every factor e, unmet / n = (deviation / n)^2.
 TEST(Allocation, TexelsThatMetNoLightGetSamplesToo) {
   Texels t = three();
   t.add(0, 0, 50).add(1e-9f, 1e-9, 50).add(0, 0, 50);
@@ -301,6 +301,31 @@ TEST(Allocation, TexelsThatMetNoLightGetSamplesToo) {
   // Other norms ask nothing of what has no light.
   for (const ErrorNorm norm : {ErrorNorm::kMax, ErrorNorm::kPerceptual})
     EXPECT_EQ(needed_samples(t.state(), norm, kError, kZ, 1, kUnmet)[3], 50);
+}
+
+// What sites that met no light may have missed is stated: the same that the norm counts them with.
+TEST(Allocation, TexelsThatMetNoLightStateWhatTheyMayHaveMissed) {
+  Texels t = three();
+  t.add(0, 0, 50).add(1e-9f, 1e-9, 400).add(1e-9f, 1e-9, 50).add(0, 0, 5000).add(0, 0, 50);
+  t.error.back() = kInfinite;  // inside geometry
+  std::vector<float> measured = t.mean;
+  measured[4] = 0;  // all of the light is that of the neighbours, by a filter
+  constexpr double kUnmet = 1e-3;
+  const std::vector<float> missed = unmet_errors(t.state(), measured, kUnmet);
+  const double floor = least_mean(t.state(), ErrorNorm::kMeanSquare);
+  for (const size_t i : {0, 1, 2}) EXPECT_EQ(missed[i], 0) << "it is lit";
+  EXPECT_NEAR(missed[3], floor * std::sqrt(kUnmet * std::log(5000.0 / 50)), 1e-5 * missed[3]);
+  EXPECT_NEAR(missed[4], floor * std::sqrt(kUnmet * std::log(5000.0 / 400)), 1e-5 * missed[4]);
+  EXPECT_EQ(missed[5], 0) << "its own samples have met light, and state its error";
+  EXPECT_EQ(missed[6], 0) << "what it may have missed does not count";
+  EXPECT_EQ(missed[7], 0);
+  // Together with what is stated anyway it is what the norm counts.
+  double squares = 0;
+  const double counted = std::pow(reached_error(t.state(), ErrorNorm::kMeanSquare, 1, kUnmet), 2) -
+                         std::pow(reached_error(t.state(), ErrorNorm::kMeanSquare, 1), 2);
+  for (const float m : missed) squares += double{m} * m / (floor * floor);
+  const double fifth = kUnmet * std::log(5000.0 / 50);
+  EXPECT_NEAR(squares + fifth, counted * 5, 1e-6);  // five have a mean
 }
 
 TEST(Allocation, HowOftenBlackTexelsAreLitIsLearnt) {

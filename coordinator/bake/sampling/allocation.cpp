@@ -158,6 +158,15 @@ double UnmetLight::get() const {
   return (found_ + kExpected * kFactors) / (factors_ + kFactors);
 }
 
+std::vector<float> unmet_errors(const SampleState& s, std::span<const float> measured, double unmet) {
+  const double floor = least_mean(s, ErrorNorm::kMeanSquare);
+  std::vector<float> errors(s.samples.size(), 0.0f);
+  for (size_t i = 0; i < errors.size(); ++i)
+    if (measured[i] == 0 && has_met_no_light(s, i, floor))
+      errors[i] = static_cast<float>(floor * std::sqrt(unmet_square(s.samples[i], unmet)));
+  return errors;
+}
+
 void ConvergenceRate::observe(const SampleState& before, const SampleState& after) {
   for (size_t i = 0; i < after.samples.size(); ++i) {
     if (!is_lit(before, i) || !is_lit(after, i) || after.samples[i] <= before.samples[i]) continue;

@@ -71,6 +71,12 @@ class UnmetLight {
   double found_ = 0, factors_ = 0;  // squared relative error removed, and natural logarithms of growth
 };
 
+// By site, what the site may have missed, as an absolute standard error: what the norm kMeanSquare expects of
+// sites that have met no light. 0 for the others. `measured`, by site: luminance of the site's own samples,
+// before filters; it is 0 where all of them are black, so that nothing else states an error. `unmet`:
+// UnmetLight::get().
+std::vector<float> unmet_errors(const SampleState& state, std::span<const float> measured, double unmet);
+
 // Squared errors fall as samples^-rate: 1 for means; less behind a denoiser, whose filters narrow as samples
 // come (2/3 for planes fitted to a smooth field on a surface, at the best width). Learnt from passes.
 class ConvergenceRate {
