@@ -10,37 +10,120 @@
 namespace kiln {
 namespace {
 
-constexpr size_t kManyParts = 24;  // of a triangle: from here on they are found by cells
+constexpr size_t kManyParts = 6;  // of a triangle: from here on they are found by a tree
+constexpr uint32_t kFew = ~0u;
+constexpr uint32_t kMostDepth = 16;
 
-// Cells of [0, 1] that an interval touches, with slack for rounding.
-uint32_t cell_of(double at, uint32_t side, double slack) {
-  return static_cast<uint32_t>(std::clamp(at * side + slack, 0.0, side - 1.0));
+// Whether a point in the closed part may be within `reach` of `centre` along both axes (separating axes).
+bool touches(const FacePart& part, const DVec2& centre, double reach) {
+  const auto apart = [&](const DVec2& axis) {
+    double least = std::numeric_limits<double>::infinity(), most = -least;
+    for (const Vec2& c : part.corner) {
+      const double along = dot(axis, DVec2(c) - centre);
+      least = std::min(least, along);
+      most = std::max(most, along);
+    }
+    const double box = reach * (std::abs(axis.x) + std::abs(axis.y));
+    return least > box || most < -box;
+  };
+  if (apart({1, 0}) || apart({0, 1})) return false;
+  for (int i = 0; i < 3; ++i) {
+    const DVec2 edge = DVec2(part.corner[(i + 1) % 3]) - DVec2(part.corner[i]);
+    if (apart({edge.y, -edge.x})) return false;
+  }
+  return true;
+}
+
+// A point of a triangle by the barycentrics of one of its parts.
+struct InPart {
+  double c1 = 0, c2 = 0;
+  bool inside = false;
+};
+InPart look_in(const FacePart& part, double b1, double b2) {
+  const DVec2 a(part.corner[0]), e1 = DVec2(part.corner[1]) - a, e2 = DVec2(part.corner[2]) - a;
+  const DVec2 q = DVec2(b1, b2) - a;
+  const double det = e1.x * e2.y - e1.y * e2.x, n1 = q.x * e2.y - q.y * e2.x, n2 = e1.x * q.y - e1.y * q.x;
+  // Most are outside by the signs alone, without a division.
+  if (det > 0 ? n1 < 0 || n2 < 0 : n1 > 0 || n2 > 0 || det == 0) return {};
+  const double c1 = n1 / det, c2 = n2 / det;
+  return {c1, c2, 1 - c1 - c2 >= 0};
+}
+
+// How deep a point is in a part, by its distance in the part's barycentrics times the part's size, so that
+// slivers do not win by their own small scale. Negative outside; the least there is for parts without area.
+double depth_in(const FacePart& part, InPart& at, double b1, double b2) {
+  const DVec2 a(part.corner[0]), e1 = DVec2(part.corner[1]) - a, e2 = DVec2(part.corner[2]) - a;
+  const DVec2 q = DVec2(b1, b2) - a;
+  const double det = e1.x * e2.y - e1.y * e2.x;
+  if (det == 0) return -std::numeric_limits<double>::infinity();
+  at.c1 = (q.x * e2.y - q.y * e2.x) / det;
+  at.c2 = (e1.x * q.y - e1.y * q.x) / det;
+  return std::min({at.c1, at.c2, 1 - at.c1 - at.c2}) * std::sqrt(std::abs(det));
 }
 
 }  // namespace
 
-AtlasLookup::Grid AtlasLookup::make_grid(const MeshCharts& charts, std::span<const uint32_t> faces) {
-  Grid grid;
-  grid.side = static_cast<uint32_t>(std::clamp(std::sqrt(static_cast<double>(faces.size())), 1.0, 256.0));
-  std::vector<std::vector<uint32_t>> cells(size_t{grid.side} * grid.side);
-  for (const uint32_t face : faces) {
-    const FacePart& part = charts.parts[face];
-    uint32_t low[2], high[2];
-    for (int axis = 0; axis < 2; ++axis) {
-      const auto [least, most] =
-          std::minmax({part.corner[0][axis], part.corner[1][axis], part.corner[2][axis]});
-      low[axis] = cell_of(least, grid.side, -1e-3);
-      high[axis] = cell_of(most, grid.side, 1e-3);
+// Splits cells of [0, 1]^2 until few parts are left in each, or the leaves would hold too many: long parts
+// side by side lie in many cells, and around a point where many meet no cell has few.
+class AtlasLookup::TreeBuilder {
+ public:
+  TreeBuilder(const MeshCharts& charts, Parts& parts) : charts_(charts), parts_(parts) {}
+
+  uint32_t build(std::span<const uint32_t> faces) {
+    const auto root = static_cast<uint32_t>(parts_.nodes.size());
+    parts_.nodes.emplace_back();
+    split(root, faces, {0.5, 0.5}, 0.5, 0, kMostHeld * static_cast<double>(faces.size()));
+    return root;
+  }
+
+ private:
+  static constexpr double kMostHeld = 8;  // by leaves, for each part
+  // `most`: how many parts the leaves below may hold together.
+  void split(uint32_t node, std::span<const uint32_t> faces, const DVec2& centre, double half, uint32_t depth,
+             double most) {
+    constexpr size_t kLeaf = 3;
+    constexpr double kSlack = 1e-3;  // of a cell, for the rounding of points
+    if (faces.size() > kLeaf && depth < kMostDepth) {
+      std::vector<uint32_t> in[4];
+      size_t all = 0;
+      for (uint32_t k = 0; k < 4; ++k) {
+        const DVec2 middle = child_centre(centre, half, k);
+        for (const uint32_t face : faces)
+          if (touches(charts_.parts[face], middle, (1 + kSlack) * half / 2)) in[k].push_back(face);
+        all += in[k].size();
+      }
+      if (static_cast<double>(all) <= most) {
+        const auto children = static_cast<uint32_t>(parts_.nodes.size());
+        parts_.nodes[node].children = children;
+        parts_.nodes.resize(children + 4);
+        for (uint32_t k = 0; k < 4; ++k)
+          split(children + k, in[k], child_centre(centre, half, k), half / 2, depth + 1,
+                most * static_cast<double>(in[k].size()) / static_cast<double>(all));
+        return;
+      }
     }
-    for (uint32_t y = low[1]; y <= high[1]; ++y)
-      for (uint32_t x = low[0]; x <= high[0]; ++x) cells[size_t{y} * grid.side + x].push_back(face);
+    parts_.nodes[node].first = static_cast<uint32_t>(parts_.held.size());
+    parts_.held.insert(parts_.held.end(), faces.begin(), faces.end());
+    parts_.nodes[node].last = static_cast<uint32_t>(parts_.held.size());
   }
-  grid.first.push_back(0);
-  for (const std::vector<uint32_t>& cell : cells) {
-    grid.faces.insert(grid.faces.end(), cell.begin(), cell.end());
-    grid.first.push_back(static_cast<uint32_t>(grid.faces.size()));
+  static DVec2 child_centre(const DVec2& centre, double half, uint32_t k) {
+    return centre + half * DVec2(k & 1 ? 0.5 : -0.5, k & 2 ? 0.5 : -0.5);
   }
-  return grid;
+
+  const MeshCharts& charts_;
+  Parts& parts_;
+};
+
+std::span<const uint32_t> AtlasLookup::Parts::near(uint32_t triangle, double b1, double b2) const {
+  const std::span<const uint32_t> all(faces.data() + first[triangle], faces.data() + first[triangle + 1]);
+  if (root_of.empty() || root_of[triangle] == kFew) return all;
+  constexpr double kCells = 1u << kMostDepth;
+  const auto cell = [&](double b) { return static_cast<uint32_t>(std::clamp(b * kCells, 0.0, kCells - 1)); };
+  const uint32_t x = cell(b1), y = cell(b2);
+  const Node* node = &nodes[root_of[triangle]];
+  for (uint32_t bit = kMostDepth; node->children && bit-- > 0;)
+    node = &nodes[node->children + ((x >> bit & 1) | (y >> bit & 1) << 1)];
+  return {held.data() + node->first, held.data() + node->last};
 }
 
 AtlasLookup::AtlasLookup(const Atlas& atlas) : atlas_(atlas), parts_(atlas.charts.size()) {
@@ -59,9 +142,8 @@ AtlasLookup::AtlasLookup(const Atlas& atlas) : atlas_(atlas), parts_(atlas.chart
     for (uint32_t t = 0; t < triangles; ++t) {
       const std::span<const uint32_t> own(faces.data() + first[t], faces.data() + first[t + 1]);
       if (own.size() < kManyParts) continue;
-      parts_[c].grid_of.resize(triangles);
-      parts_[c].grids.push_back(make_grid(atlas.charts[c], own));
-      parts_[c].grid_of[t] = static_cast<uint32_t>(parts_[c].grids.size());
+      parts_[c].root_of.resize(triangles, kFew);
+      parts_[c].root_of[t] = TreeBuilder(atlas.charts[c], parts_[c]).build(own);
     }
   }
 }
@@ -78,40 +160,28 @@ uint32_t AtlasLookup::face_at(uint32_t instance, uint32_t triangle, double& b1, 
   if (parts.first.empty()) return triangle;
   const MeshCharts& charts = atlas_.of_instance(instance);
   KILN_CHECK(triangle + 1 < parts.first.size());
-  uint32_t best = 0;
-  double most = -std::numeric_limits<double>::infinity(), best1 = 0, best2 = 0;
-  // The first of these that contains the point, or else the one it is closest to.
-  const auto look_at = [&](std::span<const uint32_t> faces) {
-    for (const uint32_t face : faces) {
-      const FacePart& part = charts.parts[face];
-      const DVec2 a(part.corner[0]), e1 = DVec2(part.corner[1]) - a, e2 = DVec2(part.corner[2]) - a;
-      const DVec2 q = DVec2(b1, b2) - a;
-      const double det = e1.x * e2.y - e1.y * e2.x;
-      if (det == 0) continue;
-      const double c1 = (q.x * e2.y - q.y * e2.x) / det, c2 = (e1.x * q.y - e1.y * q.x) / det;
-      // Signed depth in the triangle's barycentrics, so that slivers do not win by their own small scale.
-      const double inside = std::min({c1, c2, 1 - c1 - c2}) * std::sqrt(std::abs(det));
-      if (inside > most) {
-        most = inside;
-        best = face;
-        best1 = c1;
-        best2 = c2;
-      }
-      if (std::min({c1, c2, 1 - c1 - c2}) >= 0) return true;
-    }
-    return false;
-  };
-  bool held = false;
-  if (!parts.grid_of.empty() && parts.grid_of[triangle] > 0) {
-    const Grid& grid = parts.grids[parts.grid_of[triangle] - 1];
-    const size_t cell = size_t{cell_of(b2, grid.side, 0)} * grid.side + cell_of(b1, grid.side, 0);
-    held = look_at({grid.faces.data() + grid.first[cell], grid.faces.data() + grid.first[cell + 1]});
-    if (!held) most = -std::numeric_limits<double>::infinity();
+  for (const uint32_t face : parts.near(triangle, b1, b2)) {
+    const InPart at = look_in(charts.parts[face], b1, b2);
+    if (!at.inside) continue;
+    b1 = at.c1;
+    b2 = at.c2;
+    return face;
   }
-  if (!held)
-    look_at({parts.faces.data() + parts.first[triangle], parts.faces.data() + parts.first[triangle + 1]});
-  b1 = best1;
-  b2 = best2;
+  // In a gap that rounding left between two parts: the one that it is closest to.
+  uint32_t best = parts.faces[parts.first[triangle]];
+  double most = -std::numeric_limits<double>::infinity();
+  InPart of_best;
+  for (uint32_t i = parts.first[triangle]; i < parts.first[triangle + 1]; ++i) {
+    const uint32_t face = parts.faces[i];
+    InPart at;
+    const double depth = depth_in(charts.parts[face], at, b1, b2);
+    if (!(depth > most)) continue;
+    most = depth;
+    best = face;
+    of_best = at;
+  }
+  b1 = of_best.c1;
+  b2 = of_best.c2;
   return best;
 }
 

@@ -25,20 +25,21 @@ class AtlasLookup {
   uint32_t face_at(uint32_t instance, uint32_t triangle, double& b1, double& b2) const;
 
  private:
-  // For a triangle with many parts: candidate parts for a point, by cells of its barycentrics.
-  struct Grid {
-    uint32_t side = 0;
-    std::vector<uint32_t> first, faces;  // by cell, side^2 + 1: faces in their order
-  };
-  static Grid make_grid(const MeshCharts& charts, std::span<const uint32_t> faces);
-
   const Atlas& atlas_;
   // By set of charts with cut triangles: the parts of each triangle.
   struct Parts {
     std::vector<uint32_t> first, faces;
-    std::vector<uint32_t> grid_of;  // by triangle: index into grids + 1; 0: few parts. Empty: no grids
-    std::vector<Grid> grids;
+    // For triangles with many parts: those that a point may be in, by a quadtree over the barycentrics.
+    struct Node {
+      uint32_t children = 0;         // the first of four; 0: a leaf
+      uint32_t first = 0, last = 0;  // of a leaf: faces in `held`, in their order
+    };
+    std::vector<uint32_t> root_of;  // by triangle: index into nodes; kFew: few parts. Empty: no trees
+    std::vector<Node> nodes;
+    std::vector<uint32_t> held;
+    std::span<const uint32_t> near(uint32_t triangle, double b1, double b2) const;
   };
+  class TreeBuilder;
   std::vector<Parts> parts_;
 };
 

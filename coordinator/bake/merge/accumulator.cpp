@@ -12,6 +12,14 @@ namespace {
 
 constexpr uint32_t kFewSamples = 8;  // per replicate
 
+// By all threads. Pages that were touched are zeroed sooner than new ones are mapped.
+template <class T>
+void zero(ZeroedVector<T>& values) {
+  for_each_run(values.size(), 0, [&](size_t begin, size_t end) {
+    std::fill(values.begin() + static_cast<ptrdiff_t>(begin), values.begin() + static_cast<ptrdiff_t>(end), T{});
+  });
+}
+
 }  // namespace
 
 Accumulator::Accumulator(size_t sites, const MomentLayout& layout)
@@ -67,8 +75,8 @@ void Accumulator::add_in_order(const WorkUnit& unit, const std::vector<double>& 
 void Accumulator::clear() {
   for (uint32_t r = 0; r < kReplicates; ++r) {
     std::fill(samples_[r].begin(), samples_[r].end(), 0u);
-    sums_[r] = ZeroedVector<double>(sums_[r].size());
-    latest_[r] = ZeroedVector<Latest>(latest_[r].size());
+    zero(sums_[r]);
+    zero(latest_[r]);
   }
   waiting_.clear();
 }
