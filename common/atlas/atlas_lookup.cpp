@@ -34,32 +34,30 @@ bool touches(const FacePart& part, const DVec2& centre, double reach) {
   return true;
 }
 
-// A point of a triangle by the barycentrics of one of its parts.
+// A point of a triangle by the barycentrics of one of its parts, times the determinant.
 struct InPart {
-  double c1 = 0, c2 = 0;
-  bool inside = false;
+  double det, n1, n2;
+  InPart(const FacePart& part, double b1, double b2) {
+    const DVec2 a(part.corner[0]), e1 = DVec2(part.corner[1]) - a, e2 = DVec2(part.corner[2]) - a;
+    const DVec2 q = DVec2(b1, b2) - a;
+    det = e1.x * e2.y - e1.y * e2.x;
+    n1 = q.x * e2.y - q.y * e2.x;
+    n2 = e1.x * q.y - e1.y * q.x;
+  }
+  double c1() const { return n1 / det; }
+  double c2() const { return n2 / det; }
+  // Most parts do not hold the point by the signs alone, without a division.
+  bool holds() const {
+    if (det > 0 ? n1 < 0 || n2 < 0 : n1 > 0 || n2 > 0 || det == 0) return false;
+    return 1 - c1() - c2() >= 0;
+  }
+  // How deep the point lies in the part, negative outside; in the part's barycentrics times its size, so that
+  // slivers do not win by their own small scale. A part without area is the last resort.
+  double depth() const {
+    if (det == 0) return -std::numeric_limits<double>::infinity();
+    return std::min({c1(), c2(), 1 - c1() - c2()}) * std::sqrt(std::abs(det));
+  }
 };
-InPart look_in(const FacePart& part, double b1, double b2) {
-  const DVec2 a(part.corner[0]), e1 = DVec2(part.corner[1]) - a, e2 = DVec2(part.corner[2]) - a;
-  const DVec2 q = DVec2(b1, b2) - a;
-  const double det = e1.x * e2.y - e1.y * e2.x, n1 = q.x * e2.y - q.y * e2.x, n2 = e1.x * q.y - e1.y * q.x;
-  // Most are outside by the signs alone, without a division.
-  if (det > 0 ? n1 < 0 || n2 < 0 : n1 > 0 || n2 > 0 || det == 0) return {};
-  const double c1 = n1 / det, c2 = n2 / det;
-  return {c1, c2, 1 - c1 - c2 >= 0};
-}
-
-// How deep a point is in a part, by its distance in the part's barycentrics times the part's size, so that
-// slivers do not win by their own small scale. Negative outside; the least there is for parts without area.
-double depth_in(const FacePart& part, InPart& at, double b1, double b2) {
-  const DVec2 a(part.corner[0]), e1 = DVec2(part.corner[1]) - a, e2 = DVec2(part.corner[2]) - a;
-  const DVec2 q = DVec2(b1, b2) - a;
-  const double det = e1.x * e2.y - e1.y * e2.x;
-  if (det == 0) return -std::numeric_limits<double>::infinity();
-  at.c1 = (q.x * e2.y - q.y * e2.x) / det;
-  at.c2 = (e1.x * q.y - e1.y * q.x) / det;
-  return std::min({at.c1, at.c2, 1 - at.c1 - at.c2}) * std::sqrt(std::abs(det));
-}
 
 }  // namespace
 
@@ -118,7 +116,9 @@ std::span<const uint32_t> AtlasLookup::Parts::near(uint32_t triangle, double b1,
   const std::span<const uint32_t> all(faces.data() + first[triangle], faces.data() + first[triangle + 1]);
   if (root_of.empty() || root_of[triangle] == kFew) return all;
   constexpr double kCells = 1u << kMostDepth;
-  const auto cell = [&](double b) { return static_cast<uint32_t>(std::clamp(b * kCells, 0.0, kCells - 1)); };
+  const auto cell = [&](double b) {  // 0 for NaN
+    return b > 0 ? static_cast<uint32_t>(std::min(b * kCells, kCells - 1)) : 0u;
+  };
   const uint32_t x = cell(b1), y = cell(b2);
   const Node* node = &nodes[root_of[triangle]];
   for (uint32_t bit = kMostDepth; node->children && bit-- > 0;)
@@ -160,29 +160,21 @@ uint32_t AtlasLookup::face_at(uint32_t instance, uint32_t triangle, double& b1, 
   if (parts.first.empty()) return triangle;
   const MeshCharts& charts = atlas_.of_instance(instance);
   KILN_CHECK(triangle + 1 < parts.first.size());
-  for (const uint32_t face : parts.near(triangle, b1, b2)) {
-    const InPart at = look_in(charts.parts[face], b1, b2);
-    if (!at.inside) continue;
-    b1 = at.c1;
-    b2 = at.c2;
+  const auto take = [&](uint32_t face, const InPart& at) {
+    b1 = at.det == 0 ? 0 : at.c1();
+    b2 = at.det == 0 ? 0 : at.c2();
     return face;
-  }
+  };
+  for (const uint32_t face : parts.near(triangle, b1, b2))
+    if (const InPart at(charts.parts[face], b1, b2); at.holds()) return take(face, at);
   // In a gap that rounding left between two parts: the one that it is closest to.
   uint32_t best = parts.faces[parts.first[triangle]];
   double most = -std::numeric_limits<double>::infinity();
-  InPart of_best;
   for (uint32_t i = parts.first[triangle]; i < parts.first[triangle + 1]; ++i) {
-    const uint32_t face = parts.faces[i];
-    InPart at;
-    const double depth = depth_in(charts.parts[face], at, b1, b2);
-    if (!(depth > most)) continue;
-    most = depth;
-    best = face;
-    of_best = at;
+    const double depth = InPart(charts.parts[parts.faces[i]], b1, b2).depth();
+    if (depth > most) most = depth, best = parts.faces[i];
   }
-  b1 = of_best.c1;
-  b2 = of_best.c2;
-  return best;
+  return take(best, InPart(charts.parts[best], b1, b2));
 }
 
 AtlasPlace AtlasLookup::at(uint32_t instance, uint32_t triangle, double b1, double b2) const {
