@@ -16,7 +16,8 @@ constexpr uint32_t kFewSamples = 8;  // per replicate
 template <class T>
 void zero(ZeroedVector<T>& values) {
   for_each_run(values.size(), 0, [&](size_t begin, size_t end) {
-    std::fill(values.begin() + static_cast<ptrdiff_t>(begin), values.begin() + static_cast<ptrdiff_t>(end), T{});
+    std::fill(values.begin() + static_cast<ptrdiff_t>(begin), values.begin() + static_cast<ptrdiff_t>(end),
+              T{});
   });
 }
 

@@ -147,8 +147,8 @@ class FacePlane {
   DVec3 corner_[3], normal_{0.0};
 };
 
-// Whether nothing is as near to any of these texels, all on the face of `pair`, as their rays reach. That is so
-// of most texels of open ground, which then need no rays.
+// Whether nothing is as near to any of these texels, all on the face of `pair`, as their rays reach. That is
+// so of most texels of open ground, which then need no rays.
 bool is_clear(const SceneRays& rays, const Scene& scene, const Atlas& atlas, const uint32_t* pair,
               size_t begin, size_t end, float size) {
   const FacePlane plane(scene, atlas, pair[2], pair[3]);
