@@ -313,6 +313,24 @@ TEST(MakeTextures, CompressionIsInProportionToTheReportedError) {
   EXPECT_EQ(noisy.result->figures[0].instead_of, "");
 }
 
+TEST(MakeTextures, WhatBlackTexelsMayHaveMissedAllowsNoCoarserOnes) {
+  Baked b = with(baked_box(10, smooth_light()), {"bc6h"});
+  Planes& p = b.map.planes;
+  const auto bound = [&](float of_black) {
+    for (size_t t = 0; t < b.map.validity.size(); ++t) {
+      const bool is_black = t % 4 == 0;
+      for (size_t plane = 0; is_black && plane < 15; ++plane) p.data[plane][t] = 0;
+      p.plane("error")[t] = is_black ? of_black : 0.1f * p.plane("E.G")[t];
+    }
+    const Made made(b);
+    EXPECT_TRUE(made.result);
+    return made.result ? made.result->figures[0].bound : 0;
+  };
+  const double without = bound(0);
+  EXPECT_GT(without, 0.03);
+  EXPECT_EQ(bound(1), without);
+}
+
 // Every response of the roster, 0.5 in all its planes.
 void add_responses(Baked& b) {
   Planes& planes = b.map.responses;
