@@ -64,8 +64,8 @@ std::vector<float> take_denoised(Lightmap& map, const Atlas& atlas, const TexelS
   return lowered;
 }
 
-// Adds to the errors of texels that met no light what they may have missed: all of their samples are black,
-// and state next to nothing.
+// Adds to the errors of texels that met no light what they may have missed. Their samples, all black, state
+// next to nothing.
 void state_unmet_light(Lightmap& map, const Atlas& atlas, const TexelStatistics& statistics, Baked& baked) {
   std::vector<float> measured(statistics.sites);
   for (size_t site = 0; site < measured.size(); ++site)
@@ -73,12 +73,13 @@ void state_unmet_light(Lightmap& map, const Atlas& atlas, const TexelStatistics&
   TexelErrors& errors = baked.errors;
   const std::vector<float> missed =
       unmet_errors({errors.mean, errors.standard_error, statistics.samples}, measured, baked.unmet);
+  std::vector<float>* const before_filters =
+      map.measured.names.empty() ? nullptr : &map.measured.plane("error");
+  const auto add = [](float& error, float missing) { error = std::hypot(error, missing); };
   for (size_t site = 0; site < missed.size(); ++site) {
     if (missed[site] == 0) continue;
-    errors.standard_error[site] = std::hypot(errors.standard_error[site], missed[site]);
-    if (map.measured.names.empty()) continue;
-    float& before = map.measured.plane("error")[atlas.sites.texel[site]];
-    before = std::hypot(before, missed[site]);
+    add(errors.standard_error[site], missed[site]);
+    if (before_filters) add((*before_filters)[atlas.sites.texel[site]], missed[site]);
   }
 }
 

@@ -129,7 +129,7 @@ class Maker {
   // Half of the rms of the reported error over measured texels, relative as errors of textures are. What
   // texels as good as black may have missed is no reason for coarser textures of the others.
   double automatic_bound() const {
-    constexpr double kLeast = 0.01, kShare = 0.5, kBlack = 1e-3;
+    constexpr double kLeast = 0.01, kShare = 0.5, kAsGoodAsBlack = 1e-3;
     const Planes& p = r_.lightmap.planes;
     const std::vector<float>&r = p.plane("E.R"), &g = p.plane("E.G"), &b = p.plane("E.B"),
           &error = p.plane("error");
@@ -142,7 +142,7 @@ class Maker {
     for (size_t t = 0; t < r.size(); ++t) {
       if (!is_measured(t) || !std::isfinite(error[t])) continue;
       const double e = luminance(Vec3(r[t], g[t], b[t]));
-      if (e <= kBlack * mean) continue;
+      if (e <= kAsGoodAsBlack * mean) continue;
       squares += double{error[t]} * error[t] / (e * e + 1e-4 * mean * mean);
     }
     return std::max(kLeast, kShare * std::sqrt(squares / count));
