@@ -424,7 +424,7 @@ class Baking {
     return work;
   }
 
-  SampleState state() const { return {errors_.mean, errors_.standard_error, samples_, planned_}; }
+  SampleState state() const { return state_of(errors_, samples_, planned_); }
 
   // `stride`: of the sites that have samples.
   void renew_caches(uint32_t stride = 1) {
@@ -514,7 +514,8 @@ class Baking {
       errors = estimate_errors(statistics, charts_);
       if (is_limited()) errors.mean = neighbourhood_means(statistics, charts_);
     }
-    const SampleState now{errors.mean, errors.standard_error, statistics.samples};
+    errors.measured = mean_luminances(statistics);
+    const SampleState now = state_of(errors, statistics.samples);
     // A filter lights black texels too, without more samples.
     if (grew_ && filters == filtered_) {
       convergence_.observe(state(), now);

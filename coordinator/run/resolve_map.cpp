@@ -64,15 +64,11 @@ std::vector<float> take_denoised(Lightmap& map, const Atlas& atlas, const TexelS
   return lowered;
 }
 
-// Adds to the errors of texels that met no light what they may have missed. Their samples, all black, state
-// next to nothing.
+// Adds to the errors of texels that met no light what they may have missed.
 void state_unmet_light(Lightmap& map, const Atlas& atlas, const TexelStatistics& statistics, Baked& baked) {
-  std::vector<float> measured(statistics.sites);
-  for (size_t site = 0; site < measured.size(); ++site)
-    measured[site] = static_cast<float>(mean_luminance(statistics, site));
   TexelErrors& errors = baked.errors;
-  const std::vector<float> missed =
-      unmet_errors({errors.mean, errors.standard_error, statistics.samples}, measured, baked.unmet);
+  errors.measured = mean_luminances(statistics);
+  const std::vector<float> missed = unmet_errors(state_of(errors, statistics.samples), baked.unmet);
   std::vector<float>* const before_filters =
       map.measured.names.empty() ? nullptr : &map.measured.plane("error");
   const auto add = [](float& error, float missing) { error = std::hypot(error, missing); };

@@ -308,24 +308,52 @@ TEST(Allocation, TexelsThatMetNoLightStateWhatTheyMayHaveMissed) {
   Texels t = three();
   t.add(0, 0, 50).add(1e-9f, 1e-9, 400).add(1e-9f, 1e-9, 50).add(0, 0, 5000).add(0, 0, 50);
   t.error.back() = kInfinite;  // inside geometry
-  std::vector<float> measured = t.mean;
-  measured[4] = 0;  // all of the light is that of the neighbours, by a filter
-  constexpr double kUnmet = 1e-3;
-  const std::vector<float> missed = unmet_errors(t.state(), measured, kUnmet);
+  std::vector<float> measured(t.mean.size(), 0.0f);
+  for (const size_t i : {0, 1, 2}) measured[i] = t.mean[i];
   const double floor = least_mean(t.state(), ErrorNorm::kMeanSquare);
+  measured[5] = static_cast<float>(0.01 * floor);  // its own samples have met light that a filter took away
+  SampleState state = t.state();
+  state.measured = measured;
+  constexpr double kUnmet = 1e-3;
+  const std::vector<float> missed = unmet_errors(state, kUnmet);
   for (const size_t i : {0, 1, 2}) EXPECT_EQ(missed[i], 0) << "it is lit";
   EXPECT_NEAR(missed[3], floor * std::sqrt(kUnmet * std::log(5000.0 / 50)), 1e-5 * missed[3]);
-  EXPECT_NEAR(missed[4], floor * std::sqrt(kUnmet * std::log(5000.0 / 400)), 1e-5 * missed[4]);
+  EXPECT_NEAR(missed[4], floor * std::sqrt(kUnmet * std::log(5000.0 / 400)), 1e-5 * missed[4])
+      << "all of its light is its neighbours', by a filter";
   EXPECT_EQ(missed[5], 0) << "its own samples have met light, and state its error";
   EXPECT_EQ(missed[6], 0) << "what it may have missed does not count";
   EXPECT_EQ(missed[7], 0);
   // Together with what is stated anyway it is what the norm counts.
   double squares = 0;
-  const double counted = std::pow(reached_error(t.state(), ErrorNorm::kMeanSquare, 1, kUnmet), 2) -
-                         std::pow(reached_error(t.state(), ErrorNorm::kMeanSquare, 1), 2);
+  const double counted = std::pow(reached_error(state, ErrorNorm::kMeanSquare, 1, kUnmet), 2) -
+                         std::pow(reached_error(state, ErrorNorm::kMeanSquare, 1), 2);
   for (const float m : missed) squares += double{m} * m / (floor * floor);
-  const double fifth = kUnmet * std::log(5000.0 / 50);
-  EXPECT_NEAR(squares + fifth, counted * 5, 1e-6);  // five have a mean
+  EXPECT_NEAR(squares, counted * 5, 1e-6);  // five have a mean
+  // Nor does it get samples for what it may have missed.
+  const auto needed = needed_samples(state, ErrorNorm::kMeanSquare, 0.09, 1.96, 1, kUnmet),
+             as_black = needed_samples(t.state(), ErrorNorm::kMeanSquare, 0.09, 1.96, 1, kUnmet);
+  EXPECT_GT(as_black[5], 50);
+  EXPECT_LT(needed[5], as_black[5]);
+}
+
+// A texel that a filter has lit has found nothing: its own samples are as black as before. One that a filter
+// had lit, and whose samples then meet light, has.
+TEST(Allocation, LightThatAFilterTookFromNeighboursIsNotFound) {
+  constexpr size_t kSites = 10'000, kLit = 500;
+  std::vector<float> none(kSites, 0.0f), error(kSites, 1e-9f);
+  none[0] = 1;
+  std::vector<float> lit = none;
+  for (size_t i = 1; i <= kLit; ++i) lit[i] = 1;
+  const std::vector<uint32_t> samples(kSites, 100), more(kSites, 200);
+  const auto learn = [&](std::span<const float> mean, std::span<const float> measured,
+                         std::span<const float> mean_after, std::span<const float> measured_after) {
+    UnmetLight learnt;
+    learnt.observe({mean, error, samples, {}, measured}, {mean_after, error, more, {}, measured_after});
+    return learnt.get();
+  };
+  const double nothing = learn(none, none, none, none);
+  EXPECT_EQ(learn(none, none, lit, none), nothing) << "only a filter has lit them";
+  EXPECT_GT(learn(none, none, lit, lit), 5 * nothing);
 }
 
 TEST(Allocation, HowOftenBlackTexelsAreLitIsLearnt) {

@@ -32,6 +32,13 @@ inline double mean_luminance(const TexelStatistics& s, size_t site) {
   return 0.5 * (double{s.luminance[0][site]} + double{s.luminance[1][site]});
 }
 
+// By site.
+inline std::vector<float> mean_luminances(const TexelStatistics& s) {
+  std::vector<float> means(s.sites);
+  for (size_t site = 0; site < s.sites; ++site) means[site] = static_cast<float>(mean_luminance(s, site));
+  return means;
+}
+
 // The variance of the mean of both replicates that their texels share: from the draws, `drawn`, and from the
 // replicates' difference, `found`, whose expectation is the same. Each counts by its degrees of freedom.
 inline double shared_variance(double drawn, double found) {

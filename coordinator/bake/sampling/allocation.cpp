@@ -32,10 +32,12 @@ double counted_deviation(const SampleState& s, size_t i, double floor) {
   return counted_error(s, i, floor) * std::sqrt(s.samples[i]);
 }
 
-// Below this share of the least mean that counts, a texel is as good as black, however little its error is.
-constexpr double kUnmetShare = 0.1;
+// Below kUnmetShare of the least mean that counts, a texel is as good as black, however little its error is.
+// Below kMetShare of it, its own samples have met next to nothing; more states an error of its own.
+constexpr double kUnmetShare = 0.1, kMetShare = 1e-3;
 bool has_met_no_light(const SampleState& s, size_t i, double floor) {
-  return s.samples[i] > 0 && s.mean[i] <= kUnmetShare * floor && std::isfinite(s.standard_error[i]);
+  return s.samples[i] > 0 && s.mean[i] <= kUnmetShare * floor && std::isfinite(s.standard_error[i]) &&
+         (s.measured.empty() || s.measured[i] <= kMetShare * floor);
 }
 
 // From this count per replicate on, what a site has not met is below what counts (UnmetLight).
@@ -158,11 +160,11 @@ double UnmetLight::get() const {
   return (found_ + kExpected * kFactors) / (factors_ + kFactors);
 }
 
-std::vector<float> unmet_errors(const SampleState& s, std::span<const float> measured, double unmet) {
+std::vector<float> unmet_errors(const SampleState& s, double unmet) {
   const double floor = least_mean(s, ErrorNorm::kMeanSquare);
   std::vector<float> errors(s.samples.size(), 0.0f);
   for (size_t i = 0; i < errors.size(); ++i)
-    if (measured[i] == 0 && has_met_no_light(s, i, floor))
+    if (has_met_no_light(s, i, floor))
       errors[i] = static_cast<float>(floor * std::sqrt(unmet_square(s.samples[i], unmet)));
   return errors;
 }
@@ -197,15 +199,16 @@ double affordable_error(const SampleState& s, ErrorNorm norm, double error, doub
   // On large maps, a regular subset of texels estimates the total cost.
   constexpr size_t kAsked = 100'000;
   const size_t step_sites = std::max<size_t>(1, s.samples.size() / kAsked);
-  std::vector<float> mean, deviation, planned;
+  std::vector<float> mean, deviation, planned, measured;
   std::vector<uint32_t> taken;
   for (size_t i = 0; i < s.samples.size(); i += step_sites) {
     mean.push_back(s.mean[i]);
     deviation.push_back(s.standard_error[i]);
     taken.push_back(s.samples[i]);
     if (!s.planned.empty()) planned.push_back(s.planned[i]);
+    if (!s.measured.empty()) measured.push_back(s.measured[i]);
   }
-  const SampleState some{mean, deviation, taken, planned};
+  const SampleState some{mean, deviation, taken, planned, measured};
   const auto costs = [&](double e) {
     return static_cast<double>(step_sites) *
            missing_samples(needed_samples(some, norm, e, z, fall, unmet), some, most);

@@ -7,6 +7,7 @@
 
 #include "common/base/status.h"
 #include "coordinator/bake/sampling/schedule.h"
+#include "coordinator/bake/sampling/texel_errors.h"
 
 namespace kiln {
 
@@ -29,7 +30,14 @@ struct SampleState {
   // By site: relative deviation of one sample by which counts are planned (planned_deviations). Empty: each
   // site's own.
   std::span<const float> planned = {};
+  // By site: mean of the site's own samples, before filters, which light black sites too. Empty: as `mean`.
+  std::span<const float> measured = {};
 };
+
+inline SampleState state_of(const TexelErrors& errors, std::span<const uint32_t> samples,
+                            std::span<const float> planned = {}) {
+  return {errors.mean, errors.standard_error, samples, planned, errors.measured};
+}
 
 // Smaller means count as this value in that norm; 0 for kMax.
 double least_mean(const SampleState& state, ErrorNorm norm);
@@ -72,10 +80,9 @@ class UnmetLight {
 };
 
 // By site, what the site may have missed, as an absolute standard error: what the norm kMeanSquare expects of
-// sites that have met no light. 0 for the others. `measured`, by site: luminance of the site's own samples,
-// before filters; it is 0 where all of them are black, so that nothing else states an error. `unmet`:
+// sites that have met no light, whose own samples state next to nothing. 0 for the others. `unmet`:
 // UnmetLight::get().
-std::vector<float> unmet_errors(const SampleState& state, std::span<const float> measured, double unmet);
+std::vector<float> unmet_errors(const SampleState& state, double unmet);
 
 // Squared errors fall as samples^-rate: 1 for means; less behind a denoiser, whose filters narrow as samples
 // come (2/3 for planes fitted to a smooth field on a surface, at the best width). Learnt from passes.

@@ -22,6 +22,7 @@ namespace kiln {
 
 struct TexelErrors {
   std::vector<float> mean, standard_error;  // by site: luminance of E; infinite if unknown
+  std::vector<float> measured = {};         // by site: mean before filters; empty: the same
 };
 
 // Neighbourhoods are runs in the sites' Morton order, so near each other in the world: on the same
