@@ -35,9 +35,12 @@ double counted_deviation(const SampleState& s, size_t i, double floor) {
 // Below kUnmetShare of the least mean that counts, a texel is as good as black, however little its error is.
 // Below kMetShare of it, its own samples have met next to nothing; more states an error of its own.
 constexpr double kUnmetShare = 0.1, kMetShare = 1e-3;
+bool has_measured(const SampleState& s, size_t i, double floor) {
+  return s.measured.empty() ? s.mean[i] > kUnmetShare * floor : s.measured[i] > kMetShare * floor;
+}
 bool has_met_no_light(const SampleState& s, size_t i, double floor) {
   return s.samples[i] > 0 && s.mean[i] <= kUnmetShare * floor && std::isfinite(s.standard_error[i]) &&
-         (s.measured.empty() || s.measured[i] <= kMetShare * floor);
+         !has_measured(s, i, floor);
 }
 
 // From this count per replicate on, what a site has not met is below what counts (UnmetLight).
@@ -145,7 +148,7 @@ void UnmetLight::observe(const SampleState& before, const SampleState& after) {
     ++black;
     if (after.samples[i] <= before.samples[i]) continue;
     factors += std::log(static_cast<double>(after.samples[i]) / before.samples[i]);
-    if (has_met_no_light(after, i, floor) || !is_lit(after, i)) continue;
+    if (!has_measured(after, i, floor) || !is_lit(after, i)) continue;
     const double square = double{after.mean[i]} * after.mean[i];
     found += square / (square + floor * floor);
   }
