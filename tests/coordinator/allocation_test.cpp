@@ -336,6 +336,19 @@ TEST(Allocation, TexelsThatMetNoLightStateWhatTheyMayHaveMissed) {
   EXPECT_LT(needed[5], as_black[5]);
 }
 
+// What black sites may have missed of a band is to that of E as errors are where light was met.
+TEST(Allocation, WhatBlackTexelsMayHaveMissedIsStatedOfBandsToo) {
+  const std::vector<float> light = {0.3f, 0.4f, kInfinite, 0.2f, 1e-9f}, missed = {0, 0, 0, 0.1f, 0.02f};
+  std::vector<float> band = {0.9f, 1.2f, 0, 0.4f, 0};
+  add_unmet_errors(missed, light, band);
+  EXPECT_EQ(std::vector<float>(band.begin(), band.begin() + 3), (std::vector<float>{0.9f, 1.2f, 0}));
+  EXPECT_FLOAT_EQ(band[3], 0.5f);  // 0.4 by itself, 3 x 0.1 missed
+  EXPECT_FLOAT_EQ(band[4], 0.06f);
+  std::vector<float> none(2, 0.0f);
+  add_unmet_errors(std::vector<float>{0.1f, 0}, std::vector<float>{1e-9f, 0}, none);
+  EXPECT_EQ(none, std::vector<float>(2, 0.0f)) << "a map without light";
+}
+
 // A texel that a filter has lit has found nothing: its own samples are as black as before. One that a filter
 // had lit, and whose samples then meet light, has.
 TEST(Allocation, LightThatAFilterTookFromNeighboursIsNotFound) {

@@ -172,6 +172,18 @@ std::vector<float> unmet_errors(const SampleState& s, double unmet) {
   return errors;
 }
 
+void add_unmet_errors(std::span<const float> missed, std::span<const float> of_light,
+                      std::span<float> of_band) {
+  double light = 0, band = 0;
+  for (size_t i = 0; i < missed.size(); ++i) {
+    if (missed[i] > 0 || !std::isfinite(of_light[i])) continue;
+    light += double{of_light[i]} * of_light[i];
+    band += double{of_band[i]} * of_band[i];
+  }
+  const auto share = static_cast<float>(light > 0 ? std::sqrt(band / light) : 0);
+  for (size_t i = 0; i < missed.size(); ++i) of_band[i] = std::hypot(of_band[i], share * missed[i]);
+}
+
 void ConvergenceRate::observe(const SampleState& before, const SampleState& after) {
   for (size_t i = 0; i < after.samples.size(); ++i) {
     if (!is_lit(before, i) || !is_lit(after, i) || after.samples[i] <= before.samples[i]) continue;
