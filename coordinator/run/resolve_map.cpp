@@ -25,8 +25,7 @@ void state_errors(Lightmap& map, const Atlas& atlas, const TexelErrors& errors) 
 
 void state_band_errors(Lightmap& map, const Atlas& atlas, const TexelStatistics& statistics,
                        std::span<const uint32_t> charts, const BasisInfo& basis,
-                       std::span<const float> lowered, std::span<const float> of_light,
-                       std::span<const float> missed) {
+                       std::span<const float> lowered, const TexelErrors& of_light) {
   map.band_error.width = map.planes.width;
   map.band_error.height = map.planes.height;
   for (const BasisBand& band : basis_bands(basis)) {
@@ -34,7 +33,7 @@ void state_band_errors(Lightmap& map, const Atlas& atlas, const TexelStatistics&
     for (const size_t f : band.functions) planes.push_back(3 + 3 * f);
     std::vector<float> errors = band_errors(statistics, charts, planes);
     for (size_t site = 0; site < lowered.size(); ++site) errors[site] *= lowered[site];
-    add_unmet_errors(missed, of_light, errors);
+    state_unmet_bands(state_of(of_light, statistics.samples), errors);
     std::vector<float>& plane = map.band_error.add(band.name);
     for (size_t site = 0; site < errors.size(); ++site) plane[atlas.sites.texel[site]] = errors[site];
   }
@@ -66,12 +65,11 @@ std::vector<float> take_denoised(Lightmap& map, const Atlas& atlas, const TexelS
   return lowered;
 }
 
-// Adds to the errors of texels that met no light what they may have missed, and returns that, by site.
-std::vector<float> state_unmet_light(Lightmap& map, const Atlas& atlas, const TexelStatistics& statistics,
-                                     Baked& baked) {
+// Adds to the errors of texels that met no light what they may have missed.
+void state_unmet_light(Lightmap& map, const Atlas& atlas, const TexelStatistics& statistics, Baked& baked) {
   TexelErrors& errors = baked.errors;
   errors.measured = mean_luminances(statistics);
-  std::vector<float> missed = unmet_errors(state_of(errors, statistics.samples), baked.unmet);
+  const std::vector<float> missed = unmet_errors(state_of(errors, statistics.samples), baked.unmet);
   std::vector<float>* const before_filters =
       map.measured.names.empty() ? nullptr : &map.measured.plane("error");
   const auto add = [](float& error, float missing) { error = std::hypot(error, missing); };
@@ -80,7 +78,6 @@ std::vector<float> state_unmet_light(Lightmap& map, const Atlas& atlas, const Te
     add(errors.standard_error[site], missed[site]);
     if (before_filters) add((*before_filters)[atlas.sites.texel[site]], missed[site]);
   }
-  return missed;
 }
 
 // Resolves light: denoised if there is a surface, with its reported error.
@@ -100,8 +97,8 @@ void resolve_light(const BakeRun& run, const Accumulator& sums, const SurfaceGra
     const uint32_t levels = std::max(denoise_levels(statistics), run.budget.denoise_levels());
     lowered = take_denoised(map, atlas, statistics, *surface, levels, baked);
   }
-  const std::vector<float> missed = state_unmet_light(map, atlas, statistics, baked);
-  state_band_errors(map, atlas, statistics, charts, basis, lowered, baked.errors.standard_error, missed);
+  state_unmet_light(map, atlas, statistics, baked);
+  state_band_errors(map, atlas, statistics, charts, basis, lowered, baked.errors);
   state_deviations(atlas, light, baked.errors);
   state_errors(map, atlas, baked.errors);
   state_deviations(atlas, light, basis, map);

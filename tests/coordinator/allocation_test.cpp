@@ -336,16 +336,24 @@ TEST(Allocation, TexelsThatMetNoLightStateWhatTheyMayHaveMissed) {
   EXPECT_LT(needed[5], as_black[5]);
 }
 
-// What black sites may have missed of a band is to that of E as errors are where light was met.
+// What black sites may have missed of a band is to that of E as errors are where light was met: their own
+// samples say nothing of either.
 TEST(Allocation, WhatBlackTexelsMayHaveMissedIsStatedOfBandsToo) {
-  const std::vector<float> light = {0.3f, 0.4f, kInfinite, 0.2f, 1e-9f}, missed = {0, 0, 0, 0.1f, 0.02f};
-  std::vector<float> band = {0.9f, 1.2f, 0, 0.4f, 0};
-  add_unmet_errors(missed, light, band);
-  EXPECT_EQ(std::vector<float>(band.begin(), band.begin() + 3), (std::vector<float>{0.9f, 1.2f, 0}));
-  EXPECT_FLOAT_EQ(band[3], 0.5f);  // 0.4 by itself, 3 x 0.1 missed
-  EXPECT_FLOAT_EQ(band[4], 0.06f);
-  std::vector<float> none(2, 0.0f);
-  add_unmet_errors(std::vector<float>{0.1f, 0}, std::vector<float>{1e-9f, 0}, none);
+  Texels t;
+  t.add(1, 0.3, 50).add(1, 0.4, 50).add(0.5f, 0.1, 50).add(0, 0.02, 50).add(0, 0, 50);
+  t.error.back() = kInfinite;
+  const std::vector<float> measured = {1, 1, 0, 0, 0};  // a filter has lit the third
+  SampleState state = t.state();
+  state.measured = measured;
+  std::vector<float> band = {0.9f, 1.2f, 1e10f, 1e-9f, 0};
+  state_unmet_bands(state, band);
+  EXPECT_EQ(std::vector<float>(band.begin(), band.begin() + 2), (std::vector<float>{0.9f, 1.2f}));
+  EXPECT_FLOAT_EQ(band[2], 0.3f);  // 3 x 0.1
+  EXPECT_FLOAT_EQ(band[3], 0.06f);
+  EXPECT_EQ(band[4], 0);
+  const Texels dark = Texels().add(0, 0.1, 50).add(0, 0, 50);
+  std::vector<float> none = {0, 0};
+  state_unmet_bands(dark.state(), none);
   EXPECT_EQ(none, std::vector<float>(2, 0.0f)) << "a map without light";
 }
 

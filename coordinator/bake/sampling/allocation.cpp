@@ -172,16 +172,18 @@ std::vector<float> unmet_errors(const SampleState& s, double unmet) {
   return errors;
 }
 
-void add_unmet_errors(std::span<const float> missed, std::span<const float> of_light,
-                      std::span<float> of_band) {
+void state_unmet_bands(const SampleState& s, std::span<float> band_errors) {
+  const double floor = least_mean(s, ErrorNorm::kMeanSquare);
   double light = 0, band = 0;
-  for (size_t i = 0; i < missed.size(); ++i) {
-    if (missed[i] > 0 || !std::isfinite(of_light[i])) continue;
-    light += double{of_light[i]} * of_light[i];
-    band += double{of_band[i]} * of_band[i];
+  for (size_t i = 0; i < band_errors.size(); ++i) {
+    if (!has_measured(s, i, floor) || !std::isfinite(s.standard_error[i])) continue;
+    light += double{s.standard_error[i]} * s.standard_error[i];
+    band += double{band_errors[i]} * band_errors[i];
   }
   const auto share = static_cast<float>(light > 0 ? std::sqrt(band / light) : 0);
-  for (size_t i = 0; i < missed.size(); ++i) of_band[i] = std::hypot(of_band[i], share * missed[i]);
+  for (size_t i = 0; i < band_errors.size(); ++i)
+    if (!has_measured(s, i, floor) && std::isfinite(s.standard_error[i]))
+      band_errors[i] = share * s.standard_error[i];
 }
 
 void ConvergenceRate::observe(const SampleState& before, const SampleState& after) {

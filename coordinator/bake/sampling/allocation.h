@@ -84,11 +84,10 @@ class UnmetLight {
 // UnmetLight::get().
 std::vector<float> unmet_errors(const SampleState& state, double unmet);
 
-// Adds to a band's errors what black sites may have missed of that band: to what they may have missed of E,
-// `missed` (unmet_errors), as the errors of this band are to those of E in the sites that have met light
-// (sums of squares, in which sites of rare bright light count most). `of_light`, by site: error of E.
-void add_unmet_errors(std::span<const float> missed, std::span<const float> of_light,
-                      std::span<float> of_band);
+// A band of the basis errs in sites whose own samples have met no light as it does in the others, relative to
+// the error of E (sums of squares, in which sites of rare bright light count most). `state.standard_error`:
+// with what such sites may have missed.
+void state_unmet_bands(const SampleState& state, std::span<float> band_errors);
 
 // Squared errors fall as samples^-rate: 1 for means; less behind a denoiser, whose filters narrow as samples
 // come (2/3 for planes fitted to a smooth field on a surface, at the best width). Learnt from passes.
