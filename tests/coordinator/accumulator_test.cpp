@@ -309,5 +309,55 @@ TEST(Accumulator, CacheHoldsTheLatestSamples) {
   EXPECT_LT(sums.cache(0).irradiance[0].y, 0);
 }
 
+// Draws have a place of their own: the planes behind them stay what they are, and nothing of a draw is left
+// when a site is cleared.
+TEST(Accumulator, DrawsAreKeptApart) {
+  Quantities quantities;
+  quantities.cache_draws = true;
+  quantities.responses = {0};
+  const MomentLayout layout(0, quantities);
+  ASSERT_GT(layout.response(0), layout.cache_draws());
+  Accumulator sums(2, layout);
+  const auto add = [&](uint32_t replicate, uint32_t site, uint32_t first, bool draws) {
+    WorkUnit unit{first, first, 4, {site}, replicate};
+    UnitResult r;
+    r.unit = unit.id, r.site_count = 1, r.plane_count = static_cast<uint32_t>(layout.planes());
+    for (size_t p = 0; p < layout.planes(); ++p) r.moments.push_back(static_cast<double>(p));
+    for (size_t k = 0; k < kCacheDraws; ++k)
+      r.moments[layout.cache_draws() + k] = draws ? static_cast<double>(4 * k) : 0;
+    r.moments[kMomentInside] = r.moments[kMomentPushed] = 0;
+    ASSERT_TRUE(sums.add(unit, r));
+  };
+  for (const uint32_t r : {0u, 1u})
+    for (const uint32_t site : {0u, 1u}) add(r, site, 0, site == 1);
+  for (const uint32_t site : {0u, 1u})
+    for (size_t p = kMomentER; p < layout.planes(); ++p)
+      if (p < layout.cache_draws() || p >= layout.cache_draws() + kCacheDraws)
+        EXPECT_EQ(sums.sum(site, p, 1), static_cast<double>(p)) << p;
+  const auto drawn = [&](uint32_t site, uint32_t replicate) {
+    const TexelStatistics s = sums.statistics(false);
+    const float* const of_it = &s.drawn[replicate][site * kCacheDraws];
+    return std::vector<float>(of_it, of_it + kCacheDraws);
+  };
+  const std::vector<float> none(kCacheDraws, 0.0f), some{0, 1, 2, 3};
+  EXPECT_EQ(drawn(0, 1), none);
+  EXPECT_EQ(drawn(1, 1), some);
+  EXPECT_EQ(sums.cache(1).draws[1][3], 3);
+  EXPECT_EQ(sums.cache(1).draws[0][3], 0);
+  sums.renew();
+  add(1, 1, 4, false);
+  EXPECT_EQ(sums.cache(1).draws[1][3], 0) << "the latest samples have drawn nothing";
+  EXPECT_EQ(drawn(1, 1)[3], 1.5f);
+  const std::vector<uint32_t> second{1};
+  sums.clear(second);
+  for (const uint32_t r : {0u, 1u}) add(r, 1, 0, false);
+  EXPECT_EQ(drawn(1, 1), none);
+  EXPECT_EQ(sums.cache_samples(1), (std::vector<uint32_t>{4, 4}));
+  for (const uint32_t r : {0u, 1u}) add(r, 1, 4, true);
+  sums.clear();
+  for (const uint32_t r : {0u, 1u}) add(r, 1, 0, false);
+  EXPECT_EQ(drawn(1, 0), none);
+}
+
 }  // namespace
 }  // namespace kiln

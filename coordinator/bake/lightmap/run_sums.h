@@ -9,6 +9,7 @@ namespace kiln {
 
 class RunSums {
  public:
+  void reserve(size_t sites) { sums_.reserve(sites + 1); }
   void add(double value) { sums_.push_back(sums_.back() + value); }
   /// Sum over the sites from i - reach to i + reach.
   double around(size_t i, size_t reach) const {

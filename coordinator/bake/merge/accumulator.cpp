@@ -1,5 +1,6 @@
 #include "coordinator/bake/merge/accumulator.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -24,11 +25,17 @@ void zero(ZeroedVector<T>& values) {
 }  // namespace
 
 Accumulator::Accumulator(size_t sites, const MomentLayout& layout)
-    : layout_(layout), planes_(layout.planes()) {
+    : layout_(layout), planes_(layout.planes()), kept_(planes_), draws_(planes_) {
+  const bool draws = layout_.quantities().cache_draws;
+  if (draws) draws_ = layout_.cache_draws(), kept_ -= kCacheDraws;
   for (uint32_t r = 0; r < kReplicates; ++r) {
     samples_[r].assign(sites, 0);
-    sums_[r] = ZeroedVector<double>(sites * planes_);
-    if (layout_.quantities().cache_draws) latest_[r] = ZeroedVector<Latest>(sites);
+    sums_[r] = ZeroedVector<double>(sites * kept_);
+    if (!draws) continue;
+    has_[r].assign(sites, 0);
+    drawn_[r] = ZeroedVector<double>(sites * kCacheDraws);
+    latest_[r] = ZeroedVector<Latest>(sites);
+    generations_[r].assign(sites, 0);
   }
 }
 
@@ -55,29 +62,42 @@ Status Accumulator::add(const WorkUnit& unit, const UnitResult& result) {
 }
 
 void Accumulator::add_in_order(const WorkUnit& unit, const std::vector<double>& moments) {
-  std::vector<uint32_t>& samples = samples_[unit.replicate];
-  ZeroedVector<double>& sums = sums_[unit.replicate];
-  ZeroedVector<Latest>& latest = latest_[unit.replicate];
-  const size_t light = cached_planes();
+  const uint32_t r = unit.replicate;
+  std::vector<uint32_t>& samples = samples_[r];
   for (size_t i = 0; i < unit.sites.size(); ++i) {
     const uint32_t site = unit.sites[i];
     KILN_CHECK(samples[site] == unit.first_sample);
+    const double* const added = &moments[i * planes_];
+    double* const sums = &sums_[r][site * kept_];
+    for (size_t p = 0; p < draws_; ++p) sums[p] += added[p];
+    for (size_t p = draws_; p < kept_; ++p) sums[p] += added[p + kCacheDraws];
+    if (draws_ < planes_) add_to_latest(r, site, unit.sample_count, added);
     samples[site] += unit.sample_count;
-    for (size_t p = 0; p < planes_; ++p) sums[site * planes_ + p] += moments[i * planes_ + p];
-    if (latest.empty()) continue;
-    if (latest[site].generation != generation_) latest[site] = {{}, {}, 0, generation_};
-    latest[site].samples += unit.sample_count;
-    for (size_t c = 0; c < 3; ++c) latest[site].light[c] += moments[i * planes_ + light + c];
-    for (size_t k = 0; k < kCacheDraws; ++k)
-      latest[site].drawn[k] += static_cast<float>(moments[i * planes_ + layout_.cache_draws() + k]);
   }
+}
+
+void Accumulator::add_to_latest(uint32_t r, uint32_t site, uint32_t samples, const double* moments) {
+  const double* const drawn = moments + draws_;
+  if (!std::all_of(drawn, drawn + kCacheDraws, [](double d) { return d == 0; })) {
+    has_[r][site] |= kDrawn;
+    for (size_t k = 0; k < kCacheDraws; ++k) drawn_[r][site * kCacheDraws + k] += drawn[k];
+  }
+  if (samples_[r][site] == 0) generations_[r][site] = generation_;
+  if (generations_[r][site] == generation_) return;
+  has_[r][site] |= kLatest;
+  Latest& latest = latest_[r][site];
+  if (latest.generation != generation_) latest = {{}, {}, 0, generation_};
+  latest.samples += samples;
+  for (size_t c = 0; c < 3; ++c) latest.light[c] += moments[cached_planes() + c];
+  for (size_t k = 0; k < kCacheDraws; ++k) latest.drawn[k] += static_cast<float>(drawn[k]);
 }
 
 void Accumulator::clear() {
   for (uint32_t r = 0; r < kReplicates; ++r) {
+    for (uint32_t site = 0; site < has_[r].size(); ++site)
+      if (has_[r][site]) clear({&site, 1});
     std::fill(samples_[r].begin(), samples_[r].end(), 0u);
     zero(sums_[r]);
-    zero(latest_[r]);
   }
   waiting_.clear();
 }
@@ -86,8 +106,10 @@ void Accumulator::clear(std::span<const uint32_t> sites) {
   for (uint32_t r = 0; r < kReplicates; ++r)
     for (const uint32_t site : sites) {
       samples_[r][site] = 0;
-      std::fill_n(&sums_[r][site * planes_], planes_, 0.0);
-      if (!latest_[r].empty()) latest_[r][site] = {};
+      std::fill_n(&sums_[r][site * kept_], kept_, 0.0);
+      if (has(kDrawn, r, site)) std::fill_n(&drawn_[r][site * kCacheDraws], kCacheDraws, 0.0);
+      if (has(kLatest, r, site)) latest_[r][site] = {};
+      if (!has_[r].empty()) has_[r][site] = 0;
     }
 }
 
@@ -114,9 +136,9 @@ TexelStatistics Accumulator::statistics(bool planes, bool draws) const {
     for (uint32_t r = 0; r < kReplicates; ++r) {
       out.drawn[r] = ZeroedVector<float>(out.sites * kCacheDraws);
       for_each_index(out.sites, 0, [&](size_t site) {
-        for (size_t k = 0; out.known[site] && k < kCacheDraws; ++k)
-          out.drawn[r][site * kCacheDraws + k] =
-              static_cast<float>(sums_[r][site * planes_ + layout_.cache_draws() + k] / samples_[r][site]);
+        if (!out.known[site] || !has(kDrawn, r, site)) return;
+        for (size_t k = site * kCacheDraws; k < (site + 1) * kCacheDraws; ++k)
+          out.drawn[r][k] = static_cast<float>(drawn_[r][k] / samples_[r][site]);
       });
     }
   }
@@ -127,7 +149,7 @@ TexelStatistics Accumulator::statistics(bool planes, bool draws) const {
   for_each_index(out.sites, 0, [&](size_t site) {
     if (!out.known[site]) return;
     for (uint32_t r = 0; r < kReplicates; ++r) {
-      const double* sums = &sums_[r][site * planes_];
+      const double* sums = &sums_[r][site * kept_];
       const double scale = 1.0 / samples_[r][site];
       float* means = &out.mean[r][site * out.planes];
       for (size_t c = 0; c < 3; ++c) means[c] = static_cast<float>(sums[kMomentER + c] * scale);
@@ -169,10 +191,9 @@ TexelStatistics Accumulator::statistics_of_planes(size_t first, size_t second) c
     const double n = samples(site);
     double squares = 0;
     for (uint32_t r = 0; r < kReplicates; ++r) {
-      const double* sums = &sums_[r][site * planes_];
-      const double scale = 1.0 / samples_[r][site];
-      const double mean = sums[first] * scale;
-      squares += std::max(0.0, sums[second] - mean * sums[first]);
+      const double sum_of_first = sum(site, first, r);
+      const double mean = sum_of_first * (1.0 / samples_[r][site]);
+      squares += std::max(0.0, sum(site, second, r) - mean * sum_of_first);
       out.luminance[r][site] = static_cast<float>(mean);
     }
     double freedom = n - kReplicates;
@@ -197,24 +218,30 @@ IrradianceCache Accumulator::cache(uint32_t replicate) const {
   if (draws) cache.draws.resize(sites());
   for_each_index(sites(), 0, [&](size_t index) {
     const auto site = static_cast<uint32_t>(index);
+    const bool latest = has(kLatest, replicate, site);
     const double* sums =
-        draws ? latest_[replicate][site].light : &sums_[replicate][site * planes_ + cached_planes()];
-    const double n = draws ? latest_[replicate][site].samples : samples_[replicate][site];
+        latest ? latest_[replicate][site].light : &sums_[replicate][site * kept_ + cached_planes()];
+    const double n = latest ? latest_[replicate][site].samples : samples_[replicate][site];
     // Rays that hit back faces carry no light, in this texel as in paths reflected here. But a texel whose
     // samples were moved out of geometry has the light outside, and the paths that meet it are inside.
     if (!(n > 0) || estimate(site).inside || sum(site, kMomentPushed) > 0) return;
     const Vec3 e(DVec3(sums[0], sums[1], sums[2]) / n);
     if (!is_finite(e)) return;
     cache.irradiance[site] = e;
-    for (size_t k = 0; draws && k < kCacheDraws; ++k)
-      cache.draws[site].set(k, static_cast<float>(double{latest_[replicate][site].drawn[k]} / n));
+    if (!has(kDrawn, replicate, site)) return;
+    for (size_t k = 0; k < kCacheDraws; ++k) {
+      const float drawn = latest ? latest_[replicate][site].drawn[k]
+                                 : static_cast<float>(drawn_[replicate][site * kCacheDraws + k]);
+      cache.draws[site].set(k, static_cast<float>(double{drawn} / n));
+    }
   });
   return cache;
 }
 
 std::vector<uint32_t> Accumulator::cache_samples(uint32_t replicate) const {
   std::vector<uint32_t> out(sites());
-  for (size_t site = 0; site < out.size(); ++site) out[site] = latest_[replicate][site].samples;
+  for (size_t site = 0; site < out.size(); ++site)
+    out[site] = has(kLatest, replicate, site) ? latest_[replicate][site].samples : samples_[replicate][site];
   return out;
 }
 

@@ -29,8 +29,9 @@ class Accumulator {
     return samples_[0][site] + samples_[1][site];
   }  // both replicates together
   uint32_t samples(uint32_t site, uint32_t replicate) const { return samples_[replicate][site]; }
+  // `plane` is none of the draws.
   double sum(uint32_t site, size_t plane, uint32_t replicate) const {
-    return sums_[replicate][site * planes_ + plane];
+    return sums_[replicate][site * kept_ + kept(plane)];
   }
   // By site, per replicate; both have equal counts.
   std::vector<uint32_t> replicate_samples() const;
@@ -67,22 +68,33 @@ class Accumulator {
 
  private:
   void add_in_order(const WorkUnit& unit, const std::vector<double>& moments);
-  double sum(uint32_t site, size_t plane) const {
-    return sums_[0][site * planes_ + plane] + sums_[1][site * planes_ + plane];
+  void add_to_latest(uint32_t replicate, uint32_t site, uint32_t samples, const double* moments);
+  double sum(uint32_t site, size_t plane) const { return sum(site, plane, 0) + sum(site, plane, 1); }
+  // Index within a site's sums of a plane of the layout that is none of the draws.
+  size_t kept(size_t plane) const { return plane < draws_ ? plane : plane - kCacheDraws; }
+  bool has(uint8_t what, uint32_t replicate, size_t site) const {
+    return !has_[replicate].empty() && (has_[replicate][site] & what);
   }
   size_t cached_planes() const;  // the first of the three that caches are made of
   void resolve_responses(const Atlas& atlas, Lightmap& map) const;
   TexelStatistics statistics_of_planes(size_t first, size_t second) const;
   MomentLayout layout_;
-  size_t planes_;
+  size_t planes_, kept_,
+      draws_;  // of results; of sums_; the first draw of a result, planes_ if there are none
   std::vector<uint32_t> samples_[kReplicates];  // by site
-  ZeroedVector<double> sums_[kReplicates];      // [site][plane]
+  ZeroedVector<double> sums_[kReplicates];      // [site][kept_]
+  // Only where cache errors are drawn. Most texels of open ground have neither draws nor latest samples that
+  // are not all of their samples: pages of these are never touched.
   struct Latest {
     double light[3];  // sums of R G B
     float drawn[kCacheDraws];
     uint32_t samples, generation;
   };
-  ZeroedVector<Latest> latest_[kReplicates];  // by site; only where cache errors are drawn
+  static constexpr uint8_t kDrawn = 1, kLatest = 2;
+  std::vector<uint8_t> has_[kReplicates];           // by site: which of the next two it has
+  ZeroedVector<double> drawn_[kReplicates];         // [site][kCacheDraws]
+  ZeroedVector<Latest> latest_[kReplicates];        // by site with samples of more than one generation
+  std::vector<uint32_t> generations_[kReplicates];  // by site: that of its first samples
   uint32_t generation_ = 0;
   struct Waiting {
     WorkUnit unit;

@@ -128,7 +128,7 @@ TexelMemory texel_memory(const BakeSettings& settings, const Quantities& quantit
   if (all.planes() > light.planes()) memory.coordinator += (all.planes() - light.planes()) * (2 * 8 + 8) + 32;
   // And the latest samples, of which caches are made, and what texels share, for the denoiser. Measured: 931,
   // and with the denoiser 1,258.
-  if (quantities.cache_draws) memory.coordinator += settings.denoise ? 2 * 48 + 96 : 2 * 48;
+  if (quantities.cache_draws) memory.coordinator += settings.denoise ? 2 * 53 + 96 : 2 * 53;
   return memory;
 }
 

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "common/base/parallel.h"
+#include "common/base/zeroed.h"
 #include "common/math/vec.h"
 #include "coordinator/bake/lightmap/run_sums.h"
 #include "coordinator/bake/sampling/alike.h"
@@ -53,8 +54,8 @@ class Differences {
  public:
   // `apart`: without what texels share, which is found from texels alike.
   Differences(const TexelStatistics& s, std::span<const uint32_t> chart_of_site, bool apart)
-      : independent_(s.sites, 0.0) {
-    std::vector<double> squares(s.sites, 0.0), counts(s.sites, 0.0);
+      : independent_(s.sites) {
+    ZeroedVector<double> squares(s.sites), counts(s.sites);
     for_each_index(s.sites, 0, [&](size_t i) {
       if (s.known[i]) independent_[i] = pooled_variance(s, chart_of_site, i, apart) / (2.0 * s.samples[i]);
     });
@@ -65,7 +66,7 @@ class Differences {
       for (size_t j = r * kAlikeRun; j < std::min(s.sites, (r + 1) * kAlikeRun); ++j)
         of_run[r].add(halves_of(s, j));
     });
-    if (apart) common_.assign(s.sites, 0.0);
+    if (apart) common_ = ZeroedVector<double>(s.sites);
     for_each_index(s.sites, 0, [&](size_t i) {
       double left = half_difference(s, i), expected = independent_[i];
       if (apart) {
@@ -79,6 +80,7 @@ class Differences {
       squares[i] = left * left / expected;
       counts[i] = 1;
     });
+    square_.reserve(s.sites), count_.reserve(s.sites);
     for (size_t i = 0; i < s.sites; ++i) square_.add(squares[i]), count_.add(counts[i]);
   }
   // Variance of the mean of both replicates if samples were independent.
@@ -123,7 +125,7 @@ class Differences {
   }
 
   static constexpr double kLeastLeft = 0.1;  // of a texel's variance; the rest says little where less is left
-  std::vector<double> independent_, common_;
+  ZeroedVector<double> independent_, common_;  // by site
   RunSums square_, count_;
 };
 
