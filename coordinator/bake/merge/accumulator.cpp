@@ -71,12 +71,12 @@ void Accumulator::add_in_order(const WorkUnit& unit, const std::vector<double>& 
     double* const sums = &sums_[r][site * kept_];
     for (size_t p = 0; p < draws_; ++p) sums[p] += added[p];
     for (size_t p = draws_; p < kept_; ++p) sums[p] += added[p + kCacheDraws];
-    if (draws_ < planes_) add_to_latest(r, site, unit.sample_count, added);
+    if (draws_ < planes_) add_for_caches(r, site, unit.sample_count, added);
     samples[site] += unit.sample_count;
   }
 }
 
-void Accumulator::add_to_latest(uint32_t r, uint32_t site, uint32_t samples, const double* moments) {
+void Accumulator::add_for_caches(uint32_t r, uint32_t site, uint32_t samples, const double* moments) {
   const double* const drawn = moments + draws_;
   if (!std::all_of(drawn, drawn + kCacheDraws, [](double d) { return d == 0; })) {
     has_[r][site] |= kDrawn;

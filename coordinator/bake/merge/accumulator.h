@@ -68,7 +68,7 @@ class Accumulator {
 
  private:
   void add_in_order(const WorkUnit& unit, const std::vector<double>& moments);
-  void add_to_latest(uint32_t replicate, uint32_t site, uint32_t samples, const double* moments);
+  void add_for_caches(uint32_t replicate, uint32_t site, uint32_t samples, const double* moments);
   double sum(uint32_t site, size_t plane) const { return sum(site, plane, 0) + sum(site, plane, 1); }
   // Index within a site's sums of a plane of the layout that is none of the draws.
   size_t kept(size_t plane) const { return plane < draws_ ? plane : plane - kCacheDraws; }
@@ -79,8 +79,9 @@ class Accumulator {
   void resolve_responses(const Atlas& atlas, Lightmap& map) const;
   TexelStatistics statistics_of_planes(size_t first, size_t second) const;
   MomentLayout layout_;
-  size_t planes_, kept_,
-      draws_;  // of results; of sums_; the first draw of a result, planes_ if there are none
+  size_t planes_;                               // of results
+  size_t kept_;                                 // of sums_: all but the draws
+  size_t draws_;                                // the first draw of a result; planes_ if there are none
   std::vector<uint32_t> samples_[kReplicates];  // by site
   ZeroedVector<double> sums_[kReplicates];      // [site][kept_]
   // Only where cache errors are drawn. Most texels of open ground have neither draws nor latest samples that
