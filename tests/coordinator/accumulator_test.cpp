@@ -354,9 +354,10 @@ TEST(Accumulator, DrawsAreKeptApart) {
   EXPECT_EQ(drawn(1, 1), none);
   EXPECT_EQ(sums.cache_samples(1), (std::vector<uint32_t>{4, 4}));
   for (const uint32_t r : {0u, 1u}) add(r, 1, 4, true);
+  EXPECT_EQ(drawn(1, 1)[3], 1.5f) << "nothing of before";
   sums.clear();
-  for (const uint32_t r : {0u, 1u}) add(r, 1, 0, false);
-  EXPECT_EQ(drawn(1, 0), none);
+  for (const uint32_t r : {0u, 1u}) add(r, 1, 0, true);
+  EXPECT_EQ(drawn(1, 0), some) << "nothing of before";
 }
 
 }  // namespace
