@@ -14,11 +14,10 @@ namespace {
 constexpr uint32_t kFewSamples = 8;  // per replicate
 
 // By all threads. Pages that were touched are zeroed sooner than new ones are mapped.
-template <class T>
-void zero(ZeroedVector<T>& values) {
+void zero(ZeroedVector<double>& values) {
   for_each_run(values.size(), 0, [&](size_t begin, size_t end) {
     std::fill(values.begin() + static_cast<ptrdiff_t>(begin), values.begin() + static_cast<ptrdiff_t>(end),
-              T{});
+              0.0);
   });
 }
 
@@ -94,8 +93,7 @@ void Accumulator::add_for_caches(uint32_t r, uint32_t site, uint32_t samples, co
 
 void Accumulator::clear() {
   for (uint32_t r = 0; r < kReplicates; ++r) {
-    for (uint32_t site = 0; site < has_[r].size(); ++site)
-      if (has_[r][site]) clear({&site, 1});
+    for (uint32_t site = 0; site < has_[r].size(); ++site) forget_draws(r, site);
     std::fill(samples_[r].begin(), samples_[r].end(), 0u);
     zero(sums_[r]);
   }
@@ -107,10 +105,14 @@ void Accumulator::clear(std::span<const uint32_t> sites) {
     for (const uint32_t site : sites) {
       samples_[r][site] = 0;
       std::fill_n(&sums_[r][site * kept_], kept_, 0.0);
-      if (has(kDrawn, r, site)) std::fill_n(&drawn_[r][site * kCacheDraws], kCacheDraws, 0.0);
-      if (has(kLatest, r, site)) latest_[r][site] = {};
-      if (!has_[r].empty()) has_[r][site] = 0;
+      if (!has_[r].empty()) forget_draws(r, site);
     }
+}
+
+void Accumulator::forget_draws(uint32_t r, uint32_t site) {
+  if (has(kDrawn, r, site)) std::fill_n(&drawn_[r][site * kCacheDraws], kCacheDraws, 0.0);
+  if (has(kLatest, r, site)) latest_[r][site] = {};
+  has_[r][site] = 0;
 }
 
 Accumulator::Estimate Accumulator::estimate(uint32_t site) const {

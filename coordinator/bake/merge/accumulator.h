@@ -72,6 +72,7 @@ class Accumulator {
   double sum(uint32_t site, size_t plane) const { return sum(site, plane, 0) + sum(site, plane, 1); }
   // Index within a site's sums of a plane of the layout that is none of the draws.
   size_t kept(size_t plane) const { return plane < draws_ ? plane : plane - kCacheDraws; }
+  void forget_draws(uint32_t replicate, uint32_t site);  // and latest samples
   bool has(uint8_t what, uint32_t replicate, size_t site) const {
     return !has_[replicate].empty() && (has_[replicate][site] & what);
   }

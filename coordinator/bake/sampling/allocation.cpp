@@ -32,15 +32,15 @@ double counted_deviation(const SampleState& s, size_t i, double floor) {
   return counted_error(s, i, floor) * std::sqrt(s.samples[i]);
 }
 
-// Below kUnmetShare of the least mean that counts, a texel is as good as black, however little its error is.
-// Below kMetShare of it, its own samples have met next to nothing; more states an error of its own.
+// A texel is as good as black up to kUnmetShare of the least mean that counts. Its own samples, before
+// filters, have met light if they hold more than kMetShare of that; then they state an error of their own.
 constexpr double kUnmetShare = 0.1, kMetShare = 1e-3;
-bool has_measured(const SampleState& s, size_t i, double floor) {
+bool samples_met_light(const SampleState& s, size_t i, double floor) {
   return s.measured.empty() ? s.mean[i] > kUnmetShare * floor : s.measured[i] > kMetShare * floor;
 }
 bool has_met_no_light(const SampleState& s, size_t i, double floor) {
   return s.samples[i] > 0 && s.mean[i] <= kUnmetShare * floor && std::isfinite(s.standard_error[i]) &&
-         !has_measured(s, i, floor);
+         !samples_met_light(s, i, floor);
 }
 
 // From this count per replicate on, what a site has not met is below what counts (UnmetLight).
@@ -148,7 +148,7 @@ void UnmetLight::observe(const SampleState& before, const SampleState& after) {
     ++black;
     if (after.samples[i] <= before.samples[i]) continue;
     factors += std::log(static_cast<double>(after.samples[i]) / before.samples[i]);
-    if (!has_measured(after, i, floor) || !is_lit(after, i)) continue;
+    if (!samples_met_light(after, i, floor) || !is_lit(after, i)) continue;
     const double square = double{after.mean[i]} * after.mean[i];
     found += square / (square + floor * floor);
   }
@@ -176,13 +176,13 @@ void state_unmet_bands(const SampleState& s, std::span<float> band_errors) {
   const double floor = least_mean(s, ErrorNorm::kMeanSquare);
   double light = 0, band = 0;
   for (size_t i = 0; i < band_errors.size(); ++i) {
-    if (!has_measured(s, i, floor) || !std::isfinite(s.standard_error[i])) continue;
+    if (!samples_met_light(s, i, floor) || !std::isfinite(s.standard_error[i])) continue;
     light += double{s.standard_error[i]} * s.standard_error[i];
     band += double{band_errors[i]} * band_errors[i];
   }
   const auto share = static_cast<float>(light > 0 ? std::sqrt(band / light) : 0);
   for (size_t i = 0; i < band_errors.size(); ++i)
-    if (!has_measured(s, i, floor) && std::isfinite(s.standard_error[i]))
+    if (!samples_met_light(s, i, floor) && std::isfinite(s.standard_error[i]))
       band_errors[i] = share * s.standard_error[i];
 }
 

@@ -84,9 +84,9 @@ class UnmetLight {
 // UnmetLight::get().
 std::vector<float> unmet_errors(const SampleState& state, double unmet);
 
-// A band of the basis errs in sites whose own samples have met no light as it does in the others, relative to
-// the error of E (sums of squares, in which sites of rare bright light count most). `state.standard_error`:
-// with what such sites may have missed.
+// Replaces a band's errors at sites whose own samples have met no light by a fixed multiple of E's error,
+// which includes what they may have missed: the ratio of both errors over the other sites (of the roots of
+// their sums of squares).
 void state_unmet_bands(const SampleState& state, std::span<float> band_errors);
 
 // Squared errors fall as samples^-rate: 1 for means; less behind a denoiser, whose filters narrow as samples
