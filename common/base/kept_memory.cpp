@@ -19,8 +19,8 @@ void keep_up_to([[maybe_unused]] int block, [[maybe_unused]] int all) {
 
 }  // namespace
 
-KeptMemory::KeptMemory(int block, int all) {
-  keep_up_to(block, all);
+KeptMemory::KeptMemory() {
+  keep_up_to(256 << 20, 1 << 30);
 }
 
 KeptMemory::~KeptMemory() {

@@ -7,7 +7,6 @@
 #include <cstdio>
 
 #include "common/base/format.h"
-#include "common/base/kept_memory.h"
 #include "common/base/log.h"
 #include "worker/agent/crash_note.h"
 #include "worker/agent/options.h"
@@ -69,7 +68,6 @@ int worker_main(const std::vector<std::string>& arguments, const std::string& en
     return words ? print(*words) : say_error(words.error());
   }
   catch_crashes();
-  const KeptMemory memory(256 << 20, 256 << 20);  // results of units, caches
   if (const Status end = run_agent(agent); !end) return say_error(end.error());
   return 0;
 }
