@@ -43,11 +43,9 @@ bool has_met_no_light(const SampleState& s, size_t i, double floor) {
          !samples_met_light(s, i, floor);
 }
 
-// From this count per replicate on, what a site has not met is below what counts (UnmetLight).
-constexpr double kMostUnmet = 1 / (kReplicates * kBlack * kBlack);
 // The expected squared relative error of a site that has met no light in so many samples per replicate.
 double unmet_square(double samples, double unmet) {
-  return unmet * std::max(0.0, std::log(kMostUnmet / samples));
+  return std::min(1.0, unmet / samples);
 }
 
 }  // namespace
@@ -112,15 +110,12 @@ std::vector<double> needed_samples(const SampleState& s, ErrorNorm norm, double 
       if (own > 0) sum += own * own / planned(i);
       ++count;
     }
-    const double squares = static_cast<double>(count) / (factor * factor);
-    // Lit sites get what the others will leave of the target, half of it at least.
-    double left = squares;
-    for (size_t i = 0; unmet > 0 && i < needed.size(); ++i)
-      if (has_met_no_light(s, i, floor))
-        left -=
-            unmet_square(std::max<double>(s.samples[i], unmet * (sum / squares) * (sum / squares)), unmet);
-    left = std::max(left, 0.5 * squares);
-    factor = count ? sum / left : 0;
+    size_t black = 0;
+    for (size_t i = 0; unmet > 0 && i < needed.size(); ++i) black += has_met_no_light(s, i, floor);
+    // needed = factor x planned, and n errors of planned^2 / needed each make up the target.
+    factor = count ? factor * factor * (sum + static_cast<double>(black) * std::sqrt(unmet)) /
+                         static_cast<double>(count)
+                   : 0;
   }
   for (size_t i = 0; i < needed.size(); ++i)
     if (is_lit(s, i)) {
@@ -130,8 +125,7 @@ std::vector<double> needed_samples(const SampleState& s, ErrorNorm norm, double 
         needed[i] = s.samples[i] * std::pow(needed[i] / s.samples[i], 1 / fall);
     }
   if (norm != ErrorNorm::kMeanSquare || !(unmet > 0)) return needed;
-  // The expected square falls by unmet / n for one more sample, as (deviation / n)^2 does elsewhere.
-  const double wanted = std::min(unmet * factor * factor, kMostUnmet);
+  const double wanted = factor * std::sqrt(unmet);  // `unmet` is the variance of one sample
   for (size_t i = 0; i < needed.size(); ++i)
     if (has_met_no_light(s, i, floor)) needed[i] = std::max(needed[i], wanted);
   return needed;
@@ -141,26 +135,26 @@ void UnmetLight::observe(const SampleState& before, const SampleState& after) {
   constexpr double kForget = 2;  // power of growth; makes what was found among many early texels fade in time
   const double floor_before = least_mean(before, ErrorNorm::kMeanSquare),
                floor = least_mean(after, ErrorNorm::kMeanSquare);
-  double found = 0, factors = 0;
+  double found = 0, inverses = 0, growth = 0;
   size_t black = 0;
   for (size_t i = 0; i < after.samples.size(); ++i) {
     if (!has_met_no_light(before, i, floor_before)) continue;
     ++black;
     if (after.samples[i] <= before.samples[i]) continue;
-    factors += std::log(static_cast<double>(after.samples[i]) / before.samples[i]);
+    inverses += 1.0 / before.samples[i] - 1.0 / after.samples[i];
+    growth += std::log(static_cast<double>(after.samples[i]) / before.samples[i]);
     if (!samples_met_light(after, i, floor) || !is_lit(after, i)) continue;
     const double square = double{after.mean[i]} * after.mean[i];
     found += square / (square + floor * floor);
   }
   if (black == 0) return;
-  const double kept = std::exp(-kForget * factors / static_cast<double>(black));
+  const double kept = std::exp(-kForget * growth / static_cast<double>(black));
   found_ = kept * found_ + found;
-  factors_ = kept * factors_ + factors;
+  inverses_ = kept * inverses_ + inverses;
 }
 
 double UnmetLight::get() const {
-  constexpr double kExpected = 0.005, kFactors = 100;
-  return (found_ + kExpected * kFactors) / (factors_ + kFactors);
+  return found_ / inverses_;
 }
 
 std::vector<float> unmet_errors(const SampleState& s, double unmet) {

@@ -53,22 +53,23 @@ std::vector<float> planned_deviations(const SampleState& state, std::span<const 
 
 // Samples (per replicate) that every site needs for z x error <= `error` in that norm, extrapolated from the
 // present standard errors with squared errors falling as n^-fall. Sites without an error or light keep their
-// count. kMeanSquare: Neyman 1934, n_i proportional to the relative deviation of one sample, the planned one
-// if there is one; `unmet` (see UnmetLight) x the square of that factor at least for sites that have met no
-// light, whose own error says nothing.
+// count. kMeanSquare: Neyman 1934, n_i proportional to the relative deviation of one sample: the planned one
+// if there is one, and the root of `unmet` (UnmetLight) for sites that have met no light, whose own error
+// says nothing.
 std::vector<double> needed_samples(const SampleState& state, ErrorNorm norm, double error, double z,
                                    double fall = 1, double unmet = 0);
 
 // A texel may have met no light because there is none, or because few of its samples would: all of them are
-// black, so is their variance, and such texels would stay black for ever. How often they turn out lit is
-// learnt from those that got more samples. The chance p that a sample meets light is taken as log-uniform
-// below 1 / (present count): as many texels between 1/256 and 1/64 as between 1/64 and 1/16. (The problem of
-// unseen species: Good 1953.) Among those that many samples have left black fewer turn out lit, so evidence
-// is discounted by the square of the growth in samples since; the power is empirical.
+// black, so is their variance, and such texels would stay black for ever. How much light they turn out to
+// have is learnt from those that got more samples. (The problem of unseen species: Good 1953.)
 //
-// get() is the squared relative error, 1 for a lit texel taken for black, expected of such a texel for every
-// factor e between its count of samples and the count from which what it has not met is below kBlack of the
-// mean: 1 / kBlack^2 if no sample is brighter than 1 / kBlack means.
+// get() is U, the relative variance of one sample expected of such a texel, with means below the least that
+// counts taken as that: after n samples its expected squared relative error is U / n, as a lit texel's is
+// deviation^2 / n. So samples from n to m are expected to find U (1 / n - 1 / m), and U is the ratio of what
+// they did find to that. It follows from chances p that a sample meets light of an even density U near 0 (the
+// integral of U exp(-n p)), and is about how what passes find falls in rooms. Evidence is discounted by the
+// square of the growth in samples since, so that maps whose last black texels are black in truth learn so;
+// the power is empirical.
 class UnmetLight {
  public:
   // Uses the sites that gained samples between the two states.
@@ -76,7 +77,10 @@ class UnmetLight {
   double get() const;
 
  private:
-  double found_ = 0, factors_ = 0;  // squared relative error removed, and natural logarithms of growth
+  // What is expected before any pass, with the weight of so many texels that gain many times so many samples.
+  static constexpr double kExpected = 0.25, kTexels = 100, kSamples = 16;
+  double inverses_ = kTexels / kSamples;  // sum of 1 / n - 1 / m, discounted
+  double found_ = kExpected * inverses_;  // squared relative error removed, discounted
 };
 
 // By site, what the site may have missed, as an absolute standard error: what the norm kMeanSquare expects of
