@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstring>
 
@@ -15,6 +16,51 @@ float linear_to_srgb(float l) {
   return l <= 0.0031308f ? 12.92f * l : static_cast<float>(1.055 * std::pow(double{l}, 1 / 2.4) - 0.055);
 }
 
+float srgb8_to_linear(uint8_t coded) {
+  static const std::array<float, 256> table = [] {
+    std::array<float, 256> linear;
+    for (int c = 0; c < 256; ++c)
+      linear[static_cast<size_t>(c)] = srgb_to_linear(static_cast<float>(c) / 255.0f);
+    return linear;
+  }();
+  return table[coded];
+}
+
+namespace {
+
+// The least linear value of every byte, and the byte at the lower end of even steps of linear values, from
+// which it is a byte or two to that of any value of the step.
+struct Srgb8Table {
+  static constexpr size_t kSteps = 4096;
+  std::array<float, 256> least{};
+  std::array<uint8_t, kSteps + 1> at{};
+  Srgb8Table() {
+    for (long byte = 1; byte < 256; ++byte) {
+      uint32_t below = 0,
+               from = std::bit_cast<uint32_t>(1.0f);  // floats of one sign are ordered as their bits
+      while (from - below > 1) {
+        const uint32_t middle = below + (from - below) / 2;
+        (std::lround(255.0f * linear_to_srgb(std::bit_cast<float>(middle))) < byte ? below : from) = middle;
+      }
+      least[static_cast<size_t>(byte)] = std::bit_cast<float>(from);
+    }
+    for (size_t step = 0; step <= kSteps; ++step)
+      at[step] = static_cast<uint8_t>(
+          std::lround(255.0f * linear_to_srgb(static_cast<float>(step) / float{kSteps})));
+  }
+};
+
+}  // namespace
+
+uint8_t linear_to_srgb8(float linear) {
+  static const Srgb8Table table;
+  if (!(linear > 0)) return 0;
+  const float l = std::min(linear, 1.0f);
+  uint8_t byte = table.at[static_cast<size_t>(l * float{Srgb8Table::kSteps})];
+  while (byte < 255 && l >= table.least[byte + 1u]) ++byte;
+  return byte;
+}
+
 namespace {
 
 bool is_srgb_channel(const Texture& t, uint32_t c) {
@@ -22,27 +68,21 @@ bool is_srgb_channel(const Texture& t, uint32_t c) {
 }
 
 float decoded(const Texture& t, size_t i, bool srgb) {
-  static const std::array<float, 256> table = [] {
-    std::array<float, 256> linear;
-    for (int c = 0; c < 256; ++c)
-      linear[static_cast<size_t>(c)] = srgb_to_linear(static_cast<float>(c) / 255.0f);
-    return linear;
-  }();
   if (t.format == TexelFormat::kFloat32) {
     float value;
     std::memcpy(&value, t.texels.data() + 4 * i, 4);
     return value;
   }
   const auto byte = static_cast<uint8_t>(t.texels[i]);
-  return srgb ? table[byte] : static_cast<float>(byte) / 255.0f;
+  return srgb ? srgb8_to_linear(byte) : static_cast<float>(byte) / 255.0f;
 }
 
 void encode(Texture& t, size_t i, bool srgb, float value) {
   if (t.format == TexelFormat::kFloat32)
     std::memcpy(t.texels.data() + 4 * i, &value, 4);
   else
-    t.texels[i] = static_cast<std::byte>(
-        static_cast<uint8_t>(std::lround(255.0f * (srgb ? linear_to_srgb(value) : value))));
+    t.texels[i] = static_cast<std::byte>(srgb ? linear_to_srgb8(value)
+                                              : static_cast<uint8_t>(std::lround(255.0f * value)));
 }
 
 // Resampling a row of `in` cells to `out`: the input cells that output cell i covers, and the share of each.

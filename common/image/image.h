@@ -51,5 +51,8 @@ Texture reduce_texture(Texture texture, uint32_t max_size);
 
 float srgb_to_linear(float coded);   // IEC 61966-2-1
 float linear_to_srgb(float linear);  // values are clamped to [0, 1]
+// The same for bytes, by tables.
+float srgb8_to_linear(uint8_t coded);
+uint8_t linear_to_srgb8(float linear);  // to the nearest; what is not a number becomes 0
 
 }  // namespace kiln

@@ -11,8 +11,7 @@ namespace kiln {
 namespace {
 
 uint8_t display(float exposed, bool curve = true) {
-  return static_cast<uint8_t>(
-      std::lround(255.0f * linear_to_srgb(curve ? filmic(exposed) : std::max(0.0f, exposed))));
+  return linear_to_srgb8(curve ? filmic(exposed) : exposed);
 }
 
 struct Shot {

@@ -79,7 +79,9 @@ class Baking {
     report_.nonfinite = nonfinite_.places();
     if (const std::string s = nonfinite_.sentence(); !s.empty()) report_.warnings.push_back(s);
     if (const std::string s = skipped_.sentence(); !s.empty()) report_.warnings.push_back(s);
-    return Baked{std::move(errors_), std::move(response_errors_), whole_, std::move(filters_), unmet_.get()};
+    return Baked{std::move(errors_), std::move(response_errors_),
+                 std::move(shared_), std::move(filters_),
+                 unmet_.get(),       whole_};
   }
 
  private:
@@ -132,8 +134,7 @@ class Baking {
     }
     const bool old = !caches_.empty() && sampled_ > kRenewal * sampled_at_renewal_;
     if (old && is_limited()) renew_caches();  // first: it takes time that the plan must not spend
-    work = next_work();
-    if (old && !is_limited() && !work.empty()) renew_caches();
+    if (work = next_work(); old && !is_limited() && !work.empty()) renew_caches();
     return PassEnd::kComplete;
   }
 
@@ -213,8 +214,8 @@ class Baking {
     return plan(work);
   }
   bool has_time_for_whole_paths(uint32_t count) const {
-    const double seconds = whole_path_seconds_ * kReplicates * count * static_cast<double>(sums_.sites());
-    return seconds / pace_.threads() < kPilotShare * pace_.limit_left();
+    const double samples = kReplicates * count * static_cast<double>(sums_.sites());
+    return whole_path_seconds_ * samples / pace_.threads() < kPilotShare * pace_.limit_left();
   }
 
   // Between sampled texels the denoiser alone tells errors.

@@ -38,9 +38,10 @@ struct BakingTask {
 struct Baked {
   TexelErrors errors;                  // of light; without light, of the first response
   std::vector<TexelErrors> responses;  // in the order of the job's responses
-  bool whole = true;                   // false: time was up before every chart had a sample
+  std::vector<float> shared;           // by site: TexelStatistics::shared; empty without caches
   KeptFilters filters;                 // of the last pass, if it was filtered
   double unmet = 0;                    // UnmetLight::get()
+  bool whole = true;                   // false: time was up before every chart had a sample
 };
 Expected<Baked> bake_passes(const BakingTask& task);
 

@@ -89,9 +89,9 @@ void resolve_light(const BakeRun& run, const Accumulator& sums, const SurfaceGra
   if (std::string warning = warn_of_black_fronts(run.preflight.imported.scene, atlas, map); !warning.empty())
     run.report.warnings.push_back(std::move(warning));
   const BasisInfo& basis = basis_roster()[sums.layout().basis()];
-  TexelStatistics statistics = sums.statistics(true, surface || !basis_bands(basis).empty());
+  TexelStatistics statistics = sums.statistics(true, false);
+  if (surface || !basis_bands(basis).empty()) statistics.shared = std::move(baked.shared);
   const std::vector<uint32_t> charts = charts_of_sites(atlas);
-  find_shared(charts, statistics);
   std::vector<float> lowered;
   if (surface) {
     const uint32_t levels = std::max(denoise_levels(statistics), run.budget.denoise_levels());

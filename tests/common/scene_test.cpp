@@ -86,6 +86,26 @@ TEST(Image, SrgbRoundTrip) {
   for (int i = 0; i < 256; ++i) EXPECT_EQ(std::lround(255 * linear_to_srgb(srgb_to_linear(i / 255.0f))), i);
 }
 
+TEST(Image, SrgbBytesAreThoseOfTheFormula) {
+  for (int i = 0; i < 256; ++i)
+    EXPECT_EQ(srgb8_to_linear(static_cast<uint8_t>(i)), srgb_to_linear(static_cast<float>(i) / 255.0f)) << i;
+  const auto byte = [](float linear) { return std::lround(255.0f * linear_to_srgb(linear)); };
+  uint8_t last = 0;
+  const uint32_t one = std::bit_cast<uint32_t>(1.0f), darkest = std::bit_cast<uint32_t>(1e-5f);
+  for (uint32_t bits = darkest; bits <= one; bits += 101) {  // a millionth apart at most
+    const auto linear = std::bit_cast<float>(bits);
+    const uint8_t now = linear_to_srgb8(linear);
+    ASSERT_EQ(now, byte(linear)) << linear;
+    ASSERT_TRUE(now == last || now == last + 1) << linear;
+    last = now;
+  }
+  EXPECT_EQ(linear_to_srgb8(1.0f), 255);
+  EXPECT_EQ(linear_to_srgb8(1e30f), 255);
+  EXPECT_EQ(linear_to_srgb8(0.0f), 0);
+  EXPECT_EQ(linear_to_srgb8(-1.0f), 0);
+  EXPECT_EQ(linear_to_srgb8(std::numeric_limits<float>::quiet_NaN()), 0);
+}
+
 Scene square_of(float side) {
   Scene scene;
   Mesh mesh;

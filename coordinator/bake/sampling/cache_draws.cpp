@@ -61,10 +61,11 @@ void find_shared(std::span<const uint32_t> chart_of_site, TexelStatistics& s) {
   for_each_index(runs.count(), 0, [&](size_t r) {
     for (size_t j = r * kAlikeRun; j < std::min(s.sites, (r + 1) * kAlikeRun); ++j) add_site(j, of_run[r]);
   });
+  std::vector<uint32_t> drawn_before(s.sites + 1);
+  for (size_t i = 0; i < s.sites; ++i) drawn_before[i + 1] = drawn_before[i] + has_drawn[i];
   for_each_index(s.sites, 0, [&](size_t i) {
-    const auto first = has_drawn.begin() + static_cast<ptrdiff_t>(i > kAlikeReach ? i - kAlikeReach : 0);
-    const auto last = has_drawn.begin() + static_cast<ptrdiff_t>(std::min(s.sites, i + kAlikeReach + 1));
-    if (std::find(first, last, 1) == last) return;
+    const size_t first = i > kAlikeReach ? i - kAlikeReach : 0, last = std::min(s.sites, i + kAlikeReach + 1);
+    if (drawn_before[last] == drawn_before[first]) return;
     Drawn all;
     for_each_alike(
         s, chart_of_site, runs, i, [&](size_t j) { add_site(j, all); },

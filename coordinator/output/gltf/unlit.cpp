@@ -83,18 +83,17 @@ class PagePicture {
         fragment.triangle = charts.triangle_of(face);
         fragment.b1 = static_cast<float>(at.x);
         fragment.b2 = static_cast<float>(at.y);
-        put(size_t{y} * width_ + x, fragment);
+        put(size_t{y} * width_ + x, fragment, Vec2(p / static_cast<double>(fine_)));
       }
   }
 
-  void put(size_t texel, const Fragment& fragment) {
+  void put(size_t texel, const Fragment& fragment, const Vec2& at) {
     Vec3 e(0.0f);
-    look_.irradiance(fragment, e);
+    look_.irradiance_at(page_, at, e);
     const Vec4 base = look_.base_color(fragment);
     const Vec3 radiance = Vec3(base) * e * kInvPi + look_.emission(fragment);
     for (int k = 0; k < 3; ++k)
-      rgba_[4 * texel + static_cast<size_t>(k)] =
-          static_cast<uint8_t>(std::lround(255 * linear_to_srgb(filmic(radiance[k] * exposure_))));
+      rgba_[4 * texel + static_cast<size_t>(k)] = linear_to_srgb8(filmic(radiance[k] * exposure_));
     rgba_[4 * texel + 3] = static_cast<uint8_t>(std::lround(255 * std::clamp(base.w, 0.0f, 1.0f)));
     set_[texel] = 1;
   }

@@ -26,9 +26,10 @@ Vec4 texel_of(const Texture& t, uint32_t x, uint32_t y) {
       std::memcpy(&c[k], t.texels.data() + 4 * (i + k), 4);
       continue;
     }
-    c[k] = static_cast<float>(t.texels[i + k]) / 255.0f;
+    const auto byte = static_cast<uint8_t>(t.texels[i + k]);
     const bool alpha = (t.channels == 4 && k == 3) || (t.channels == 2 && k == 1);
-    if (t.format == TexelFormat::kSrgb8 && !alpha) c[k] = srgb_to_linear(c[k]);
+    c[k] =
+        t.format == TexelFormat::kSrgb8 && !alpha ? srgb8_to_linear(byte) : static_cast<float>(byte) / 255.0f;
   }
   if (t.channels == 1) return {c[0], c[0], c[0], 1};
   if (t.channels == 2) return {c[0], c[0], c[0], c[1]};
@@ -136,7 +137,12 @@ size_t SurfaceLook::texel(const Fragment& f) const {
 bool SurfaceLook::irradiance(const Fragment& f, Vec3& e) const {
   if (!receives(f)) return false;
   uint32_t page;
-  const Vec2 c = texel_coordinates(f, page) - 0.5f;
+  const Vec2 texels = texel_coordinates(f, page);
+  return irradiance_at(page, texels, e);
+}
+
+bool SurfaceLook::irradiance_at(uint32_t page, const Vec2& texels, Vec3& e) const {
+  const Vec2 c = texels - 0.5f;
   const float fx = std::floor(c.x), fy = std::floor(c.y);
   const float weight_x[2] = {1.0f - (c.x - fx), c.x - fx}, weight_y[2] = {1.0f - (c.y - fy), c.y - fy};
   e = Vec3(0.0f);

@@ -16,6 +16,7 @@ class SurfaceLook {
   Vec3 emission(const Fragment& f) const;    // radiance
   // Irradiance by bilinear lookup; false if the texel has no value or does not exist.
   bool irradiance(const Fragment& f, Vec3& e) const;
+  bool irradiance_at(uint32_t page, const Vec2& texels, Vec3& e) const;  // the same at a place of the atlas
   size_t texel(const Fragment& f) const;  // nearest lightmap texel; the object must receive
   bool receives(const Fragment& f) const { return lookup_.holds(f.instance, f.triangle); }
   bool visible(const Fragment& f) const;  // culling and alpha
