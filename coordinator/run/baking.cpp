@@ -88,8 +88,7 @@ class Baking {
   Expected<PassEnd> run_passes() {
     takes_.assign(sums_.sites(), 0);
     skipped_.clear();
-    pass_ = 0;
-    sampled_ = 0;
+    sampled_ = pass_ = 0;
     caches_.begin();
     errors_ = {};
     shared_.clear();
